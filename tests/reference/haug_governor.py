@@ -103,7 +103,7 @@ def trajectory(
 ) -> dict[str, FloatArray]:
     """Return theta, omega, the spindle angle and the collar height y at increasing times, from the equilibrium at time 0.
 
-    DOP853 with this relative tolerance (absolute a tenth of it) is started anew at the kinks of the load.
+    DOP853 with this relative tolerance (absolute a tenth of it) restarts at the kinks of the load.
     """
     state, pieces = np.append(equilibrium(gravity), 0.0), []
     kinks = [0.0, RAMP_START, RAMP_END, max(times[-1], RAMP_END) + 1e-9]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from governor_mechanism.cli.console import finite_or_none
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
@@ -137,12 +138,13 @@ def _format_mobility(result: Trajectory) -> str:
 
 
 MAX_LISTED_EVENTS = 3
-"""Maximum number of events listed one by one."""
+"""Maximum number of events listed one by one, those that the scene names first."""
 
 
 def _format_events(result: Trajectory) -> str:
     """Return the events and the largest joint force with the time at which it acts."""
-    listed_events = [str(event) for event in result.events[:MAX_LISTED_EVENTS]]
+    named_first = sorted(result.events, key=lambda event: event.kind is not EventKind.CROSSING)  # stable: in order of time otherwise
+    listed_events = [str(event) for event in named_first[:MAX_LISTED_EVENTS]]
     n_more = len(result.events) - len(listed_events)
     events = "; ".join(listed_events + [f"and {n_more} more events"] * (n_more > 0)) or "no events"
     forces = {name: reaction.magnitude for name, reaction in result.reactions.items()}

@@ -11,7 +11,7 @@ import numpy as np
 from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import contacts_of
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, once_per_scene
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
@@ -28,9 +28,6 @@ from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squar
 from governor_mechanism.statics.linearisation import settle
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity
-
-_CACHE_KEY = "_initial_state"
-"""Attribute of a scene that keeps its initial state."""
 
 
 def initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
@@ -55,10 +52,7 @@ def initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     MechanismError
         If the mechanism cannot be assembled or cannot move, if the equilibrium does not exist, or if drivers are redundant.
     """
-    cache = vars(scene)  # a scene never changes, so its initial state is solved once
-    if _CACHE_KEY not in cache:
-        cache[_CACHE_KEY] = _solve_initial_state(scene)
-    poses, velocities = cache[_CACHE_KEY]
+    poses, velocities = _solve_initial_state(scene)
     return poses.copy(), velocities.copy()
 
 
@@ -82,6 +76,7 @@ def part_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     return poses[:n_bodies], velocities[:n_bodies]
 
 
+@once_per_scene
 def _solve_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     mechanism = scene.mechanism
     warn_before_compiling("evaluate_jacobian", 3)
@@ -89,12 +84,10 @@ def _solve_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     values = scene.start.values
     if position_solver.equations.is_driven.any():
         _require_independent_drivers(mechanism)
-    undetermined = _find_undetermined_plane(scene, position_solver)
+    undetermined, velocities = _find_undetermined_plane(scene, position_solver), None
     if undetermined is not None:
         poses, velocities = _find_steady_rotation(scene, position_solver, undetermined)
-        _require_within_stops(scene, poses)
-        return poses, velocities
-    if EQUILIBRIUM in values.values() and len(scene.parts) == 1:
+    elif EQUILIBRIUM in values.values() and len(scene.parts) == 1:
         poses = np.concatenate([_equilibrium_poses(scene), np.zeros((mechanism.count_free_shafts(), 3))])
     else:
         start_values = {name: float(value) for name, value in _resolve_equilibria(scene, position_solver).items()}
@@ -103,13 +96,13 @@ def _solve_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
                 value = start_values[limit.reading]
                 _require_in_range(limit, value, f"start.{limit.reading} = {value:.6g}")
         poses = _assemble(position_solver, start_values)
-        for limit in mechanism.limits:
-            value = float(evaluate_output_value(mechanism, limit.reading, poses))
-            _require_in_range(limit, value, f"the start, {limit.reading} = {value:.6g},")
+    for limit in mechanism.limits:
+        value = float(evaluate_output_value(mechanism, limit.reading, poses))
+        _require_in_range(limit, value, f"the start, {limit.reading} = {value:.6g},")
     _require_mobile(position_solver, poses)
     _require_inertia(position_solver, poses)
     _require_within_stops(scene, poses)
-    return poses, position_solver.solve_velocities(poses, scene.start.rates)
+    return poses, position_solver.solve_velocities(poses, scene.start.rates) if velocities is None else velocities
 
 
 def _find_undetermined_plane(scene: Scene, position_solver: PositionSolver) -> TurningPlane | None:

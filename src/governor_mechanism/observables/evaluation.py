@@ -133,10 +133,17 @@ class ReadingEvaluator:
             reading_errors=result.reading_errors,
             settings=settings,
             mobility=mobility,
-            notes=assembly_notes(self.scene),
+            notes=(*assembly_notes(self.scene), *self._missing_crossing_notes(result)),
             n_excluded=result.n_excluded,
             deferred_results=DeferredMotionAnalysis(self.scene, result, mobility),
         )
+
+    def _missing_crossing_notes(self, result: RunResult) -> tuple[str, ...]:
+        """Return a sentence if named crossings may be missing: without dense output nothing is known between two contact events."""
+        has_dense_output = result.dense_output is not None or not isinstance(result.monitor_states, StateHistory)
+        if has_dense_output or not (self.scene.crossings and result.contact_events):
+            return ()
+        return ("crossings named in [events] between two contact events in quick succession may be missing; choose engine 'multibody'",)
 
     def evaluate_speed(self, index: int, history: StateHistory) -> FloatArray:
         """Return the speed (n,) rad/s of a plane at the states of a history."""

@@ -32,6 +32,11 @@ class InputModes:
         scales = [scene.mechanism.output_scale(name) / (time_scale if is_rate else 1.0) for name, is_rate in outputs]
         self._tolerances = [CONTACT_TOLERANCE * scale for scale in scales]
 
+    @property
+    def is_fixed(self) -> bool:
+        """Whether there is nothing to update."""
+        return not (self._tables or self._breaking_gears)
+
     def update(
         self, mode: ContactMode, time: float, values: Sequence[float], rates: Sequence[float], triggered: Collection[int]
     ) -> ContactMode:

@@ -213,12 +213,12 @@ class SceneContacts:
         self._released_at, self._released = time, released
         self._state, self._input_cubics = state, input_cubics
         log, is_released, is_stopped = make_event_log(3 * len(self._subjects)), self._mask(released), self._mask(stopped)
-        dynamics = self.evaluate_dynamics()
-        values, rates, _ = self._response.motion.tolist()
-        previous_mode, self.mode = self.mode, self._input_modes.update(self.mode, time, values, rates, triggered)
-        if self.mode != previous_mode:
-            dynamics = self.evaluate_dynamics()
+        if not self._input_modes.is_fixed:
+            self.evaluate_dynamics()
+            values, rates, _ = self._response.motion.tolist()
+            self.mode = self._input_modes.update(self.mode, time, values, rates, triggered)
         if stopped:
+            dynamics = self.evaluate_dynamics()
             self.apply_impulses(dynamics, solve_forces(dynamics, is_stopped, -dynamics.rates))
         dynamics = _change_contact_states(self, self._states, self._segments, is_released, time, log)
         self.events += make_events(log, self._subjects)

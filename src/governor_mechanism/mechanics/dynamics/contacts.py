@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
+from functools import wraps
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -87,6 +88,36 @@ class ContactMode:
     broken: tuple[str, ...] = ()
 
 
+Result = TypeVar("Result")
+
+
+def once_per_scene(function: Callable[[Scene], Result]) -> Callable[[Scene], Result]:
+    """Return a function of a scene that keeps its result with the scene, which never changes.
+
+    Parameters
+    ----------
+    function
+        Function whose result nobody changes.
+
+    Returns
+    -------
+    Callable[[Scene], Result]
+        The same function, evaluated once for each scene.
+    """
+    key = f"_{function.__name__}"
+
+    @wraps(function)
+    def evaluate_once(scene: Scene) -> Result:
+        cache = vars(scene)
+        if key not in cache:
+            cache[key] = function(scene)
+        result: Result = cache[key]
+        return result
+
+    return evaluate_once
+
+
+@once_per_scene
 def contacts_of(scene: Scene) -> tuple[Contact, ...]:
     """Return the contacts of a scene.
 
@@ -133,6 +164,7 @@ def make_contact_table(scene: Scene, output_names: Sequence[str], first_friction
     return np.array(rows, dtype=np.float64).reshape(-1, len(ContactColumn))
 
 
+@once_per_scene
 def output_forces_of(scene: Scene) -> tuple[OutputForce, ...]:
     """Return the effects of a scene that act along readings with a force law.
 
@@ -166,6 +198,7 @@ def one_sided_forces_of(scene: Scene) -> tuple[OutputForce, ...]:
     return tuple(effect for effect in output_forces_of(scene) if effect.slack_below > -math.inf)
 
 
+@once_per_scene
 def loads_of(scene: Scene) -> tuple[InputFunction, ...]:
     """Return the loads of a scene: those of force elements, then the friction forces.
 
@@ -183,6 +216,7 @@ def loads_of(scene: Scene) -> tuple[InputFunction, ...]:
     return (*element_loads, *(contact.friction for contact in contacts_of(scene) if contact.friction is not None))
 
 
+@once_per_scene
 def reading_functions_of(scene: Scene) -> tuple[ReadingFunction, ...]:
     """Return the functions of readings in the loads of a scene.
 
@@ -234,6 +268,7 @@ def active_forces_of(scene: Scene, mode: ContactMode) -> tuple[OutputForce, ...]
     return tuple(effect for effect in output_forces_of(scene) if effect.slack_below == -math.inf or next(is_taut))
 
 
+@once_per_scene
 def initial_mode(scene: Scene) -> ContactMode:
     """Return the mode in which nothing is held, nothing slides and every one-sided spring is slack.
 
@@ -249,7 +284,6 @@ def initial_mode(scene: Scene) -> ContactMode:
     ContactMode
         The mode.
     """
-    n_contacts = len(contacts_of(scene))
     n_contacts, n_one_sided, n_tables = len(contacts_of(scene)), len(one_sided_forces_of(scene)), len(reading_tables_of(scene))
     return ContactMode((None,) * n_contacts, (0,) * n_contacts, (False,) * n_one_sided, False, (0,) * n_tables)
 

@@ -22,7 +22,7 @@ class InputTermKind(IntEnum):
     """Kind of a term of an input, with s the value of an output and r its rate.
 
     VALUE: a * (s - b) + c. RATE: a * (r - b) + c. HARMONIC: a * cos(c * s) + b * sin(c * s). LAG: the state of a lag. PRODUCT: the input
-    is multiplied by another one.
+    is multiplied by another one. NOT_NEGATIVE: the input is 0 where it would be negative.
     """
 
     VALUE = 0
@@ -30,6 +30,7 @@ class InputTermKind(IntEnum):
     HARMONIC = 2
     LAG = 3
     PRODUCT = 4
+    NOT_NEGATIVE = 5
 
 
 INPUT_TERM_DTYPE = np.dtype(
@@ -65,7 +66,7 @@ class InputTable:
     terms: list[tuple[int, int, int, float, float, float]] = field(default_factory=list)
     lags: list[tuple[int, float]] = field(default_factory=list)
 
-    def add_terms(self, first_input: int, functions: Sequence[InputFunction]) -> None:
+    def add_terms(self, first_input: int, functions: Sequence[InputFunction], n_frictions: int) -> None:
         """Add the terms of inputs; inputs that factors and lags need are added behind all others.
 
         Parameters
@@ -74,6 +75,8 @@ class InputTable:
             Index of the first of them.
         functions
             The inputs.
+        n_frictions
+            How many of them, the last ones, are friction forces; these are never negative.
         """
         n_tables, next_input, products = 0, first_input + len(functions), list[tuple[int, int, int, float, float, float]]()
         for index, load in enumerate(functions, start=first_input):
@@ -95,6 +98,8 @@ class InputTable:
                 if is_factor:
                     products.append((InputTermKind.PRODUCT, index, target, 0.0, 0.0, 0.0))
         self.terms += products
+        frictions = list(enumerate(functions, start=first_input))[len(functions) - n_frictions :]
+        self.terms += [(InputTermKind.NOT_NEGATIVE, index, -1, 0.0, 0.0, 0.0) for index, load in frictions if load.depends_on_readings]
 
     def _terms(self, function: ReadingFunction, target: int, segment: int) -> Iterator[tuple[int, int, int, float, float, float]]:
         """Yield the terms of a function of a reading."""
@@ -188,7 +193,7 @@ def evaluate_inputs(
             source = lag_states[term.source_index]
         elif term.kind == InputTermKind.RATE:
             source = output_rate(output_rows, jacobian, term.source_index, velocities)
-        elif term.kind != InputTermKind.PRODUCT:
+        elif term.kind != InputTermKind.PRODUCT and term.kind != InputTermKind.NOT_NEGATIVE:
             source = row_values[term.source_index, RowColumn.RESIDUAL]
         add_input_term(terms, i, source, result)
 
@@ -199,6 +204,8 @@ def add_input_term(terms: RecordArray, i: int, source: float, result: FloatArray
     term = terms[i]
     if term.kind == InputTermKind.PRODUCT:
         result[term.input_index] *= result[term.source_index]
+    elif term.kind == InputTermKind.NOT_NEGATIVE:
+        result[term.input_index] = max(result[term.input_index], 0.0)
     elif term.kind == InputTermKind.LAG:
         result[term.input_index] += source
     elif term.kind == InputTermKind.HARMONIC:

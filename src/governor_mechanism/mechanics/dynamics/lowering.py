@@ -17,6 +17,7 @@ from governor_mechanism.mechanics.dynamics.contacts import (
     contacts_of,
     initial_mode,
     loads_of,
+    once_per_scene,
     one_sided_forces_of,
     reading_functions_of,
     reading_tables_of,
@@ -218,7 +219,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     first_load = len(speeds) + len(constraint_table.motions)
     loads, n_element_loads = loads_of(scene), len(make_force_element_table(mechanism, origins, 0)[1])
     table = InputTable(output_names, mode.segments)
-    table.add_terms(first_load, loads)
+    table.add_terms(first_load, loads, len(loads) - n_element_loads)
     bodies, (inertia, stand_in_inertia) = _make_body_records(scene, origins), _make_inertia(mechanism, origins)
     first_friction_input = first_load + n_element_loads
     inputs: list[InputFunction | PrescribedMotion] = [
@@ -297,6 +298,7 @@ def _disable_rows(constraint_table: ConstraintTable, joints: Sequence[int]) -> R
     return table
 
 
+@once_per_scene
 def forced_output_names(scene: Scene) -> list[str]:
     """Return the readings along which effects act or on which loads depend.
 
@@ -379,8 +381,7 @@ def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, 
     output_names, rows, records = forced_output_names(scene), iter(held_rows.tolist()), []
     mechanism, time = scene.mechanism, time_scale(scene)
     length_scale, mass = mechanism.length_scale, sum(body.mass for body in mechanism.bodies)
-    scales = {name: length_scale if mechanism.reading(name).quantity == "length" else 1.0 for name in output_names}
-    tolerances = {name: EVENT_ROUNDING_RATIO * scale for name, scale in scales.items()}
+    tolerances = {name: EVENT_ROUNDING_RATIO * mechanism.output_scale(name) for name in output_names}
     force_tolerance = EVENT_ROUNDING_RATIO * mass * length_scale / time**2
     contacts = contacts_of(scene)
     for contact_index, (contact, held, sign) in enumerate(zip(contacts, mode.held_values, mode.sliding_signs, strict=True)):

@@ -147,10 +147,11 @@ def evaluate_model_inputs(model: ReducedModel, piece: int, t: float, shaft_angle
         shaft_output = term.source_index - n_outputs
         if term.kind == InputTermKind.RATE:
             source = model.shaft_outputs[shaft_output, 0] * shaft_speed
-        elif term.kind != InputTermKind.PRODUCT and shaft_output >= 0:
-            source = model.shaft_outputs[shaft_output, 0] * shaft_angle + model.shaft_outputs[shaft_output, 1]
-        elif term.kind != InputTermKind.PRODUCT:
-            source = evaluate_table_output(model, piece, t, term.source_index)[0]
+        elif term.kind != InputTermKind.PRODUCT and term.kind != InputTermKind.NOT_NEGATIVE:
+            if shaft_output >= 0:
+                source = model.shaft_outputs[shaft_output, 0] * shaft_angle + model.shaft_outputs[shaft_output, 1]
+            else:
+                source = evaluate_table_output(model, piece, t, term.source_index)[0]
         add_input_term(model.input_terms, i, source, model.inputs)
 
 

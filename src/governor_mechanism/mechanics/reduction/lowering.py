@@ -179,7 +179,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
         is_conservative=is_steady and not scene.mechanism.force_elements and not scene.output_effects and not train.motion,
     )
     loads, table = loads_of(scene), InputTable([*names, *shaft_angles], ())
-    table.add_terms(1, loads)
+    table.add_terms(1, loads, len(loads) - len(element_inputs))
     inputs = (spindle.speed_function, *loads, *table.functions)
     one_sided_springs = [
         (names.index(one.reading), one.slack_below, scene.mechanism.output_scale(one.reading)) for one in one_sided_forces_of(scene)

@@ -382,9 +382,9 @@ def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: Fl
     add_output_forces(rows, springs, zero_velocities, inputs, workspace.output_row_values, workspace.output_jacobian, forces)
     columns[TableColumn.QUADRATIC] = -0.5 * inertia_derivative / inertia
     columns[TableColumn.POTENTIAL] = _project_on_tangent(forces, node[1]) / inertia
+    columns[TableColumn.CENTRIFUGAL] = 0.0
     if columns.size == TableColumn.INVERSE_INERTIA:
         return
-    columns[TableColumn.CENTRIFUGAL] = 0.0
     if arrays.has_centrifugal_forces and not is_steady:
         plane_motion[0, PlaneColumn.SPEED] = 1.0
         evaluate_body_forces(arrays.bodies, plane_motion, 0.0, poses, forces)

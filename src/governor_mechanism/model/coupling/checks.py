@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import Any
@@ -43,8 +42,7 @@ def apply_control(
     }
     for effect in effects:
         part, _, reading = effect.reading.rpartition(".")
-        kind = re.sub(r"(?<!^)(?=[A-Z])", "_", type(effect).__name__).lower()
-        key = f"{part}.{kind}.{reading}" if part else f"{kind}.{reading}"
+        key = ".".join([part] * bool(part) + [effect.key, reading])
         loads |= {name: (effect, field_name) for name, field_name in _loads_of(effect, key)}
     if control.target not in loads:
         raise MechanismError(
