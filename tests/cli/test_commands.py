@@ -57,6 +57,14 @@ def told(stderr):
     return [line for line in stderr.splitlines() if not line.startswith("compiling kernels")]
 
 
+def test_a_run_lists_the_events_that_the_scene_names_before_others(tmp_path):
+    """The valve passes many turning points before the second of its two turns."""
+    result = call("run", "slide_valve_30", "--no-film", "--out", str(tmp_path / "out"))
+    assert result.exit_code == 0, result.output
+    listed = result.stdout[: result.stdout.index("more events")]
+    assert listed.count("crossing") == 3
+
+
 def test_run_as_json_prints_one_object_and_nothing_else(tmp_path):
     scene = short_scene(tmp_path)
     words = [*COMMAND, "run", str(scene), "--no-film", "--json", "--accuracy", "1e-7", "--out", str(tmp_path / "out")]

@@ -27,7 +27,7 @@ from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.part import FIXED_PLANE, FreeSpindle, Part, Spindle, Start
 from governor_mechanism.model.scene import RunSettings, Scene
-from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.model.time_functions import InputFunction, LinearFunction
 from governor_mechanism.model.trajectory import Outcome
 from governor_scenes import PORTER, governor_scene
 from reference.zehnder import FRICTION_BAND
@@ -465,3 +465,13 @@ def test_changed_held_values_accumulate_no_rounding():
 def test_start_beyond_the_stops_is_refused(engine):
     with pytest.raises(gm.MechanismError, match=r"beyond the stops of 'arm_angle', 34\.3775 deg to 45\.8366 deg"):
         engine.run(porter(12.2, Stops(reading="arm_angle", low=0.6, high=0.8)))
+
+
+@ENGINES
+def test_friction_that_depends_on_a_reading_never_drives(engine):
+    """The function is negative beyond 0.1 m; there the friction is 0, and the block keeps its speed."""
+    force = InputFunction(values=(1.0,), functions=(LinearFunction(reading="displacement", gain=-10.0),))
+    result = run(engine, block(DryFriction(reading="displacement", force=force), rate=1.0, duration=1.0, mass=2.0))
+    # The friction does the work 0.05 J, of 1 J. The scale of the speed is 1 m/s, and its error ten times the accuracy at most.
+    assert result.readings["displacement"][-1] > 0.5
+    np.testing.assert_allclose(result.rates["displacement"][-1], math.sqrt(0.95), rtol=0, atol=1e-9)

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.scenes.parser import parse_scene_document
 
@@ -66,6 +67,19 @@ def test_a_pendulum_on_a_moving_pivot(bodies):
     force = mass * (pivot(run.times, 2)[0] - length * (acceleration * np.sin(angle) + rate**2 * np.cos(angle)))
     np.testing.assert_allclose(run.reactions["x of ground.P"].force[:, 0], force, atol=1e-7)
     assert run.energy.drift < 1e-9
+
+
+def test_a_massless_rod_strikes_a_stop_as_a_link_does():
+    """An impact changes the speed of the bob alone: the rod adds no inertia, and the moving pivot keeps its speed."""
+    effects = {"effects": {"gravity": True, "stops": {"swing": ["-80 deg", "none"], "restitution": 0.5}}}
+    linked, pinned = (
+        gm.run(parse_scene_document(CIRCLING_PIVOT | bodies | effects), engine="multibody", accuracy=1e-10) for bodies in (LINKED, PINNED)
+    )
+    impacts = [[event.time for event in run.events if event.kind == EventKind.IMPACT] for run in (linked, pinned)]
+    assert len(impacts[0]) > 1
+    np.testing.assert_allclose(impacts[0], impacts[1], rtol=0, atol=1e-9)  # the requested accuracy at about 0.1 rad/s
+    np.testing.assert_allclose(linked.readings["swing"], pinned.readings["swing"], rtol=0, atol=1e-9)  # impacts double errors at most
+    assert linked.energy.drift < 1e-9
 
 
 def test_the_axle_of_the_shipped_model_matches_its_equations_of_motion():

@@ -87,6 +87,15 @@ def test_crossings_of_small_bounces_within_one_interval(engine: str) -> None:
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8)
 
 
+def test_an_engine_that_may_miss_crossings_says_so() -> None:
+    """Between two samples without contact events `impulse` knows the motion; between quick bounces it does not."""
+    note = "crossings named in [events]"
+    scene = bouncing_weight(near={"reading": "height", "value": 1e-5})
+    assert any(note in text for text in gm.run(scene, engine="impulse", accuracy=1e-4).notes)
+    assert not any(note in text for text in gm.run(scene, engine="multibody").notes)
+    assert not any(note in text for text in gm.run(bouncing_weight(), engine="impulse", accuracy=1e-4).notes)
+
+
 @pytest.mark.parametrize(("engine", "accuracy"), ENGINES)
 def test_reaching_a_stop_is_no_crossing_of_its_position(engine: str, accuracy: float) -> None:
     scene = bouncing_weight(stop={"reading": "height", "value": 0}, start={"reading": "height", "value": 1})
