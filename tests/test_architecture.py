@@ -37,7 +37,14 @@ FOLDERS = [
 
 INNER_FOLDERS = {
     "mechanics": [{"kinematics"}, {"dynamics"}, {"reduction"}, {"contact"}],
-    "engines": [{"base"}, {"certificate", "initial_state"}, {"impulse", "multibody", "reduced"}, {"selection"}, {"__init__"}],
+    "engines": [
+        {"base"},
+        {"certificate", "initial_state"},
+        {"rotating_part"},
+        {"impulse", "multibody", "reduced"},
+        {"selection"},
+        {"__init__"},
+    ],
     "engines/impulse": [{"pymunk", "settings"}, {"*"}],
 }
 """The same order inside folders; "*" stands for every other module."""

@@ -168,7 +168,9 @@ def crosscheck(
     >>> import governor_mechanism as gm
     >>> print(gm.crosscheck("porter"))  # doctest: +SKIP
     """
-    resolved_scene = _resolve_scene(scene)
+    from governor_mechanism.engines.rotating_part import rotating_part_alone
+
+    resolved_scene = rotating_part_alone(_resolve_scene(scene))
     if kernel is None:
         from governor_mechanism.verification.registry import check_against_closed_forms
 
@@ -254,9 +256,10 @@ def speed_curve(
     >>> curve.speed.shape
     (100,)
     """
+    from governor_mechanism.engines.rotating_part import rotating_part_alone
     from governor_mechanism.statics.speed_curve import compute_speed_curve
 
-    return compute_speed_curve(_resolve_scene(scene), points, resistance=resistance, against=against)
+    return compute_speed_curve(rotating_part_alone(_resolve_scene(scene)), points, resistance=resistance, against=against)
 
 
 def insensitivity_band(
@@ -292,9 +295,10 @@ def insensitivity_band(
     >>> bool(band.falling_speed[0] < band.rising_speed[0])
     True
     """
+    from governor_mechanism.engines.rotating_part import rotating_part_alone
     from governor_mechanism.statics.speed_curve import compute_insensitivity_band
 
-    return compute_insensitivity_band(_resolve_scene(scene), over, resistance, against)
+    return compute_insensitivity_band(rotating_part_alone(_resolve_scene(scene)), over, resistance, against)
 
 
 def equilibria(scene: Scene | str | Path, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
@@ -323,9 +327,10 @@ def equilibria(scene: Scene | str | Path, spindle_speed: float | str | None = No
     >>> import governor_mechanism as gm
     >>> [equilibrium.stable for equilibrium in gm.equilibria("watt_improved", spindle_speed=6.4)]  # doctest: +SKIP
     """
+    from governor_mechanism.engines.rotating_part import rotating_part_alone
     from governor_mechanism.statics.equilibria import find_equilibria
 
-    return find_equilibria(_resolve_scene(scene), spindle_speed)
+    return find_equilibria(rotating_part_alone(_resolve_scene(scene)), spindle_speed)
 
 
 def linearise(scene: Scene | str | Path, spindle_speed: float | str | None = None, *, at: Equilibrium | None = None) -> Linearisation:

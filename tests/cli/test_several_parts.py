@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +15,12 @@ from scipy.io import netcdf_file
 from typer.testing import CliRunner
 
 import governor_mechanism as gm
+from coupled_scenes import coupled_scene, discs_part, engine_part, porter_part
 from governor_mechanism.cli.main import app
+from governor_mechanism.effects.centrifugal import Centrifugal
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.model.coupling.couplings import ControlCoupling, GearCoupling
+from governor_mechanism.model.time_functions import InputFunction, LinearFunction
 
 READINGS = [
     "engine.crank_angle",
@@ -66,42 +73,76 @@ def test_run_as_json_has_the_final_readings_of_all_parts(scene, tmp_path):
     assert not (tmp_path / "engine.gif").exists()
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("crosscheck",),
-        ("equilibria",),
-        ("equilibria", "--resistance", "40 N"),
-        *(("regulation", study) for study in ("cyclic", "clearance", "settling", "jump")),
-        ("run", "--engine", "impulse"),
-    ],
-)
-def test_commands_for_one_part_say_what_to_do(scene, tmp_path, words):
-    command, *options = words
-    arguments = [command, *options, scene] if command == "regulation" else [command, scene, *options]
-    result = call(*arguments, *(() if command == "crosscheck" else ("--out", str(tmp_path))))
+def test_equilibria_are_those_of_the_rotating_part(scene, tmp_path):
+    """At the speed of the shipped steady state the arms hang at an angle with the cosine 0.6, as g = 0.3 m x 0.6 x speed^2."""
+    speed = math.sqrt(9.81 / (0.3 * 0.6))
+    (point,) = (point for point in gm.equilibria(scene, speed) if point.stable)
+    assert point.coordinate == pytest.approx(math.acos(0.6), rel=1e-12)
+    result = call(
+        "equilibria", scene, "--speed", f"{speed} rad/s", "--resistance", "1 N", "--against", "sleeve_lift", "--out", str(tmp_path)
+    )
+    assert result.exit_code == 0, result.output
+    assert "rotating part alone" in result.stdout
+    assert "53.1301 deg: stable" in result.stdout
+    assert [path.name for path in tmp_path.iterdir() if "characteristic" in path.name] == ["engine_characteristic.png"]
+
+
+def test_a_part_on_a_free_spindle_has_its_equilibrium_at_the_speed_of_the_start():
+    assert gm.equilibria("haug_governor")[0].coordinate == pytest.approx(0.05, rel=1e-9)  # the given height of the collar
+
+
+def test_the_rotating_part_is_checked_against_closed_forms(scene):
+    result = call("crosscheck", scene)
+    assert result.exit_code == 0, result.output
+    assert "all 6 agree" in result.stdout
+
+
+@pytest.mark.parametrize("study", ["cyclic", "clearance", "jump"])
+def test_studies_say_what_the_rotating_part_lacks(scene, tmp_path, study):
+    result = call("regulation", study, scene, "--out", str(tmp_path))
     assert result.exit_code == 2
-    assert "'engine'" in result.stderr
-    assert "'governor'" in result.stderr
-    assert any(cure in result.stderr for cure in ("scene file of its own", "choose engine multibody", "--linearise"))
     assert list(tmp_path.iterdir()) == []
 
 
+BELT = GearCoupling(name="belt", first="engine.crank_angle", second="governor.spindle_angle")
+RUBBING = ControlCoupling(
+    name="rubbing", target="governor.dry_friction.sleeve_lift", function=LinearFunction(reading="engine.crank_angle", gain=1.0)
+)
+SLEEVE_FRICTION = DryFriction(reading="sleeve_lift", force=InputFunction(values=(10.0,)))
+
+
 @pytest.mark.parametrize(
-    "call_function",
+    ("scene", "message"),
     [
-        gm.crosscheck,
-        gm.equilibria,
-        gm.speed_curve,
-        gm.valve_timing,
-        lambda scene: gm.insensitivity_band(scene, [0.5], "40 N"),
-        lambda scene: gm.crosscheck(scene, kernel=lambda arm: arm),
-        lambda scene: gm.kinematics(scene, "engine.crank_angle", [0.1]),
+        (coupled_scene(engine_part(), discs_part("pump", {"rotor": 1.0})), "in this scene these parts turn: none"),
+        (
+            coupled_scene(engine_part(), porter_part(), replace(porter_part(), name="second"), couplings=(BELT,)),
+            "in this scene these parts turn: 'governor', 'second'",
+        ),
+        (
+            coupled_scene(engine_part(), porter_part(effects=(Centrifugal(), SLEEVE_FRICTION)), couplings=(BELT, RUBBING)),
+            "depends on other parts through coupling 'rubbing'",
+        ),
     ],
+)
+def test_parts_without_equilibria_of_their_own_are_refused(scene, message):
+    with pytest.raises(gm.MechanismError, match=message):
+        gm.equilibria(scene)
+
+
+@pytest.mark.parametrize(
+    "call_function", [gm.valve_timing, lambda scene: gm.kinematics(scene, "engine.crank_angle", [0.1])], ids=["valve timing", "kinematics"]
 )
 def test_functions_for_one_part_refuse_several(scene, call_function):
     with pytest.raises(gm.MechanismError, match=r"parts|degrees of freedom"):
         call_function(gm.load(scene))
+
+
+def test_engine_impulse_refuses_several_parts(scene, tmp_path):
+    result = call("run", scene, "--engine", "impulse", "--out", str(tmp_path))
+    assert result.exit_code == 2
+    assert "choose engine multibody" in result.stderr
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_sweep_varies_couplings_and_dimensions_of_parts(scene, tmp_path):

@@ -7,6 +7,7 @@ from typing import Any
 
 from governor_mechanism.api import equilibria, linearise, stability_limit
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.first_order_system import Onset
 from governor_mechanism.statics.linearisation import Linearisation, last_spindle_speed
@@ -51,7 +52,7 @@ def report_linearisation(scene: Scene, spindle_speed: float | None, limit: str |
 
 def _linearise_all(scene: Scene, spindle_speed: float | None) -> Sequence[Linearisation | str]:
     """Linearise about each equilibrium, or give the reason why not; about the state nearest to the start if no equilibria are known."""
-    if len(scene.parts) > 1:
+    if len(scene.parts) > 1 or not isinstance(scene.spindle, Spindle):
         return [linearise(scene, spindle_speed)]
     try:
         points = equilibria(scene, last_spindle_speed(scene) if spindle_speed is None else spindle_speed)

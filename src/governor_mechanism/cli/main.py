@@ -196,6 +196,7 @@ def equilibria(
     """Find all equilibria at a speed and their stability; draw the speed curve."""
     import governor_mechanism as gm
     from governor_mechanism.cli.summary import equilibria_as_json, format_equilibria
+    from governor_mechanism.engines.rotating_part import rotating_part_alone
     from governor_mechanism.statics.equilibria import has_damping
     from governor_mechanism.statics.equilibrium_speed import has_equilibrium_speed
     from governor_mechanism.units.quantities import parse_quantity
@@ -213,6 +214,7 @@ def equilibria(
             print(text)
         return EXIT_OK
     prepare_folder(out)
+    whole_scene, loaded_scene = loaded_scene, rotating_part_alone(loaded_scene)
     resistance_value = None if resistance is None else _parse_resistance(loaded_scene, resistance, against)
     equilibrium_points = gm.equilibria(loaded_scene, spindle_speed)
     curve = gm.speed_curve(loaded_scene, resistance=resistance_value, against=against) if has_equilibrium_speed(loaded_scene) else None
@@ -232,6 +234,7 @@ def equilibria(
     else:
         lines = [
             loaded_scene.title,
+            *(["of the rotating part alone, by default at the spindle speed of the start"] if loaded_scene is not whole_scene else []),
             *format_equilibria(loaded_scene, equilibrium_points, curve, bands),
             *(f"wrote {path}" for path in files),
         ]

@@ -153,8 +153,9 @@ def regulation(
 
 def _load_scene(name: str, default: str) -> Scene:
     import governor_mechanism as gm
+    from governor_mechanism.engines.rotating_part import rotating_part_alone
 
-    return gm.load(name or default)
+    return rotating_part_alone(gm.load(name or default))
 
 
 @guarded_command

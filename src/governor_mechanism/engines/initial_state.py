@@ -149,14 +149,14 @@ def _resolve_equilibria(scene: Scene, position_solver: PositionSolver) -> dict[s
             continue
         prefix = f"{part.name}."
         velocities = position_solver.solve_velocities(position_solver.initial_guess, scene.start.rates)
-        speed = next((_initial_speed(scene, plane, velocities) for plane in scene.system.planes if plane.prefix == prefix), 0.0)
+        speed = next((initial_speed(scene, plane, velocities) for plane in scene.system.planes if plane.prefix == prefix), 0.0)
         alone = Scene(title=scene.title, parts=(replace(part, spindle=Spindle(speeds=(speed,))),))
         position = float(evaluate_output_value(part.mechanism, part.mechanism.coordinate, _equilibrium_poses(alone)))
         values[prefix + part.mechanism.coordinate] = position
     return values
 
 
-def _initial_speed(scene: Scene, plane: TurningPlane, velocities: FloatArray) -> float:
+def initial_speed(scene: Scene, plane: TurningPlane, velocities: FloatArray) -> float:
     """Return the initial speed (rad/s) of a plane from the initial velocities of the shafts."""
     if plane.given_speed:
         return SpindleSpeedFunction(plane.given_speed, plane.ratio).limits_at(0.0)[1]

@@ -130,11 +130,6 @@ def find_equilibria(scene: Scene, spindle_speed: float | str | None = None) -> t
     MechanismError
         If there is none (the message gives the speeds for which there are some), if the speed has no effect, or if the travel is unknown.
     """
-    if len(scene.parts) > 1:
-        raise MechanismError(
-            "equilibria are those of one part at a given spindle speed, and this scene has the parts "
-            f"{[part.name for part in scene.parts]}; gm.linearise and `equilibria --linearise` find the steady state of all parts together"
-        )
     equilibria = find_equilibria_or_empty(scene, spindle_speed)
     if not equilibria:
         raise MechanismError(_no_equilibrium_message(SingleDofReduction(scene), _requested_speed(scene, spindle_speed)))
