@@ -9,7 +9,7 @@ from pydantic import Field, PlainValidator, ValidationInfo
 
 from governor_mechanism.model.events import CROSSING_DIRECTIONS, NamedCrossing
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_by_quantity, resolve_reading_name
-from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake
+from governor_mechanism.scenes.problems import KEY, ProblemCollector, wrong_value
 from governor_mechanism.scenes.quantities import choice, parse_name, parse_si
 from governor_mechanism.scenes.table import SceneFileTable, validate
 from governor_mechanism.units.quantities import format_value
@@ -17,14 +17,14 @@ from governor_mechanism.units.quantities import format_value
 
 def _parse_reading(value: object, info: ValidationInfo) -> str:
     if not isinstance(value, str):
-        raise mistake(ProblemCode.WRONG_TYPE, f"{KEY} must be the name of a reading; found {format_value(value)}")
+        raise wrong_value(value, "must be the name of a reading")
     return resolve_reading_name(value, info.context, f"{KEY} {format_value(value)}")
 
 
 def _parse_value(value: object, info: ValidationInfo) -> float:
     """Return the value in the unit of the reading, or in any if the reading has a mistake."""
     reading = info.data.get("reading", "")
-    return parse_by_quantity(reading, info.context if reading else None, value, lambda _, quantity, given: parse_si(given, quantity))
+    return parse_by_quantity(reading, info.context if reading else None, lambda quantity: parse_si(value, quantity))
 
 
 class CrossingTable(SceneFileTable):

@@ -16,7 +16,7 @@ from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Spindle
 from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake
-from governor_mechanism.scenes.quantities import built, choice, number_between, parse_si, parse_time_points, quantity
+from governor_mechanism.scenes.quantities import built, choice, instance_of, number_between, parse_si, parse_time_points, quantity
 from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, SceneFileTable, union_by_key
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
@@ -30,27 +30,16 @@ RATE_KINDS: Final = {"angle": "angular_rate", "length": "speed"}
 """Kind of the rate of a coordinate, by the quantity of the coordinate."""
 
 
-def _check_title(value: object) -> str:
-    if not isinstance(value, str):
-        raise mistake(ProblemCode.WRONG_TYPE, f'{KEY} must be text; found {format_value(value)}; write title = "..."')
-    return value
-
-
-def _check_any_table(value: object) -> dict[str, Any]:
-    if not isinstance(value, Mapping):
-        raise mistake(ProblemCode.WRONG_TYPE, f"{KEY} must be a table; found {format_value(value)}; write [{KEY}] on a line of its own")
-    return dict(value)
-
-
-AnyTable = Annotated[dict[str, Any] | None, PlainValidator(_check_any_table)]
-"""A table whose keys are checked later."""
+Title = Annotated[str | None, instance_of(str, "must be text", '; write title = "..."')]
+AnyTable = Annotated[dict[str, Any] | None, instance_of(Mapping, "must be a table", f"; write [{KEY}] on a line of its own")]
+"""Types of fields; the keys of a table of any kind are checked later."""
 
 
 class CommonSceneTable(SceneFileTable):
     """The top level of any scene file."""
 
     machine: Annotated[str, choice((*MACHINES, CUSTOM_MACHINE))] = Field(description=f"one of {', '.join((*MACHINES, CUSTOM_MACHINE))}")
-    title: Annotated[str | None, PlainValidator(_check_title)] = None
+    title: Title = None
     effects: AnyTable = None
     spindle: AnyTable = None
     start: AnyTable = None
@@ -74,7 +63,7 @@ class CommonSceneTable(SceneFileTable):
 class CoupledSceneTable(SceneFileTable):
     """The top level of a scene file with several parts."""
 
-    title: Annotated[str | None, PlainValidator(_check_title)] = None
+    title: Title = None
     run: AnyTable = None
     events: AnyTable = None
     part: AnyTable = Field(description="the parts, one table [part.NAME] for each")

@@ -15,10 +15,9 @@ from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalD
 from governor_mechanism.model.mechanism import SecondMoments
 from governor_mechanism.model.time_functions import Harmonic, PrescribedMotion
 from governor_mechanism.scenes.custom.values import table_list
-from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake
+from governor_mechanism.scenes.problems import KEY, parse_each, wrong_value
 from governor_mechanism.scenes.quantities import Angle, parse_pairs, parse_si, quantity
 from governor_mechanism.scenes.table import SceneFileTable, validate
-from governor_mechanism.units.quantities import format_value
 
 MotionBuilder = Callable[[float], PrescribedMotion]
 """Return the motion, for its value at 0 s (rad or m) where the file leaves the start out."""
@@ -76,8 +75,7 @@ def _motion_validator(kind: str, name: str, formula: type[DisplacementFormulaTab
         if isinstance(value, Mapping):
             return validate(formula, value).build
         if not isinstance(value, list | tuple):
-            text = f"{KEY} must be a list of [time, {name}], or a formula {{ start, rate, harmonics = [...] }}; found {format_value(value)}"
-            raise mistake(ProblemCode.WRONG_TYPE, text)
+            raise wrong_value(value, f"must be a list of [time, {name}], or a formula {{ start, rate, harmonics = [...] }}")
         motion = _parse_motion_table(value, kind, name)
         return lambda _: motion
 
@@ -107,12 +105,8 @@ def parse_moving_point(name: str, position: object) -> tuple[SketchedBody, list[
         Its drivers along x and y.
     """
     if not isinstance(position, list | tuple) or len(position) != 2:
-        raise mistake(ProblemCode.WRONG_TYPE, f"{KEY} must be [x, y], each a length or a motion; found {format_value(position)}")
-    collector, motions = ProblemCollector(), list[PrescribedMotion]()
-    for coordinate, axis in zip(position, "xy", strict=True):
-        with collector.at(f"{KEY} {axis}:"):
-            motions.append(_parse_coordinate(coordinate))
-    collector.raise_if_failed()
+        raise wrong_value(position, "must be [x, y], each a length or a motion")
+    motions = parse_each(_parse_coordinate, position, paths=[f"{KEY} x:", f"{KEY} y:"])
     x, y = (float(MotionFunction(motion)(np.zeros(1))[0]) for motion in motions)
     starts, angles = (Point(body=GROUND, y=y), Point(body=GROUND, x=x)), (0.0, math.pi / 2)
     drivers: list[Joint] = [

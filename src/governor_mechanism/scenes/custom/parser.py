@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from typing import Annotated, Any, TypeVar
 
-from pydantic import Field, PlainValidator, TypeAdapter
+from pydantic import Field, TypeAdapter
 
 from governor_mechanism.machines.custom import (
     CUSTOM_MACHINE,
@@ -26,7 +26,7 @@ from governor_mechanism.scenes.custom.motions import is_moving, parse_moving_poi
 from governor_mechanism.scenes.custom.readings import READING, READING_KINDS, find_reading_kind, make_default_readings
 from governor_mechanism.scenes.custom.values import parse_named_points
 from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake
-from governor_mechanism.scenes.quantities import PositiveLength, choice, parse_name
+from governor_mechanism.scenes.quantities import PositiveLength, choice, instance_of, parse_name
 from governor_mechanism.scenes.schema import AnyTable, CommonSceneTable, rate_key, start_table_model
 from governor_mechanism.scenes.table import validate
 from governor_mechanism.units.quantities import format_value
@@ -38,14 +38,7 @@ _Table = TypeVar("_Table")
 _Element = TypeVar("_Element")
 
 
-def _check_list(value: object) -> list[Any]:
-    if not isinstance(value, list | tuple):
-        text = f"{KEY} must be a list of tables; found {format_value(value)}; write [[{KEY}]] above each of them"
-        raise mistake(ProblemCode.WRONG_TYPE, text)
-    return list(value)
-
-
-TableList = Annotated[list[Any] | None, PlainValidator(_check_list)]
+TableList = Annotated[list[Any] | None, instance_of(list | tuple, "must be a list of tables", f"; write [[{KEY}]] above each of them")]
 """Tables under a heading in double brackets; each is checked later."""
 
 

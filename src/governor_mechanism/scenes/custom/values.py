@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import chain, count, repeat
 from typing import Annotated, Any
 
 from pydantic import PlainValidator
 
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import GROUND
-from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake
+from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, wrong_value
 from governor_mechanism.scenes.quantities import FloatPair, check_label, parse_name, parse_pairs, parse_position, parse_si
 from governor_mechanism.scenes.table import SceneFileTable, validate
 from governor_mechanism.units.quantities import format_value
@@ -35,12 +36,12 @@ def _parse_point(value: object, *, allow_body: bool = False) -> PointReference:
             raise mistake(ProblemCode.WRONG_TYPE, text)
     elif isinstance(value, list | tuple) and len(value) == 3 and isinstance(value[0], str):
         return PointReference(value[0], position=parse_position(value[1:]))
-    raise mistake(ProblemCode.WRONG_TYPE, f'{KEY} must be "body.point" or ["body", x, y]; found {format_value(value)}')
+    raise wrong_value(value, 'must be "body.point" or ["body", x, y]')
 
 
 def _parse_two_points(value: object) -> tuple[PointReference, PointReference]:
     if not isinstance(value, list | tuple) or len(value) != 2:
-        raise mistake(ProblemCode.WRONG_TYPE, f'{KEY} must be two points, as ["ground.O", "crank.A"]; found {format_value(value)}')
+        raise wrong_value(value, 'must be two points, as ["ground.O", "crank.A"]')
     return _parse_point(value[0]), _parse_point(value[1])
 
 
@@ -55,35 +56,34 @@ def _parse_body_name(value: object) -> str:
 def parse_named_points(value: object) -> dict[str, FloatPair]:
     """Return named points of a body or of the ground, m; report every wrong one."""
     if not isinstance(value, Mapping):
-        raise mistake(ProblemCode.WRONG_TYPE, f'{KEY} must be a table, as {{ A = ["10 mm", 0] }}; found {format_value(value)}')
-    collector, points = ProblemCollector(), dict[str, FloatPair]()
-    for name, position in value.items():
-        with collector.at():
-            points[parse_name(name, f"the name of a point in {KEY}")] = parse_position(position, f"{KEY}.{name}")
-    collector.raise_if_failed()
-    return points
+        raise wrong_value(value, 'must be a table, as { A = ["10 mm", 0] }')
+
+    def parse_point(name: object, position: object) -> tuple[str, FloatPair]:
+        return parse_name(name, f"the name of a point in {KEY}"), parse_position(position, f"{KEY}.{name}")
+
+    return dict(parse_each(parse_point, value, value.values()))
 
 
 def _parse_curve(value: object) -> Curve:
     keys = list(value) if isinstance(value, Mapping) else []
-    if not isinstance(value, Mapping) or len(keys) != 1 or keys[0] not in ("coefficients", "points"):
-        text = f"{KEY} must be {{ coefficients = [c0, c1, ...] }} or {{ points = [[x, y], ...] }}; found {format_value(value)}"
-        raise mistake(ProblemCode.WRONG_TYPE, text)
-    collector, key = ProblemCollector(), f"{KEY}.{keys[0]}"
-    curve: Curve = PolynomialCurve(coefficients=(0.0,))
-    with collector.at(key):
-        if keys[0] == "points":
-            points = parse_pairs(value["points"], ("length", "length"), ("x", "y"))
-            curve = SplineCurve(x=tuple(x for x, _ in points), y=tuple(y for _, y in points))
-        else:
-            given = value["coefficients"]
-            if not isinstance(given, list | tuple):
-                raise mistake(ProblemCode.WRONG_TYPE, f"{KEY} must be a list of numbers; found {format_value(given)}")
-            kinds = ("length" if power == 0 else "number" for power in range(len(given)))
-            numbers = (parse_si(item, kind, f"{KEY}, c{power}") for power, (item, kind) in enumerate(zip(given, kinds, strict=True)))
-            curve = PolynomialCurve(coefficients=tuple(numbers))
-    collector.raise_if_failed()
+    if not isinstance(value, Mapping) or keys not in (["coefficients"], ["points"]):
+        raise wrong_value(value, "must be { coefficients = [c0, c1, ...] } or { points = [[x, y], ...] }")
+    (curve,) = parse_each(_parse_spline if keys == ["points"] else _parse_polynomial, value.values(), paths=[f"{KEY}.{keys[0]}"])
     return curve
+
+
+def _parse_spline(value: object) -> Curve:
+    points = parse_pairs(value, ("length", "length"), ("x", "y"))
+    return SplineCurve(x=tuple(x for x, _ in points), y=tuple(y for _, y in points))
+
+
+def _parse_polynomial(value: object) -> Curve:
+    if not isinstance(value, list | tuple):
+        raise wrong_value(value, "must be a list of numbers")
+    kinds = chain(["length"], repeat("number"))
+    return PolynomialCurve(
+        coefficients=tuple(parse_si(item, kind, f"{KEY}, c{power}") for power, (item, kind) in enumerate(zip(value, kinds, strict=False)))
+    )
 
 
 def table_list(model: type[SceneFileTable], noun: str) -> PlainValidator:
@@ -91,13 +91,8 @@ def table_list(model: type[SceneFileTable], noun: str) -> PlainValidator:
 
     def check(value: object) -> tuple[SceneFileTable, ...]:
         if not isinstance(value, list | tuple):
-            raise mistake(ProblemCode.WRONG_TYPE, f"{KEY} must be a list, as [{model.example}]; found {format_value(value)}")
-        collector, tables = ProblemCollector(), list[SceneFileTable]()
-        for number, item in enumerate(value, start=1):
-            with collector.at(f"{KEY}, {noun} {number}:"):
-                tables.append(validate(model, item))
-        collector.raise_if_failed()
-        return tuple(tables)
+            raise wrong_value(value, f"must be a list, as [{model.example}]")
+        return tuple(parse_each(lambda item, number: validate(model, item, f"{KEY}, {noun} {number}:"), value, count(1)))
 
     return PlainValidator(check)
 
