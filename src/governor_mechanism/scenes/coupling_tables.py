@@ -10,8 +10,8 @@ from pydantic import Field, PlainValidator, TypeAdapter
 from governor_mechanism.errors import did_you_mean
 from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling, RatioCoupling
 from governor_mechanism.scenes.loads import FUNCTION_KEYS, parse_reading_function
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, parse_first_fitting
-from governor_mechanism.scenes.quantities import check_label, quantity
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
+from governor_mechanism.scenes.quantities import check_label, parse_first_fitting, quantity
 from governor_mechanism.scenes.table import SceneFileTable, nearest_type, union_by_key, validate
 from governor_mechanism.units.quantities import format_value
 
@@ -105,13 +105,13 @@ def parse_couplings(table: object, collector: ProblemCollector) -> tuple[Couplin
     tuple[Coupling, ...]
         The couplings without mistakes.
     """
-    couplings = []
-    for name, values in table.items() if isinstance(table, Mapping) else ():
-        with collector.at(f"coupling.{name}"):
-            kind = values.get("type") if isinstance(values, Mapping) else None
-            if isinstance(values, Mapping) and kind not in list(COUPLING_TABLES):
-                suggestion = did_you_mean(kind, list(COUPLING_TABLES)) if isinstance(kind, str) else ""
-                found = f"{format_value(kind)} is unknown" if kind is not None else "is missing"
-                raise mistake(ProblemCode.UNKNOWN_NAME, f"{KEY}.type {found}; types are {', '.join(COUPLING_TABLES)}.{suggestion}")
-            couplings.append(validate(COUPLING, values).build(name))
-    return tuple(couplings)
+    return tuple(collector.parse_tables("coupling", table, _parse_coupling))
+
+
+def _parse_coupling(name: str, values: object) -> Coupling:
+    kind = values.get("type") if isinstance(values, Mapping) else None
+    if isinstance(values, Mapping) and kind not in list(COUPLING_TABLES):
+        suggestion = did_you_mean(kind, list(COUPLING_TABLES)) if isinstance(kind, str) else ""
+        found = f"{format_value(kind)} is unknown" if kind is not None else "is missing"
+        raise mistake(ProblemCode.UNKNOWN_NAME, f"{KEY}.type {found}; types are {', '.join(COUPLING_TABLES)}.{suggestion}")
+    return validate(COUPLING, values).build(name)

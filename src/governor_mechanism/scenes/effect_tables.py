@@ -18,17 +18,8 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.scene_keys import FLAG_KIND, RESTITUTION_KIND, SceneKey, scene_keys_of
 from governor_mechanism.scenes.loads import parse_load
-from governor_mechanism.scenes.problems import (
-    KEY,
-    Problem,
-    ProblemCode,
-    ProblemCollector,
-    mistake,
-    parse_each,
-    parse_first_fitting,
-    wrong_value,
-)
-from governor_mechanism.scenes.quantities import check_bool, parse_number, parse_si
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, parse_each, wrong_value
+from governor_mechanism.scenes.quantities import check_bool, parse_first_fitting, parse_number, parse_si
 from governor_mechanism.scenes.table import SceneFileTable, validate
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 

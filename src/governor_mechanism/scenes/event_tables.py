@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated
 
 from pydantic import Field, PlainValidator, ValidationInfo
@@ -39,8 +38,8 @@ class CrossingTable(SceneFileTable):
 
 def parse_crossings(table: object, quantities: ReadingQuantities, collector: ProblemCollector) -> tuple[NamedCrossing, ...]:
     """Return the named crossings without mistakes of [events]; anything but a table is reported with the top level."""
-    crossings = []
-    for name, values in table.items() if isinstance(table, Mapping) else ():
-        with collector.at(f"events.{name}"):
-            crossings.append(NamedCrossing(name=parse_name(name), **validate(CrossingTable, values, context=quantities).given_values()))
-    return tuple(crossings)
+
+    def parse_crossing(name: str, values: object) -> NamedCrossing:
+        return NamedCrossing(name=parse_name(name), **validate(CrossingTable, values, context=quantities).given_values())
+
+    return tuple(collector.parse_tables("events", table, parse_crossing))

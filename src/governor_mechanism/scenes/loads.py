@@ -9,8 +9,8 @@ from typing import Annotated, Any, Final
 from pydantic import Field, PlainValidator
 
 from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, ReadingFunction, TableFunction
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake, parse_each, parse_first_fitting, wrong_value
-from governor_mechanism.scenes.quantities import SIGNS, check_label, parse_pairs, parse_si, parse_time_points, quantity
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake, parse_each, wrong_value
+from governor_mechanism.scenes.quantities import SIGNS, check_label, parse_first_fitting, parse_pairs, parse_si, parse_time_points, quantity
 from governor_mechanism.scenes.table import SceneFileTable, validate
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 

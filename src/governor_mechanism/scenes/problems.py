@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from enum import StrEnum
 from itertools import repeat
@@ -99,6 +99,18 @@ class ProblemCollector:
             self.has_failed = True
             self.problems += [Problem(problem).at(path) for problem in error.problems]
 
+    def attempt(self, path: str, function: Callable[..., _Parsed], *arguments: Any) -> _Parsed | None:
+        """Return the result of a function, or None if it fails; its problems are collected at a key path."""
+        with self.at(path):
+            return function(*arguments)
+        return None
+
+    def parse_tables(self, heading: str, tables: object, parse: Callable[[str, Any], _Parsed]) -> list[_Parsed]:
+        """Return the results, for the tables without a mistake, of a function of name and table; nothing for anything but tables."""
+        items = tables.items() if isinstance(tables, Mapping) else ()
+        results = [self.attempt(f"{heading}.{name}", parse, name, table) for name, table in items]
+        return [result for result in results if result is not None]
+
     def raise_if_failed(self) -> None:
         """Raise MechanismError with all problems, if any check has failed."""
         if self.has_failed:
@@ -113,14 +125,3 @@ def parse_each(parse: Callable[..., _Parsed], *arguments: Iterable[Any], paths: 
             results.append(parse(*items))
     collector.raise_if_failed()
     return results
-
-
-def parse_first_fitting(kinds: Iterable[str], parse: Callable[[str], _Parsed]) -> tuple[str, _Parsed]:
-    """Return the first kind as which something can be parsed, and the result; else raise for the kind with the fewest mistakes."""
-    refusals: list[MechanismError] = []
-    for kind in kinds:
-        try:
-            return kind, parse(kind)
-        except MechanismError as error:
-            refusals.append(error)
-    raise min(refusals, key=lambda refusal: len(refusal.problems))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from itertools import count
 from types import UnionType
-from typing import Annotated, Final
+from typing import Annotated, Final, TypeVar
 
 from pydantic import PlainValidator
 
@@ -40,6 +40,7 @@ SIGNS: Final[Mapping[str, tuple[Callable[[float], bool], str]]] = {
 """Conditions on the sign of a quantity, with the requirement in messages."""
 
 FloatPair = tuple[float, float]
+_Parsed = TypeVar("_Parsed")
 
 
 def parse_si(value: object, kind: str, key: str = KEY, *, sign: str = "any", bounded: bool = False, hint: str = "") -> float:
@@ -194,6 +195,17 @@ def parse_time_points(value: object, kind: str, name: str) -> tuple[tuple[float,
         raise mistake(ProblemCode.WRONG_TYPE, f'{KEY} is an empty list of points; write [[0, "{example}"]], or one {name}')
     times, values = zip(*parse_pairs(value, ("time", kind), ("time", name)), strict=True)
     return times, values
+
+
+def parse_first_fitting(kinds: Iterable[str], parse: Callable[[str], _Parsed]) -> tuple[str, _Parsed]:
+    """Return the first kind as which something can be parsed, and the result; else raise for the kind with the fewest mistakes."""
+    refusals: list[MechanismError] = []
+    for kind in kinds:
+        try:
+            return kind, parse(kind)
+        except MechanismError as error:
+            refusals.append(error)
+    raise min(refusals, key=lambda refusal: len(refusal.problems))
 
 
 Position = Annotated[FloatPair, PlainValidator(parse_position)]

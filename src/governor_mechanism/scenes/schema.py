@@ -13,11 +13,11 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.base import CHOICE_KIND, Machine
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Spindle
+from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Spindle, Start
 from governor_mechanism.scenes.loads import input_function
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
 from governor_mechanism.scenes.quantities import built, choice, instance_of, number_between, parse_si, parse_time_points, quantity
-from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, SceneFileTable, union_by_key
+from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, SceneFileTable, union_by_key, validate
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
 ENGINE_CHOICES: Final = ("auto", "impulse", "multibody", "reduced")
@@ -210,6 +210,17 @@ def start_table_model(readings: tuple[tuple[str, str, str], ...]) -> type[SceneF
         fields[name] = (Annotated[Any, _or_word(EQUILIBRIUM, kind, value_of_word=EQUILIBRIUM)], EQUILIBRIUM)
         fields[rate] = (Annotated[Any, quantity(RATE_KINDS[kind])], 0.0)
     return create_model("StartTable", __base__=SceneFileTable, **fields)
+
+
+def parse_start(table: object, readings: Mapping[str, tuple[str, str]], collector: ProblemCollector) -> Start:
+    """Return the given start values and rates of readings, each with its quantity and the key of its rate."""
+    model = start_table_model(tuple((name, quantity, rate) for name, (quantity, rate) in readings.items()))
+    parsed = collector.attempt("start", validate, model, table)
+    given = {} if parsed is None else parsed.given_values()
+    return Start(
+        values={name: given[name] for name in readings if name in given},
+        rates={name: given[rate] for name, (_, rate) in readings.items() if rate in given},
+    )
 
 
 def find_misspelt_equilibrium(values: Mapping[str, Any]) -> list[str]:

@@ -13,7 +13,7 @@ from pydantic import Field, TypeAdapter
 from governor_mechanism.machines.custom import SketchedBody
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
-from governor_mechanism.scenes.custom.bodies import PointRegistry
+from governor_mechanism.scenes.custom.bodies import PointRegistry, make_unique_name
 from governor_mechanism.scenes.custom.values import BodyName, PointRef, PointReference, TwoPointRefs
 from governor_mechanism.scenes.problems import ProblemCode, mistake
 from governor_mechanism.scenes.table import SceneFileTable, union_by_key
@@ -122,11 +122,7 @@ def make_default_readings(bodies: Iterable[SketchedBody]) -> list[Reading]:
     for body in bodies:
         base_name = re.sub(r"\W+", "_", body.name).strip("_") or "body"
         base_name = base_name if base_name.isidentifier() else f"body_{base_name}"
-        used_names = {reading.name.rpartition("_")[0] for reading in readings}
-        number, name = 1, base_name
-        while name in used_names:
-            number += 1
-            name = f"{base_name}_{number}"
+        name = make_unique_name(base_name, {reading.name.rpartition("_")[0] for reading in readings}, "_")
         if body.can_rotate:
             readings.append(BodyAngle(name=f"{name}_angle", quantity="angle", body=body.name))
         else:

@@ -81,9 +81,8 @@ def _parse_polynomial(value: object) -> Curve:
     if not isinstance(value, list | tuple):
         raise wrong_value(value, "must be a list of numbers")
     kinds = chain(["length"], repeat("number"))
-    return PolynomialCurve(
-        coefficients=tuple(parse_si(item, kind, f"{KEY}, c{power}") for power, (item, kind) in enumerate(zip(value, kinds, strict=False)))
-    )
+    numbers = (parse_si(item, kind, f"{KEY}, c{power}") for power, (item, kind) in enumerate(zip(value, kinds, strict=False)))
+    return PolynomialCurve(coefficients=tuple(numbers))
 
 
 def table_list(model: type[SceneFileTable], noun: str) -> PlainValidator:
