@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError, require_positive
@@ -28,9 +27,9 @@ class Clearance(Effect):
         Coefficient of restitution at its ends, 0 to 1.
     """
 
-    key: ClassVar[str] = "clearance"
-    changes_bodies_of: ClassVar[str] = "a sleeve on links"
-    value_fields: ClassVar[tuple[str, ...]] = ("width",)
+    key = "clearance"
+    changes_bodies_of = "a sleeve on links"
+    value_fields = ("width",)
 
     width: float = scene_key(
         "length",

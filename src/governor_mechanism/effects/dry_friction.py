@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import OutputEffect
@@ -22,8 +22,8 @@ class DryFriction(OutputEffect):
         Friction limit over time, N or N m; at least 0.
     """
 
-    key: ClassVar[str] = "dry_friction"
-    value_fields: ClassVar[tuple[str, ...]] = ("force",)
+    key = "dry_friction"
+    value_fields = ("force",)
 
     force: InputFunction = scene_key(
         "force", "torque", sign="not negative", reason=", because friction opposes the motion", is_program=True, default=InputFunction()

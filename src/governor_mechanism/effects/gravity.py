@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from governor_mechanism.errors import require_positive
 from governor_mechanism.model.effect import Effect
@@ -23,8 +22,8 @@ class Gravity(Effect):
         Gravitational acceleration, m/s2; positive.
     """
 
-    key: ClassVar[str] = "gravity"
-    value_fields: ClassVar[tuple[str, ...]] = ("acceleration",)
+    key = "gravity"
+    value_fields = ("acceleration",)
 
     acceleration: float = scene_key("acceleration", bounded=False, default=DEFAULT_GRAVITY)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError, require_not_negative
 from governor_mechanism.model.effect import Effect
@@ -26,8 +25,8 @@ class RodMasses(Effect):
         Radius of each ball, m.
     """
 
-    key: ClassVar[str] = "rods"
-    changes_bodies_of: ClassVar[str] = "a governor with arms and links"
+    key = "rods"
+    changes_bodies_of = "a governor with arms and links"
 
     arm_mass: float = scene_key("mass", sign="not negative", examples=("0.6 kg",), default=0.0)
     link_mass: float = scene_key("mass", sign="not negative", examples=("0.5 kg",), default=0.0)

@@ -27,6 +27,8 @@ class Effect:
         Fields that may be computed from other keys.
     changes_bodies_of
         Machines whose bodies the effect changes; empty if it changes no bodies and suits every machine.
+    loads_turning_bodies
+        Whether bodies in a turning plane carry a centrifugal load.
     """
 
     key: ClassVar[str]
@@ -34,16 +36,12 @@ class Effect:
     common_keys: ClassVar[tuple[str, ...]] = ()
     derivations: ClassVar[tuple[Derivation, ...]] = ()
     changes_bodies_of: ClassVar[str] = ""
+    loads_turning_bodies: ClassVar[bool] = False
 
     @property
     def gravity(self) -> float:
         """Gravitational acceleration that the effect adds along -y, m/s2."""
         return 0.0
-
-    @property
-    def loads_turning_bodies(self) -> bool:
-        """Whether bodies in a turning plane carry a centrifugal load."""
-        return False
 
     @property
     def output_effects(self) -> tuple[OutputEffect, ...]:

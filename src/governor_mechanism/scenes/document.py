@@ -20,27 +20,16 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Part, Spindle, Start
 from governor_mechanism.model.scene import RunSettings, Scene
+from governor_mechanism.scenes import schema
 from governor_mechanism.scenes.coupling_tables import parse_couplings
 from governor_mechanism.scenes.cross_validation import check_tables_together
 from governor_mechanism.scenes.custom.parser import CustomMachineParser, CustomSceneTable
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_effects
-from governor_mechanism.scenes.event_tables import parse_crossings
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.scenes.quantities import parse_name
-from governor_mechanism.scenes.schema import (
-    SPINDLE,
-    CommonSceneTable,
-    CoupledSceneTable,
-    RunTable,
-    SceneTable,
-    dimensions_table_model,
-    find_misspelt_equilibrium,
-    parse_start,
-    rate_key,
-)
 from governor_mechanism.scenes.table import validate
 
-_TopLevel = TypeVar("_TopLevel", bound=CommonSceneTable)
+_TopLevel = TypeVar("_TopLevel", bound=schema.CommonSceneTable)
 
 GOVERNOR_PART_NAME = "governor"
 """Name of the only part of a scene."""
@@ -60,9 +49,9 @@ class DocumentParser:
             parser = PartParser(self.document, self.collector)
             part, couplings = parser.parse(), ()
             title, parts, quantities = parser.title, () if part is None else (part,), parser.quantities
-        crossings = parse_crossings(self.document.get("events"), quantities, self.collector)
+        crossings = schema.parse_crossings(self.document.get("events"), quantities, self.collector)
         table = given if isinstance(given := self.document.get("run"), Mapping) else {}
-        run_table = self.collector.attempt("run", validate, RunTable, table)
+        run_table = self.collector.attempt("run", validate, schema.RunTable, table)
         run = self.collector.attempt("[run]", lambda: RunSettings(**run_table.given_values() if run_table else {}))
         if self.collector.problems or not parts or run is None:
             raise MechanismError(*self.collector.problems)
@@ -78,7 +67,7 @@ class DocumentParser:
 
     def _parse_parts(self) -> tuple[str, tuple[Part, ...], tuple[Coupling, ...], ReadingQuantities]:
         """Return title, parts, couplings and readings of a document of several parts."""
-        top_level = self.collector.attempt("", validate, CoupledSceneTable, self.document)
+        top_level = self.collector.attempt("", validate, schema.CoupledSceneTable, self.document)
         tables = given if isinstance(given := self.document.get("part"), Mapping) else {}
         couplings = parse_couplings(self.document.get("coupling"), self.collector)
         coupled = {angle for coupling in couplings if isinstance(coupling, RatioCoupling) for angle in (coupling.first, coupling.second)}
@@ -136,7 +125,7 @@ class PartParser:
         default: Spindle | FreeSpindle = FreeSpindle() if self.is_coupled else Spindle()
         if not self.tables.get("spindle") and ("spindle" not in self.tables or self.is_coupled):
             return default
-        given = self.collector.attempt("spindle", lambda: validate(SPINDLE, self.tables["spindle"], context=self.is_coupled).build())
+        given = self.collector.attempt("spindle", lambda: validate(schema.SPINDLE, self.tables["spindle"], context=self.is_coupled).build())
         return given or default
 
     def _parse_effects(self, readings: Iterable[tuple[str, str]] | None) -> tuple[Effect, ...]:
@@ -162,7 +151,7 @@ class PartParser:
 
     def _parse_dimensioned(self) -> tuple[Part | None, tuple[Effect, ...], Start]:
         """Return part, effects and start of a scene with a machine that dimensions describe."""
-        self._parse_top_level(SceneTable)
+        self._parse_top_level(schema.SceneTable)
         machine_class = MACHINES.get(_find_intended_machine(self.document))
         machine = self._build_machine(machine_class)
         mechanism = machine.mechanism() if machine else _build_placeholder_mechanism(machine_class) if machine_class else None
@@ -191,22 +180,22 @@ class PartParser:
             self.collector.add(ProblemCode.MISSING_KEY, f"[dimensions] is missing; {needs}", key="dimensions")
         if machine_class is None or "dimensions" not in self.tables:
             return None
-        table = self.collector.attempt("dimensions", validate, dimensions_table_model(machine_class), self.tables["dimensions"])
+        table = self.collector.attempt("dimensions", validate, schema.dimensions_table_model(machine_class), self.tables["dimensions"])
         return None if table is None else self.collector.attempt("[dimensions]", lambda: machine_class(**table.given_values()))
 
     def _parse_start(self, machine: Machine | None, mechanism: Mechanism | None, has_clearance: bool) -> Start:
         """Return values and rates of the coordinate, and of the clearance; it starts in its middle and at rest by default."""
         table = self.tables.get("start", {})
         if mechanism is None:
-            self.collector.add(ProblemCode.UNKNOWN_NAME, *find_misspelt_equilibrium(table), key="start")
+            self.collector.add(ProblemCode.UNKNOWN_NAME, *schema.find_misspelt_equilibrium(table), key="start")
             return Start(values={})
         coordinate = mechanism.coordinate
-        readings = {coordinate: (mechanism.reading(coordinate).quantity, rate_key(coordinate))}
+        readings = {coordinate: (mechanism.reading(coordinate).quantity, schema.rate_key(coordinate))}
         defaults: dict[str, float | str] = {coordinate: EQUILIBRIUM}
         if has_clearance:
             readings[CLEARANCE_READING] = ("length", f"{CLEARANCE_READING}_rate")
             defaults[CLEARANCE_READING] = 0.0
-        given = parse_start(table, readings, self.collector)
+        given = schema.parse_start(table, readings, self.collector)
         start = Start(
             values=defaults | {**given.values},
             rates={CLEARANCE_READING: 0.0, **given.rates} if given.rates and has_clearance else given.rates,

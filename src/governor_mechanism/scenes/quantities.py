@@ -18,14 +18,8 @@ from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, pa
 UNITLESS_LIMITS: Final = {"length": (50.0, MAX_DIMENSION), "mass": (1e6, MAX_DIMENSION), "angular_speed": (1e3, MAX_SPINDLE_SPEED)}
 """Bounds in SI by kind: a bare number between them may be a slip of units; above them any number is refused."""
 
-MIN_VALUE_BY_KIND: Final = {
-    "moment_of_inertia": MIN_DIMENSION**2,
-    "torsion_stiffness": MIN_DIMENSION**2,
-    "torsion_damping": MIN_DIMENSION**2,
-    "quadratic_torsion_damping": MIN_DIMENSION**2,
-    "area": MIN_DIMENSION**2,
-    "modulus": 1.0,
-}
+_SQUARED_KINDS = ("moment_of_inertia", "torsion_stiffness", "torsion_damping", "quadratic_torsion_damping", "area")
+MIN_VALUE_BY_KIND: Final = {"modulus": 1.0} | dict.fromkeys(_SQUARED_KINDS, MIN_DIMENSION**2)
 """Smallest values in SI by kind; watches need less than MIN_DIMENSION."""
 
 MAX_VALUE_BY_KIND: Final = {"modulus": 1e13}

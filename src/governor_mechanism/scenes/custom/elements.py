@@ -13,8 +13,7 @@ from governor_mechanism.model import force_elements, joints
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.scenes.custom.bodies import PointRegistry
-from governor_mechanism.scenes.custom.motions import AngleMotion, DisplacementMotion, MotionBuilder
-from governor_mechanism.scenes.custom.values import BodyName, CurveValue, PointOrBodyRef, PointRef, PointReference
+from governor_mechanism.scenes.custom.values import AngleMotion, BodyName, CurveValue, DisplacementMotion, PointOrBodyRef, PointRef
 from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import Problem, ProblemCode, mistake
 from governor_mechanism.scenes.quantities import Angle, Label, Length, PositiveLength, built, choice, quantity
@@ -62,8 +61,9 @@ class ElementTable(SceneFileTable):
         return type(self).element(name=name, first=first, second=second, **arguments)
 
 
-def _body_of(end: Point | PointReference | str) -> str:
-    return end if isinstance(end, str) else end.body
+def _body_of(end: Any) -> str:
+    """Return the body of a point, or of a reference to one, or a body itself."""
+    return str(getattr(end, "body", end))
 
 
 class _PointTable(ElementTable):
@@ -188,7 +188,7 @@ class _DriverTable(JointTable):
 
 
 def _build_driver(
-    driver: Callable[..., Any], *, start: float, rate: float = 0.0, motion: MotionBuilder | None = None, **arguments: Any
+    driver: Callable[..., Any], *, start: float, rate: float = 0.0, motion: Callable[[float], Any] | None = None, **arguments: Any
 ) -> Any:
     """Return a driver with a motion, by default at a constant rate from the start."""
     return driver(motion=motion(start) if motion else PrescribedMotion.constant_rate(start, rate), **arguments)

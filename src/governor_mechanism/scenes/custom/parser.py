@@ -23,9 +23,8 @@ from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
 from governor_mechanism.scenes.custom.bodies import BodyTable, PointRegistry
 from governor_mechanism.scenes.custom.elements import FORCE, JOINT, ElementTable, LinkTable
-from governor_mechanism.scenes.custom.motions import is_moving, parse_moving_point
 from governor_mechanism.scenes.custom.readings import READING, READING_KINDS, find_reading_kind, make_default_readings
-from governor_mechanism.scenes.custom.values import parse_named_points
+from governor_mechanism.scenes.custom.values import is_moving, parse_moving_point, parse_named_points
 from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake, wrong_value
 from governor_mechanism.scenes.quantities import PositiveLength, choice, instance_of, parse_name
 from governor_mechanism.scenes.schema import AnyTable, CommonSceneTable, parse_start, rate_key
