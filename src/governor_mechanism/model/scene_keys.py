@@ -34,6 +34,8 @@ class SceneKey:
         Whether the magnitude must be that of something that can be built.
     is_program
         Whether the value may also be a list of [time, value].
+    is_required
+        Whether the key must be given.
     """
 
     kind: str
@@ -45,6 +47,7 @@ class SceneKey:
     hint: str = ""
     bounded: bool = True
     is_program: bool = False
+    is_required: bool = False
 
     def kind_along(self, quantity: str) -> str:
         """Return the kind of quantity along a reading that is a "length" or an "angle"."""
@@ -72,7 +75,8 @@ class Derivation:
 
 def scene_key(kind: str, angle_kind: str = "", *, default: Any = dataclasses.MISSING, **properties: Any) -> Any:
     """Declare a dataclass field that is a key of a scene file; the arguments are those of `SceneKey`."""
-    return dataclasses.field(default=default, metadata={"scene_key": SceneKey(kind, angle_kind, **properties)})
+    key = SceneKey(kind, angle_kind, is_required=default is dataclasses.MISSING, **properties)
+    return dataclasses.field(default=default, metadata={"scene_key": key})
 
 
 def scene_keys_of(owner: Any) -> dict[str, SceneKey]:

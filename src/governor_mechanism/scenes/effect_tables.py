@@ -44,17 +44,11 @@ def _example(key: SceneKey, quantity: str) -> str:
 def _effect_example(effect: type[Effect], quantity: str) -> str:
     """Return a valid value of an effect."""
     keys = scene_keys_of(effect)
-    if len(effect.value_fields) == 1:
-        return _example(keys[effect.value_fields[0]], quantity)
-    if effect.value_fields:
-        return f"[{', '.join(_example(keys[name], quantity) for name in effect.value_fields)}]"
-    shown = [name for name, key in keys.items() if key.examples] or _required_fields(effect)
+    values = [_example(keys[name], quantity) for name in effect.value_fields]
+    if values:
+        return values[0] if len(values) == 1 else f"[{', '.join(values)}]"
+    shown = [name for name, key in keys.items() if key.examples] or [name for name, key in keys.items() if key.is_required]
     return f"{{ {', '.join(f'{name} = {_example(keys[name], quantity)}' for name in shown)} }}"
-
-
-def _required_fields(effect: type[Effect]) -> list[str]:
-    keys = scene_keys_of(effect)
-    return [field.name for field in dataclasses.fields(effect) if field.default is dataclasses.MISSING and field.name in keys]
 
 
 def _parse_key(key: SceneKey, quantity: str, value: object) -> Any:
@@ -80,10 +74,11 @@ class EffectTable(SceneFileTable):
         """Yield fields given twice, or missing although they may be computed from other keys; only along a length."""
         for derivation in cls.effect.derivations:
             field, keys, is_angle = derivation.field, list(derivation.kinds), cls.quantity == "angle"
+            field_key = scene_keys_of(cls.effect)[field]
             given = [key for key in keys if key in values]
             needed = [key for key in keys if key not in (derivation.function.__kwdefaults__ or {})]
             missing = [key for key in needed if key not in values]
-            hint = f"write {field} = {_example(scene_keys_of(cls.effect)[field], cls.quantity)}"
+            hint = f"write {field} = {_example(field_key, cls.quantity)}"
             if given and field in values:
                 text = f"{KEY}: {field} cannot be combined with {', '.join(given)}, from which it follows; leave one of the two out"
                 yield Problem(text, ProblemCode.CONFLICT)
@@ -91,7 +86,7 @@ class EffectTable(SceneFileTable):
                 yield Problem(f"{KEY} is an angle and cannot have {', '.join(given)}; {hint}", ProblemCode.CONFLICT)
             elif given and missing:
                 yield Problem(f"{KEY} lacks {', '.join(missing)}; {', '.join(needed)} are all needed", ProblemCode.CONFLICT)
-            elif not given and field not in values and field in _required_fields(cls.effect):
+            elif not given and field not in values and field_key.is_required:
                 alternative = "" if is_angle else f", or {', '.join(keys)}"
                 yield Problem(f"{KEY}: {field} is missing; {hint}{alternative}", ProblemCode.MISSING_KEY)
 
@@ -109,19 +104,16 @@ class EffectTable(SceneFileTable):
 def _table_model(effect: type[Effect], quantity: str) -> type[EffectTable]:
     """Return the model of a table of an effect, along a reading of a quantity, with the keys that the effect declares."""
     keys = {name: key for name, key in scene_keys_of(effect).items() if name not in effect.common_keys}
-    required = set(_required_fields(effect))
     for derivation in effect.derivations:
         keys |= {name: SceneKey(kind) for name, kind in derivation.kinds.items()}
-        required.discard(derivation.field)
+        keys[derivation.field] = dataclasses.replace(keys[derivation.field], is_required=False)
     fields: dict[str, Any] = {}
     for name, key in keys.items():
-        description = (
-            f"{key.meaning or QUANTITY_KINDS[key.kind_along(quantity)].name}, as {_example(key, quantity)}" if name in required else None
-        )
-        fields[name] = (
-            Annotated[Any, PlainValidator(partial(_parse_key, key, quantity))],
-            Field(... if description else None, description=description),
-        )
+        validator, field = PlainValidator(partial(_parse_key, key, quantity)), Field(None)
+        if key.is_required:
+            meaning = key.meaning or QUANTITY_KINDS[key.kind_along(quantity)].name
+            field = Field(..., description=f"{meaning}, as {_example(key, quantity)}")
+        fields[name] = (Annotated[Any, validator], field)
     model = create_model(f"{effect.__name__}Table", __base__=EffectTable, **fields)
     model.effect, model.quantity = effect, quantity
     model.example = "" if effect.value_fields else _effect_example(effect, quantity)
@@ -160,7 +152,7 @@ def _parse_range(effect: type[Effect], quantity: str, value: Any) -> dict[str, f
 def _parse_single_effect(effect: type[Effect], value: object) -> Effect | None:
     """Return an effect that acts along no reading, or None if it is switched off."""
     keys = scene_keys_of(effect)
-    may_be_true = bool(effect.value_fields) and not _required_fields(effect)
+    may_be_true = bool(effect.value_fields) and not any(key.is_required for key in keys.values())
     if not keys or (may_be_true and isinstance(value, bool)):
         return effect() if check_bool(value) else None
     if value is False:
@@ -173,14 +165,10 @@ def _parse_single_effect(effect: type[Effect], value: object) -> Effect | None:
     except MechanismError as error:
         if not may_be_true:
             raise
-        hint = f"; {effect.key} may also be true ({_default_text(effect)}) or false"
+        (name,) = effect.value_fields
+        default = f"{getattr(effect(), name):g} {QUANTITY_KINDS[keys[name].kind].si_unit}"
+        hint = f"; {effect.key} may also be true ({default}) or false"
         raise MechanismError(*(Problem(f"{problem}{hint}", Problem(problem).code) for problem in error.problems)) from error
-
-
-def _default_text(effect: type[Effect]) -> str:
-    """Return the value with its unit that stands for true."""
-    (name,) = effect.value_fields
-    return f"{getattr(effect(), name):g} {QUANTITY_KINDS[scene_keys_of(effect)[name].kind].si_unit}"
 
 
 def _parse_output_effects(effect: type[Effect], value: object, quantities: ReadingQuantities) -> tuple[Effect, ...]:
@@ -243,10 +231,7 @@ def _parse_effect(effect: type[Effect], value: object, info: ValidationInfo) -> 
     return () if single_effect is None else (single_effect,)
 
 
-_EFFECT_FIELDS: dict[str, Any] = {
-    effect.key: (Annotated[tuple[Effect, ...], PlainValidator(partial(_parse_effect, effect))], ()) for effect in EFFECTS
-}
-
+_EFFECT_FIELDS: dict[str, Any] = {effect.key: (Annotated[Any, PlainValidator(partial(_parse_effect, effect))], ()) for effect in EFFECTS}
 EffectsTable = create_model("EffectsTable", __base__=SceneFileTable, **_EFFECT_FIELDS)
 """[effects]; each key gives a tuple of effects."""
 
