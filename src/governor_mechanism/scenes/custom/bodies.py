@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
-from functools import cached_property
-from itertools import chain, count
+from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Final
 
 from pydantic import Field, model_validator
 
-from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines import custom
-from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import SecondMoments
 from governor_mechanism.model.part import TURNING_PLANE
-from governor_mechanism.scenes.custom.values import NamedPoints, NewBodyName, PointReference, table_list
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, parse_each, wrong_value
-from governor_mechanism.scenes.quantities import Angle, Bool, FloatPair, Length, Mass, Position, PositiveLength, built
+from governor_mechanism.scenes.custom.values import NamedPoints, NewBodyName, table_list
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
+from governor_mechanism.scenes.quantities import Angle, Bool, Length, Mass, Position, PositiveLength, built
 from governor_mechanism.scenes.table import SceneFileTable
 from governor_mechanism.units.quantities import format_value
 
@@ -171,79 +167,3 @@ class BodyTable(SceneFileTable):
         else:  # in a fixed plane only the sum counts
             moments = SecondMoments(xx=self.inertia / 2, yy=self.inertia / 2)
         return custom.BodyShape(second_moments=moments, mass_centre=self.centre)
-
-
-class PointRegistry:
-    """Bodies, their points and their initial positions, for the tables that refer to them by name.
-
-    Attributes
-    ----------
-    ground
-        Named points of the ground that are at rest, m.
-    moving_points
-        Moving points of the ground by name, as massless bodies.
-    bodies
-        Bodies by name.
-    invalid_bodies
-        Names of bodies whose own tables are wrong; a reference to one of them fails without a message.
-    """
-
-    def __init__(self) -> None:
-        self.ground: dict[str, FloatPair] = {"origin": (0.0, 0.0)}
-        self.moving_points: dict[str, custom.SketchedBody] = {}
-        self.bodies: dict[str, custom.SketchedBody] = {}
-        self.invalid_bodies: set[str] = set()
-        self.used_names: set[str] = set()
-
-    @cached_property
-    def initial_configuration(self) -> custom.InitialConfiguration:
-        """Initial poses of the bodies; use it when all bodies are known."""
-        return custom.InitialConfiguration([*self.bodies.values(), *self.moving_points.values()])
-
-    def require_body(self, name: str, key: str) -> str:
-        """Return the name of a body; refuse an unknown one."""
-        if name in self.invalid_bodies:
-            raise MechanismError
-        known_names = [GROUND, *self.bodies, *sorted(self.invalid_bodies - {GROUND})]
-        if name not in known_names:
-            text = f"{KEY}.{key} names the unknown body {format_value(name)}; bodies are {', '.join(known_names)}."
-            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(name, known_names), key=f"{KEY}.{key}")
-        return name
-
-    def find_point(self, reference: PointReference, key: str) -> Point:
-        """Return the point of a reference; a body alone means its mass centre."""
-        name = self.require_body(reference.body, key)
-        if name == GROUND and reference.point in self.moving_points:
-            return Point(body=self.moving_points[reference.point].name)
-        body = self.bodies.get(name)
-        named_points = self.ground if body is None else body.named_points
-        position = reference.position or named_points.get(reference.point or ("origin" if body is None else "centre"))
-        if position is None:
-            known_names = [*named_points, *(self.moving_points if body is None else ())]
-            location = "[ground]" if body is None else f"the points of body {format_value(name)}"
-            text = (
-                f"{KEY}.{key} names the unknown point {format_value(reference.point)} of {format_value(name)}; "
-                f"known are {', '.join(known_names)}; add others to {location}."
-            )
-            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(reference.point, known_names), key=f"{KEY}.{key}")
-        return Point(body=GROUND, x=position[0], y=position[1]) if body is None else body.point(position)
-
-    def find_points(self, *references: tuple[str, PointReference]) -> list[Point]:
-        """Return the points of (key, reference); report every wrong one."""
-        return parse_each(lambda given: self.find_point(given[1], given[0]), references)
-
-    def require_bodies(self, *names: tuple[str, str]) -> list[str]:
-        """Return the names of bodies of (key, name); report every unknown one."""
-        return parse_each(lambda given: self.require_body(given[1], given[0]), names)
-
-    def reserve_name(self, base_name: str) -> str:
-        """Return a name that is not used, with a number at its end if necessary, and reserve it."""
-        name = make_unique_name(base_name, self.used_names, " ")
-        self.used_names.add(name)
-        return name
-
-
-def make_unique_name(base_name: str, used_names: Collection[str], separator: str) -> str:
-    """Return a name that is not used, with the lowest possible number from 2 on at its end if necessary."""
-    numbered_names = (f"{base_name}{separator}{number}" for number in count(2))
-    return next(name for name in chain([base_name], numbered_names) if name not in used_names)

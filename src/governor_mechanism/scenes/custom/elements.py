@@ -12,8 +12,7 @@ from governor_mechanism.machines.custom import InitialConfiguration
 from governor_mechanism.model import force_elements, joints
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
-from governor_mechanism.scenes.custom.bodies import PointRegistry
-from governor_mechanism.scenes.custom.values import AngleMotion, BodyName, CurveValue, DisplacementMotion, PointOrBodyRef, PointRef
+from governor_mechanism.scenes.custom.values import AngleMotion, BodyRef, CurveValue, DisplacementMotion, PointOrBodyRef, PointRef
 from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import Problem, ProblemCode, mistake
 from governor_mechanism.scenes.quantities import Angle, Label, Length, PositiveLength, built, choice, quantity
@@ -34,36 +33,32 @@ class ElementTable(SceneFileTable):
     """Class of the joint or force element."""
     end_keys: ClassVar[tuple[str, ...]] = ("first", "second")
     """Keys of the points or bodies that are connected."""
-    find_ends: ClassVar[Callable[..., list[Any]]] = PointRegistry.find_points
-    """Method of the registry that finds the points or bodies."""
 
     name: Label = None
 
     @property
     def default_name(self) -> str:
         """Name from the type and the connected bodies."""
-        bodies = [_body_of(getattr(self, key)) for key in self.end_keys]
+        bodies = [_body_of(getattr(self, key)).partition(".")[0] for key in self.end_keys]
         kind = str(getattr(self, "type", "link")).replace("_", " ")
         return f"{kind} of {' and '.join(bodies if len(bodies) > 1 else [GROUND, *bodies])}"
 
-    def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
+    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the defaults that follow from the initial configuration, by argument."""
         return {}
 
-    def build(self, name: str, registry: PointRegistry) -> Any:
+    def build(self, name: str, initial: InitialConfiguration) -> Any:
         """Return the joint or force element."""
-        first, second = type(self).find_ends(registry, *((key, getattr(self, key)) for key in self.end_keys))
+        first, second = (getattr(self, key) for key in self.end_keys)
         if _body_of(first) == _body_of(second):
             text = f"both ends are of {format_value(_body_of(first))}; they must be of two different bodies"
             raise mistake(ProblemCode.CONFLICT, text)
         given = {key: value for key, value in self.given_values().items() if key not in ("name", "type", *self.end_keys)}
-        arguments = self.initial_values(registry.initial_configuration, first, second) | given
-        return type(self).element(name=name, first=first, second=second, **arguments)
+        return type(self).element(name=name, first=first, second=second, **self.initial_values(initial) | given)
 
 
-def _body_of(end: Any) -> str:
-    """Return the body of a point, or of a reference to one, or a body itself."""
-    return str(getattr(end, "body", end))
+def _body_of(end: Point | str) -> str:
+    return end if isinstance(end, str) else end.body
 
 
 class _PointTable(ElementTable):
@@ -77,9 +72,9 @@ class LinkTable(_PointTable):
     element = joints.Distance
     length: PositiveLength = 0.0
 
-    def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
+    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the length."""
-        length = self.length or initial.distance(first, second)
+        length = self.length or initial.distance(self.first, self.second)
         if not length:
             raise mistake(ProblemCode.MISSING_KEY, "length is missing, and the ends of the link coincide initially")
         return {"length": length}
@@ -103,9 +98,9 @@ class WeldTable(JointTable):
     element: ClassVar[Callable[..., Any]] = joints.Weld
     relative_angle: Angle = Field(0.0, alias="turn")
 
-    def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
+    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the relative angle."""
-        return {"relative_angle": initial.relative_angle(first, second)}
+        return {"relative_angle": initial.relative_angle(self.first, self.second)}
 
 
 class SliderTable(JointTable):
@@ -152,9 +147,9 @@ class GearTable(_BodyJointTable):
     )
     offset: Angle = 0.0
 
-    def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
+    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the offset."""
-        return {"offset": initial.relative_angle(first, second, self.ratio)}
+        return {"offset": initial.relative_angle(self.first, self.second, self.ratio)}
 
 
 class RackTable(_BodyJointTable):
@@ -167,9 +162,9 @@ class RackTable(_BodyJointTable):
     angle: Angle = 0.0
     offset: Annotated[float, quantity("length")] = 0.0
 
-    def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
+    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the offset."""
-        return {"offset": initial.displacement_along(first, second, self.angle) - self.radius * initial.poses[first.body][2]}
+        return {"offset": initial.displacement_along(self.first, self.second, self.angle) - self.radius * initial.poses[self.first.body][2]}
 
 
 class _DriverTable(JointTable):
@@ -203,9 +198,9 @@ class DrivenTurnTable(_BodyJointTable, _DriverTable):
     start: Angle = 0.0
     motion: AngleMotion = None
 
-    def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
+    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the start."""
-        return {"start": initial.relative_angle(first, second)}
+        return {"start": initial.relative_angle(self.first, self.second)}
 
 
 class DrivenSlideTable(_DriverTable, SliderTable):
@@ -217,9 +212,9 @@ class DrivenSlideTable(_DriverTable, SliderTable):
     start: Annotated[float, quantity("length")] = 0.0
     motion: DisplacementMotion = None
 
-    def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
+    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the start."""
-        return {"start": initial.displacement_along(first, second, self.angle, first.body)}
+        return {"start": initial.displacement_along(self.first, self.second, self.angle, self.first.body)}
 
 
 class ForceElementTable(ElementTable):
@@ -243,15 +238,9 @@ class DamperTable(ForceElementTable, _PointTable):
     damping: Annotated[float, built("damping")] = Field(description='the damping, as "120 N s/m"')
 
 
-class _BodyForceTable(ForceElementTable):
-    """A torque between two bodies."""
-
-    find_ends = PointRegistry.require_bodies
-
-
-class _TorsionTable(_BodyForceTable):
-    second: BodyName = Field(description='the body on which it acts, as "crank"')
-    first: BodyName = GROUND
+class _TorsionTable(ForceElementTable):
+    second: BodyRef = Field(description='the body on which it acts, as "crank"')
+    first: BodyRef = GROUND
 
 
 class TorsionSpringForceTable(_TorsionTable):
@@ -269,13 +258,13 @@ class TorsionDamperTable(_TorsionTable):
     damping: Annotated[float, built("torsion_damping")] = Field(description='the damping, as "0.1 N m s/rad"')
 
 
-class TorqueTable(_BodyForceTable):
+class TorqueTable(ForceElementTable):
     """Type "torque"."""
 
     element = force_elements.Torque
     end_keys = ("against", "body")
-    body: BodyName = Field(description='the body on which it acts, as "crank"')
-    against: BodyName = GROUND
+    body: BodyRef = Field(description='the body on which it acts, as "crank"')
+    against: BodyRef = GROUND
     moment: Annotated[Any, input_function("torque", "moment")] = Field(
         description='the moment, as "5 N m", or over time, as [[0, "5 N m"], [2, "6 N m"]]'
     )
@@ -295,12 +284,11 @@ class ForceTable(ForceElementTable):
         if "x" not in values and "y" not in values:
             yield Problem('x or y is missing; write x = "40 N" for a force along x', ProblemCode.MISSING_KEY)
 
-    def build(self, name: str, registry: PointRegistry) -> force_elements.Force:
+    def build(self, name: str, initial: InitialConfiguration) -> force_elements.Force:
         """Return the force."""
-        point = registry.find_point(self.point, "point")
-        if point.body == GROUND:
+        if self.point.body == GROUND:
             raise mistake(ProblemCode.CONFLICT, "point must be of a moving body; a force on the ground has no effect")
-        return force_elements.Force(name=name, point=point, x=self.x, y=self.y)
+        return force_elements.Force(name=name, point=self.point, x=self.x, y=self.y)
 
 
 class UntypedJointTable(JointTable):

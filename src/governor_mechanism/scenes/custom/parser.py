@@ -21,10 +21,10 @@ from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Joint
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
-from governor_mechanism.scenes.custom.bodies import BodyTable, PointRegistry
+from governor_mechanism.scenes.custom.bodies import BodyTable
 from governor_mechanism.scenes.custom.elements import FORCE, JOINT, ElementTable, LinkTable
 from governor_mechanism.scenes.custom.readings import READING, READING_KINDS, find_reading_kind, make_default_readings
-from governor_mechanism.scenes.custom.values import is_moving, parse_moving_point, parse_named_points
+from governor_mechanism.scenes.custom.values import PointRegistry, is_moving, parse_moving_point, parse_named_points
 from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake, wrong_value
 from governor_mechanism.scenes.quantities import PositiveLength, choice, instance_of, parse_name
 from governor_mechanism.scenes.schema import AnyTable, CommonSceneTable, parse_start, rate_key
@@ -143,9 +143,9 @@ class CustomMachineParser:
         self.registry.used_names |= {table["name"] for table in tables if isinstance(table.get("name"), str)}
 
         def build(table: ElementTable) -> Any:
-            return table.build(table.name or self.registry.reserve_name(table.default_name), self.registry)
+            return table.build(table.name or self.registry.reserve_name(table.default_name), self.registry.initial_configuration)
 
-        return self._parse_tables(key, adapter, build)
+        return self._parse_tables(key, adapter, build, self.registry)
 
     def _check_unique_names(self, bodies: Iterable[SketchedBody], joints: Iterable[Joint], force_elements: Iterable[ForceElement]) -> None:
         for kind, elements in (("body", bodies), ("joint or link", joints), ("force", force_elements)):
@@ -180,7 +180,7 @@ class CustomMachineParser:
             raise mistake(ProblemCode.WRONG_TYPE, "the name of a reading consists of letters, digits and _, as crank_angle")
         if not find_reading_kind(values):
             raise wrong_value(values, f"must be a table with one of {', '.join(READING_KINDS)}", f'; write {name} = {{ angle = "crank" }}')
-        return validate(READING, values).build(name, self.registry)
+        return validate(READING, values, context=self.registry).build(name)
 
     def _parse_start(self, readings: list[Reading]) -> Start:
         given, readings_table = self.document.get("start", {}), self.document.get("readings")

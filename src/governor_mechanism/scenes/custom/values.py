@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping
+from functools import cached_property, partial
 from itertools import chain, count, repeat
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field, PlainValidator
+from pydantic import Field, PlainValidator, ValidationInfo
 
-from governor_mechanism.machines.custom import BodyShape, SketchedBody
+from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.machines.custom import BodyShape, InitialConfiguration, SketchedBody
 from governor_mechanism.mechanics.kinematics.time_functions import MotionFunction
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalDriver
@@ -23,32 +24,97 @@ from governor_mechanism.scenes.table import SceneFileTable, validate
 from governor_mechanism.units.quantities import format_value
 
 
-@dataclass(frozen=True)
-class PointReference:
-    """A point as written: a body with the name of a point ("" for the body alone), or with a position in its axes."""
+class PointRegistry:
+    """Bodies, their points and their initial positions, for the tables that refer to them by name.
 
-    body: str
-    point: str = ""
-    position: FloatPair | None = None
+    Attributes
+    ----------
+    ground
+        Named points of the ground that are at rest, m.
+    moving_points
+        Moving points of the ground by name, as massless bodies.
+    bodies
+        Bodies by name.
+    invalid_bodies
+        Names of bodies whose own tables are wrong; a reference to one of them fails without a message.
+    """
+
+    def __init__(self) -> None:
+        self.ground: dict[str, FloatPair] = {"origin": (0.0, 0.0)}
+        self.moving_points: dict[str, SketchedBody] = {}
+        self.bodies: dict[str, SketchedBody] = {}
+        self.invalid_bodies: set[str] = set()
+        self.used_names: set[str] = set()
+
+    @cached_property
+    def initial_configuration(self) -> InitialConfiguration:
+        """Initial poses of the bodies; use it when all bodies are known."""
+        return InitialConfiguration([*self.bodies.values(), *self.moving_points.values()])
+
+    def require_body(self, name: str) -> str:
+        """Return the name of a body; refuse an unknown one."""
+        if name in self.invalid_bodies:
+            raise MechanismError
+        known_names = [GROUND, *self.bodies, *sorted(self.invalid_bodies - {GROUND})]
+        if name not in known_names:
+            text = f"{KEY} names the unknown body {format_value(name)}; bodies are {', '.join(known_names)}."
+            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(name, known_names))
+        return name
+
+    def find_point(self, name: str, point: str = "", position: FloatPair | None = None) -> Point:
+        """Return a point of a body, by its name or position; a body alone means its mass centre."""
+        if self.require_body(name) == GROUND and point in self.moving_points:
+            return Point(body=self.moving_points[point].name)
+        body = self.bodies.get(name)
+        named_points = self.ground if body is None else body.named_points
+        position = position or named_points.get(point or ("origin" if body is None else "centre"))
+        if position is None:
+            known_names = [*named_points, *(self.moving_points if body is None else ())]
+            location = "[ground]" if body is None else f"the points of body {format_value(name)}"
+            text = (
+                f"{KEY} names the unknown point {format_value(point)} of {format_value(name)}; "
+                f"known are {', '.join(known_names)}; add others to {location}."
+            )
+            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(point, known_names))
+        return Point(body=GROUND, x=position[0], y=position[1]) if body is None else body.point(position)
+
+    def reserve_name(self, base_name: str) -> str:
+        """Return a name that is not used, with a number at its end if necessary, and reserve it."""
+        name = make_unique_name(base_name, self.used_names, " ")
+        self.used_names.add(name)
+        return name
 
 
-def _parse_point(value: object, *, allow_body: bool = False) -> PointReference:
+def make_unique_name(base_name: str, used_names: Collection[str], separator: str) -> str:
+    """Return a name that is not used, with the lowest possible number from 2 on at its end if necessary."""
+    numbered_names = (f"{base_name}{separator}{number}" for number in count(2))
+    return next(name for name in chain([base_name], numbered_names) if name not in used_names)
+
+
+def _parse_point(value: object, info: ValidationInfo, *, allow_body: bool = False) -> Point:
+    """Return a point of the registry that is the context."""
+    registry: PointRegistry = info.context
     if isinstance(value, str):
         body, dot, point = value.strip().partition(".")
         if body and (point if dot else allow_body):
-            return PointReference(body, point)
+            return registry.find_point(body, point)
         if body and not dot:
             text = f'{KEY} {format_value(value)} names no point; write "{value}.origin", or ["{value}", "10 mm", 0]'
             raise mistake(ProblemCode.WRONG_TYPE, text)
     elif isinstance(value, list | tuple) and len(value) == 3 and isinstance(value[0], str):
-        return PointReference(value[0], position=parse_position(value[1:]))
+        return registry.find_point(value[0], position=parse_position(value[1:]))
     raise wrong_value(value, 'must be "body.point" or ["body", x, y]')
 
 
-def _parse_two_points(value: object) -> tuple[PointReference, PointReference]:
+def _parse_two_points(value: object, info: ValidationInfo) -> list[Point]:
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise wrong_value(value, 'must be two points, as ["ground.O", "crank.A"]')
-    return _parse_point(value[0]), _parse_point(value[1])
+    return parse_each(lambda point: _parse_point(point, info), value)
+
+
+def _parse_body(value: object, info: ValidationInfo) -> str:
+    registry: PointRegistry = info.context
+    return registry.require_body(check_label(value))
 
 
 def _parse_body_name(value: object) -> str:
@@ -100,16 +166,6 @@ def table_list(model: type[SceneFileTable], noun: str) -> PlainValidator:
         return tuple(parse_each(lambda item, number: validate(model, item, f"{KEY}, {noun} {number}:"), value, count(1)))
 
     return PlainValidator(check)
-
-
-PointRef = Annotated[PointReference, PlainValidator(_parse_point)]
-PointOrBodyRef = Annotated[PointReference, PlainValidator(lambda value: _parse_point(value, allow_body=True))]
-TwoPointRefs = Annotated[tuple[PointReference, PointReference], PlainValidator(_parse_two_points)]
-NamedPoints = Annotated[dict[str, FloatPair] | None, PlainValidator(parse_named_points)]
-BodyName = Annotated[str, PlainValidator(check_label)]
-NewBodyName = Annotated[str, PlainValidator(_parse_body_name)]
-CurveValue = Annotated[Any, PlainValidator(_parse_curve)]
-"""Types of fields."""
 
 
 MotionBuilder = Callable[[float], PrescribedMotion]
@@ -218,6 +274,13 @@ def _parse_coordinate(value: object) -> PrescribedMotion:
     return PrescribedMotion.constant_rate(parse_si(value, "length"), 0.0)
 
 
+PointRef = Annotated[Point, PlainValidator(_parse_point)]
+PointOrBodyRef = Annotated[Point, PlainValidator(partial(_parse_point, allow_body=True))]
+TwoPointRefs = Annotated[list[Point], PlainValidator(_parse_two_points)]
+BodyRef = Annotated[str, PlainValidator(_parse_body)]
+NewBodyName = Annotated[str, PlainValidator(_parse_body_name)]
+NamedPoints = Annotated[dict[str, FloatPair] | None, PlainValidator(parse_named_points)]
+CurveValue = Annotated[Any, PlainValidator(_parse_curve)]
 AngleMotion = Annotated[Any, _motion_validator("angle", "angle", AngleFormulaTable)]
 DisplacementMotion = Annotated[Any, _motion_validator("length", "displacement", DisplacementFormulaTable)]
-"""Types of fields; the values are `MotionBuilder`."""
+"""Types of fields; the values of motions are `MotionBuilder`. The validation context of references is the `PointRegistry`."""
