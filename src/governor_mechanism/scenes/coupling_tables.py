@@ -83,7 +83,7 @@ class ControlTable(CouplingTable):
         return ControlCoupling(name=name, function=function, target=self.scales or self.sets or "", scales=bool(self.scales))
 
 
-COUPLING_TABLES: Final[Mapping[str, type[SceneFileTable]]] = {"gear": GearTable, "follow": FollowTable, "control": ControlTable}
+COUPLING_TABLES: Final[Mapping[str, type[CouplingTable]]] = {"gear": GearTable, "follow": FollowTable, "control": ControlTable}
 """Tables of couplings by their type."""
 
 COUPLING: Final[TypeAdapter[CouplingTable]] = union_by_key(COUPLING_TABLES, lambda values, types: nearest_type(values, types) or "gear")

@@ -117,8 +117,9 @@ class PartParser:
         )
         if self.collector.problems or part is None:
             return None
-        changes = {"name": self.name or part.name, "effects": effects, "spindle": spindle, "start": start}
-        return self.collector.attempt("", lambda: dataclasses.replace(part, **changes))
+        with self.collector.at(""):
+            return dataclasses.replace(part, name=self.name or part.name, effects=effects, spindle=spindle, start=start)
+        return None
 
     def _parse_spindle(self) -> Spindle | FreeSpindle:
         """Return the spindle; one at rest if the file has none, or a wrong one."""

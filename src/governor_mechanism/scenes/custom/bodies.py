@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from governor_mechanism.machines import custom
 from governor_mechanism.model.mechanism import SecondMoments
 from governor_mechanism.model.part import TURNING_PLANE
-from governor_mechanism.scenes.custom.values import NamedPoints, NewBodyName, table_list
+from governor_mechanism.scenes.custom.field_types import NamedPoints, NewBodyName, PointRegistry, table_list
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.scenes.quantities import Angle, Bool, Length, Mass, Position, PositiveLength, built
 from governor_mechanism.scenes.table import SceneFileTable
@@ -81,7 +81,7 @@ class PointMassTable(SceneFileTable):
 
 
 class BodyTable(SceneFileTable):
-    """[[body]]; the validation context is the plane of the mechanism."""
+    """[[body]]; the validation context is the `PointRegistry`."""
 
     name: NewBodyName = Field(description='the name of the body in other tables, as "crank"')
     mass: Mass = 0.0
@@ -115,7 +115,8 @@ class BodyTable(SceneFileTable):
         if "mass" not in values and "point_masses" not in values:
             hint = 'it is the mass, as "0.2 kg", and 0 for a lever without mass; a bar without mass is a [[link]]'
             yield Problem(f"{KEY}.mass is missing; {hint}", ProblemCode.MISSING_KEY, f"{KEY}.mass")
-        if not shapes and values.get("turns") is not False and "moments" not in values and "inertia" in values and context == TURNING_PLANE:
+        has_inertia_alone = not shapes and "moments" not in values and "inertia" in values
+        if has_inertia_alone and values.get("turns") is not False and context.plane == TURNING_PLANE:
             text = "inertia does not determine the centrifugal forces in a turning plane"
             hint = 'give moments = { xx = "0.5 kg m^2", ... } or a shape (rod, disc, plate) instead'
             yield Problem(f"{text}; {hint}", ProblemCode.MISSING_KEY)
@@ -149,7 +150,7 @@ class BodyTable(SceneFileTable):
     def _shape(self) -> ShapeTable | None:
         return self.rod or self.disc or self.plate
 
-    def build(self) -> custom.SketchedBody:
+    def build(self, registry: PointRegistry) -> custom.SketchedBody:
         """Return the body."""
         point_masses = [custom.PointMass(**table.given_values()) for table in self.point_masses]
         mass, shape = self.mass, self._build_shape()

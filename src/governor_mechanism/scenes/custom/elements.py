@@ -12,7 +12,8 @@ from governor_mechanism.machines.custom import InitialConfiguration
 from governor_mechanism.model import force_elements, joints
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
-from governor_mechanism.scenes.custom.values import AngleMotion, BodyRef, CurveValue, DisplacementMotion, PointOrBodyRef, PointRef
+from governor_mechanism.scenes.custom import field_types
+from governor_mechanism.scenes.custom.field_types import PointRef, PointRegistry
 from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import Problem, ProblemCode, mistake
 from governor_mechanism.scenes.quantities import Angle, Label, Length, PositiveLength, built, choice, quantity
@@ -47,14 +48,15 @@ class ElementTable(SceneFileTable):
         """Return the defaults that follow from the initial configuration, by argument."""
         return {}
 
-    def build(self, name: str, initial: InitialConfiguration) -> Any:
+    def build(self, registry: PointRegistry) -> Any:
         """Return the joint or force element."""
+        name = self.name or registry.reserve_name(self.default_name)
         first, second = (getattr(self, key) for key in self.end_keys)
         if _body_of(first) == _body_of(second):
             text = f"both ends are of {format_value(_body_of(first))}; they must be of two different bodies"
             raise mistake(ProblemCode.CONFLICT, text)
         given = {key: value for key, value in self.given_values().items() if key not in ("name", "type", *self.end_keys)}
-        return type(self).element(name=name, first=first, second=second, **self.initial_values(initial) | given)
+        return type(self).element(name=name, first=first, second=second, **self.initial_values(registry.initial_configuration) | given)
 
 
 def _body_of(end: Point | str) -> str:
@@ -127,15 +129,17 @@ class CurveSlotTable(JointTable):
     """Type "curve"."""
 
     element = joints.CurveSlot
-    curve: CurveValue = Field(description="the curve y(x), as { coefficients = [0, 0, 5] } or { points = [[0, 0], [0.1, 0.05]] }")
+    curve: field_types.CurveValue = Field(
+        description="the curve y(x), as { coefficients = [0, 0, 5] } or { points = [[0, 0], [0.1, 0.05]] }"
+    )
     angle: Angle = 0.0
 
 
 class _BodyJointTable(JointTable):
     """A joint whose ends may be bodies without a point."""
 
-    first: PointOrBodyRef = Field(description='the first body or a point of it, as "ground" or "crank.A"')
-    second: PointOrBodyRef = Field(description='the second body or a point of it, as "crank" or "crank.A"')
+    first: field_types.PointOrBodyRef = Field(description='the first body or a point of it, as "ground" or "crank.A"')
+    second: field_types.PointOrBodyRef = Field(description='the second body or a point of it, as "crank" or "crank.A"')
 
 
 class GearTable(_BodyJointTable):
@@ -196,7 +200,7 @@ class DrivenTurnTable(_BodyJointTable, _DriverTable):
     rate_example = 'rate = "120 rpm", or motion = [[0, "0 deg"], [1, "90 deg"]]'
     rate: Annotated[float, quantity("angular_speed")] = 0.0
     start: Angle = 0.0
-    motion: AngleMotion = None
+    motion: field_types.AngleMotion = None
 
     def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the start."""
@@ -210,7 +214,7 @@ class DrivenSlideTable(_DriverTable, SliderTable):
     rate_example = 'rate = "50 mm/s", or motion = [[0, "0 mm"], [1, "50 mm"]]'
     rate: Annotated[float, quantity("speed")] = 0.0
     start: Annotated[float, quantity("length")] = 0.0
-    motion: DisplacementMotion = None
+    motion: field_types.DisplacementMotion = None
 
     def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the start."""
@@ -239,8 +243,8 @@ class DamperTable(ForceElementTable, _PointTable):
 
 
 class _TorsionTable(ForceElementTable):
-    second: BodyRef = Field(description='the body on which it acts, as "crank"')
-    first: BodyRef = GROUND
+    second: field_types.BodyRef = Field(description='the body on which it acts, as "crank"')
+    first: field_types.BodyRef = GROUND
 
 
 class TorsionSpringForceTable(_TorsionTable):
@@ -263,8 +267,8 @@ class TorqueTable(ForceElementTable):
 
     element = force_elements.Torque
     end_keys = ("against", "body")
-    body: BodyRef = Field(description='the body on which it acts, as "crank"')
-    against: BodyRef = GROUND
+    body: field_types.BodyRef = Field(description='the body on which it acts, as "crank"')
+    against: field_types.BodyRef = GROUND
     moment: Annotated[Any, input_function("torque", "moment")] = Field(
         description='the moment, as "5 N m", or over time, as [[0, "5 N m"], [2, "6 N m"]]'
     )
@@ -284,8 +288,9 @@ class ForceTable(ForceElementTable):
         if "x" not in values and "y" not in values:
             yield Problem('x or y is missing; write x = "40 N" for a force along x', ProblemCode.MISSING_KEY)
 
-    def build(self, name: str, initial: InitialConfiguration) -> force_elements.Force:
+    def build(self, registry: PointRegistry) -> force_elements.Force:
         """Return the force."""
+        name = self.name or registry.reserve_name(self.default_name)
         if self.point.body == GROUND:
             raise mistake(ProblemCode.CONFLICT, "point must be of a moving body; a force on the ground has no effect")
         return force_elements.Force(name=name, point=self.point, x=self.x, y=self.y)
@@ -304,10 +309,13 @@ class UntypedForceTable(ForceElementTable):
 
 
 _JOINT_TABLES = (PinTable, WeldTable, PrismaticTable, SliderTable, ArcTable, CurveSlotTable, GearTable, RackTable)
-_JOINT_TABLES_BY_TYPE = dict(zip(JOINT_TYPES, (*_JOINT_TABLES, DrivenTurnTable, DrivenSlideTable), strict=True))
+_DRIVER_TABLES = (DrivenTurnTable, DrivenSlideTable)
 _FORCE_TABLES = (SpringForceTable, DamperTable, TorsionSpringForceTable, TorsionDamperTable, TorqueTable, ForceTable)
-_FORCE_TABLES_BY_TYPE = dict(zip(FORCE_TYPES, _FORCE_TABLES, strict=True))
 
-JOINT: Final[TypeAdapter[JointTable]] = union_by_key(_JOINT_TABLES_BY_TYPE | {"": UntypedJointTable}, nearest_type)
-FORCE: Final[TypeAdapter[ForceElementTable]] = union_by_key(_FORCE_TABLES_BY_TYPE | {"": UntypedForceTable}, nearest_type)
+JOINT: Final[TypeAdapter[JointTable]] = union_by_key(
+    {**dict(zip(JOINT_TYPES, (*_JOINT_TABLES, *_DRIVER_TABLES), strict=True)), "": UntypedJointTable}, nearest_type
+)
+FORCE: Final[TypeAdapter[ForceElementTable]] = union_by_key(
+    {**dict(zip(FORCE_TYPES, _FORCE_TABLES, strict=True)), "": UntypedForceTable}, nearest_type
+)
 """[[joint]] and [[force]] of any type."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from itertools import chain
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter
 
@@ -22,9 +22,9 @@ from governor_mechanism.model.joints import GROUND, Joint
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
 from governor_mechanism.scenes.custom.bodies import BodyTable
-from governor_mechanism.scenes.custom.elements import FORCE, JOINT, ElementTable, LinkTable
+from governor_mechanism.scenes.custom.elements import FORCE, JOINT, LinkTable
+from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point, parse_named_points
 from governor_mechanism.scenes.custom.readings import READING, READING_KINDS, find_reading_kind, make_default_readings
-from governor_mechanism.scenes.custom.values import PointRegistry, is_moving, parse_moving_point, parse_named_points
 from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake, wrong_value
 from governor_mechanism.scenes.quantities import PositiveLength, choice, instance_of, parse_name
 from governor_mechanism.scenes.schema import AnyTable, CommonSceneTable, parse_start, rate_key
@@ -33,9 +33,6 @@ from governor_mechanism.units.quantities import format_value
 
 CUSTOM_PART_NAME = "mechanism"
 """Name of the only part."""
-
-_Table = TypeVar("_Table")
-_Element = TypeVar("_Element")
 
 
 TableList = Annotated[list[Any] | None, instance_of(list | tuple, "must be a list of tables", f"; write [[{KEY}]] above each of them")]
@@ -62,8 +59,9 @@ class CustomMachineParser:
         self.document, self.top_level, self.collector = document, top_level, collector
         self.n_foreign_problems = len(collector.problems)
         plane = document.get("plane")
-        self.plane = plane if plane in (FIXED_PLANE, TURNING_PLANE) else TURNING_PLANE if "spindle" in document else FIXED_PLANE
-        self.registry = PointRegistry()
+        plane = plane if plane in (FIXED_PLANE, TURNING_PLANE) else TURNING_PLANE if "spindle" in document else FIXED_PLANE
+        self.registry = PointRegistry(plane)
+        self.registry.used_names |= {name for key in ("joint", "link", "force") for name in self._names_under(key)}
 
     @property
     def has_problems(self) -> bool:
@@ -74,8 +72,8 @@ class CustomMachineParser:
         """Return the part, or None if there are mistakes, the start, and the readings, or None if not all are known."""
         drivers = self._parse_ground()
         bodies = self._parse_bodies()
-        joints = [*self._parse_elements("joint", JOINT), *self._parse_elements("link", TypeAdapter(LinkTable)), *drivers]
-        force_elements = self._parse_elements("force", FORCE)
+        joints = [*self._parse_tables("joint", JOINT), *self._parse_tables("link", TypeAdapter(LinkTable)), *drivers]
+        force_elements = self._parse_tables("force", FORCE)
         self._check_unique_names(bodies, joints, force_elements)
         self._check_connections(bodies, joints, force_elements)
         readings, are_all_known = self._parse_readings(bodies)
@@ -91,7 +89,7 @@ class CustomMachineParser:
             coordinate = next(iter(_start_reading_order(self.document.get("start", {}), readings)), readings[0].name)
             with self.collector.at(""):
                 mechanism = build_custom_mechanism(bodies, joints, force_elements, readings, coordinate, length_scale)
-                part = Part(name=CUSTOM_PART_NAME, machine=CUSTOM_MACHINE, dimensions={}, mechanism=mechanism, plane=self.plane)
+                part = Part(name=CUSTOM_PART_NAME, machine=CUSTOM_MACHINE, dimensions={}, mechanism=mechanism, plane=self.registry.plane)
         return part, start, known_readings
 
     def _tables_under(self, key: str) -> list[Any]:
@@ -99,14 +97,18 @@ class CustomMachineParser:
         given = self.document.get(key, [])
         return list(given) if isinstance(given, list | tuple) else []
 
-    def _parse_tables(
-        self, key: str, adapter: TypeAdapter[_Table], build: Callable[[_Table], _Element], context: Any = None
-    ) -> list[_Element]:
+    def _names_under(self, key: str) -> set[str]:
+        """Return the names as written in the tables under a heading."""
+        names = (values.get("name") for values in self._tables_under(key) if isinstance(values, Mapping))
+        return {name for name in names if isinstance(name, str)}
+
+    def _parse_tables(self, key: str, adapter: TypeAdapter[Any]) -> list[Any]:
+        """Return what the tables under a heading describe, without those with mistakes."""
         elements = []
         for number, values in enumerate(self._tables_under(key), start=1):
             name = values.get("name") if isinstance(values, Mapping) else None
             with self.collector.at(f"{key} {format_value(name) if isinstance(name, str) and name else number}:"):
-                elements.append(build(validate(adapter, values, context=context)))
+                elements.append(validate(adapter, values, context=self.registry).build(self.registry))
         return elements
 
     def _parse_ground(self) -> list[Joint]:
@@ -132,20 +134,10 @@ class CustomMachineParser:
     def _parse_bodies(self) -> list[SketchedBody]:
         if "body" in self.document and self.document["body"] in ([], ()):
             self.collector.add(ProblemCode.MISSING_KEY, "body is an empty list; a mechanism needs at least one [[body]]", key="body")
-        bodies = self._parse_tables("body", TypeAdapter(BodyTable), BodyTable.build, self.plane)
+        bodies = self._parse_tables("body", TypeAdapter(BodyTable))
         self.registry.bodies = {body.name: body for body in bodies}
-        written_names = [values.get("name") for values in self._tables_under("body") if isinstance(values, Mapping)]
-        self.registry.invalid_bodies |= {name for name in written_names if isinstance(name, str)} - set(self.registry.bodies)
+        self.registry.invalid_bodies |= self._names_under("body") - set(self.registry.bodies)
         return bodies
-
-    def _parse_elements(self, key: str, adapter: TypeAdapter[Any]) -> list[Any]:
-        tables = [table for heading in ("joint", "link", "force") for table in self._tables_under(heading) if isinstance(table, Mapping)]
-        self.registry.used_names |= {table["name"] for table in tables if isinstance(table.get("name"), str)}
-
-        def build(table: ElementTable) -> Any:
-            return table.build(table.name or self.registry.reserve_name(table.default_name), self.registry.initial_configuration)
-
-        return self._parse_tables(key, adapter, build, self.registry)
 
     def _check_unique_names(self, bodies: Iterable[SketchedBody], joints: Iterable[Joint], force_elements: Iterable[ForceElement]) -> None:
         for kind, elements in (("body", bodies), ("joint or link", joints), ("force", force_elements)):

@@ -13,7 +13,7 @@ from pydantic import Field, TypeAdapter
 from governor_mechanism.machines.custom import SketchedBody
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
-from governor_mechanism.scenes.custom.values import BodyRef, PointRef, TwoPointRefs, make_unique_name
+from governor_mechanism.scenes.custom.field_types import BodyRef, PointRef, TwoPointRefs, make_unique_name
 from governor_mechanism.scenes.problems import ProblemCode, mistake
 from governor_mechanism.scenes.table import SceneFileTable, union_by_key
 

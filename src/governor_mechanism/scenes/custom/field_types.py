@@ -29,6 +29,8 @@ class PointRegistry:
 
     Attributes
     ----------
+    plane
+        TURNING_PLANE or FIXED_PLANE.
     ground
         Named points of the ground that are at rest, m.
     moving_points
@@ -39,7 +41,8 @@ class PointRegistry:
         Names of bodies whose own tables are wrong; a reference to one of them fails without a message.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, plane: str) -> None:
+        self.plane = plane
         self.ground: dict[str, FloatPair] = {"origin": (0.0, 0.0)}
         self.moving_points: dict[str, SketchedBody] = {}
         self.bodies: dict[str, SketchedBody] = {}
@@ -91,30 +94,28 @@ def make_unique_name(base_name: str, used_names: Collection[str], separator: str
     return next(name for name in chain([base_name], numbered_names) if name not in used_names)
 
 
-def _parse_point(value: object, info: ValidationInfo, *, allow_body: bool = False) -> Point:
+def _parse_point(value: object, info: ValidationInfo[PointRegistry], *, allow_body: bool = False) -> Point:
     """Return a point of the registry that is the context."""
-    registry: PointRegistry = info.context
     if isinstance(value, str):
         body, dot, point = value.strip().partition(".")
         if body and (point if dot else allow_body):
-            return registry.find_point(body, point)
+            return info.context.find_point(body, point)
         if body and not dot:
             text = f'{KEY} {format_value(value)} names no point; write "{value}.origin", or ["{value}", "10 mm", 0]'
             raise mistake(ProblemCode.WRONG_TYPE, text)
     elif isinstance(value, list | tuple) and len(value) == 3 and isinstance(value[0], str):
-        return registry.find_point(value[0], position=parse_position(value[1:]))
+        return info.context.find_point(value[0], position=parse_position(value[1:]))
     raise wrong_value(value, 'must be "body.point" or ["body", x, y]')
 
 
-def _parse_two_points(value: object, info: ValidationInfo) -> list[Point]:
+def _parse_two_points(value: object, info: ValidationInfo[PointRegistry]) -> list[Point]:
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise wrong_value(value, 'must be two points, as ["ground.O", "crank.A"]')
     return parse_each(lambda point: _parse_point(point, info), value)
 
 
-def _parse_body(value: object, info: ValidationInfo) -> str:
-    registry: PointRegistry = info.context
-    return registry.require_body(check_label(value))
+def _parse_body(value: object, info: ValidationInfo[PointRegistry]) -> str:
+    return info.context.require_body(check_label(value))
 
 
 def _parse_body_name(value: object) -> str:
