@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError, require_positive
-from governor_mechanism.model.effect import Effect, OutputEffect
-from governor_mechanism.model.scene_keys import RESTITUTION_KIND, scene_key
+from governor_mechanism.model.effect import RESTITUTION_KIND, Effect, OutputEffect, scene_key
 
 CLEARANCE_READING = "sleeve_clearance"
 """Reading of the position of the sleeve within its clearance, m."""

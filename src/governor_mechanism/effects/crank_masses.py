@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_finite, require_not_negative, require_positive
-from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.scene_keys import scene_key
+from governor_mechanism.model.effect import Effect, scene_key
 
 
 @dataclass(frozen=True, kw_only=True)

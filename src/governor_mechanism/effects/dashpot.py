@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, require_not_negative, require_positive
-from governor_mechanism.model.effect import OutputForce
-from governor_mechanism.model.scene_keys import Derivation, scene_key
+from governor_mechanism.model.effect import Derivation, OutputForce, scene_key
 
 DISCHARGE_COEFFICIENT = 0.62
 """Discharge coefficient of a sharp-edged orifice."""

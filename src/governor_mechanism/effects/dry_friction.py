@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.effect import OutputEffect
-from governor_mechanism.model.scene_keys import scene_key
+from governor_mechanism.model.effect import OutputEffect, scene_key
 from governor_mechanism.model.time_functions import InputFunction, TableFunction
 
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, require_finite, require_positive
-from governor_mechanism.model.effect import OutputForce
-from governor_mechanism.model.scene_keys import FLAG_KIND, Derivation, scene_key
+from governor_mechanism.model.effect import FLAG_KIND, Derivation, OutputForce, scene_key
 
 
 def helical_spring_rate(*, wire: float, coil: float, turns: float, modulus: float) -> float:

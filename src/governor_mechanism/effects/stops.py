@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.effect import OutputEffect
-from governor_mechanism.model.scene_keys import RESTITUTION_KIND, scene_key
+from governor_mechanism.model.effect import RESTITUTION_KIND, OutputEffect, scene_key
 
 
 @dataclass(frozen=True, kw_only=True)

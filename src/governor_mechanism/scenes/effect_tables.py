@@ -15,8 +15,7 @@ from pydantic import Field, PlainValidator, ValidationInfo, create_model
 
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.effect import Effect, OutputEffect
-from governor_mechanism.model.scene_keys import FLAG_KIND, RESTITUTION_KIND, SceneKey, scene_keys_of
+from governor_mechanism.model.effect import FLAG_KIND, RESTITUTION_KIND, Effect, OutputEffect, SceneKey, scene_keys_of
 from governor_mechanism.scenes.loads import parse_load
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, parse_each, wrong_value
 from governor_mechanism.scenes.quantities import check_bool, parse_first_fitting, parse_number, parse_si
