@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from governor_mechanism.scenes.source import MAX_SCENE_FILE_SIZE
+from governor_mechanism.scenes.parser import MAX_SCENE_FILE_SIZE
 
 SCENE_HEADER = 'title = "A Porter governor"\nmachine = "pendulum_governor"\n'
 DIMENSIONS = {"arm": '"300 mm"', "offset": '"40 mm"', "ball_mass": '"5 kg"', "sleeve_mass": '"20 kg"'}

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError, require_not_negative
-from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.scene_keys import scene_key
+from governor_mechanism.model.effect import Effect, scene_key
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,8 +26,8 @@ class BellCrankMasses(Effect):
         Size of a weight normal to the plane, m.
     """
 
-    key: ClassVar[str] = "bell_cranks"
-    changes_bodies_of: ClassVar[str] = "a Hartung governor"
+    key = "bell_cranks"
+    changes_bodies_of = "a Hartung governor"
 
     mass: float = scene_key("mass", sign="not negative", examples=("6 kg",), default=0.0)
     weight_width: float = scene_key("length", sign="not negative", examples=("150 mm",), default=0.0)

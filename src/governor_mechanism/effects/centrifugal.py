@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from governor_mechanism.model.effect import Effect
 
@@ -12,9 +11,5 @@ from governor_mechanism.model.effect import Effect
 class Centrifugal(Effect):
     """Centrifugal load on bodies whose plane turns with the spindle."""
 
-    key: ClassVar[str] = "centrifugal"
-
-    @property
-    def loads_turning_bodies(self) -> bool:
-        """Bodies in a turning plane carry a centrifugal load."""
-        return True
+    key = "centrifugal"
+    loads_turning_bodies = True

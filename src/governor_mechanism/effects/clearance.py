@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError, require_positive
-from governor_mechanism.model.effect import Effect, OutputEffect
-from governor_mechanism.model.scene_keys import RESTITUTION_KIND, scene_key
+from governor_mechanism.model.effect import RESTITUTION_KIND, Effect, OutputEffect, scene_key
 
 CLEARANCE_READING = "sleeve_clearance"
 """Reading of the position of the sleeve within its clearance, m."""
@@ -28,9 +26,9 @@ class Clearance(Effect):
         Coefficient of restitution at its ends, 0 to 1.
     """
 
-    key: ClassVar[str] = "clearance"
-    changes_bodies_of: ClassVar[str] = "a sleeve on links"
-    value_fields: ClassVar[tuple[str, ...]] = ("width",)
+    key = "clearance"
+    changes_bodies_of = "a sleeve on links"
+    value_fields = ("width",)
 
     width: float = scene_key(
         "length",

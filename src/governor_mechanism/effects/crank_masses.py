@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError, require_finite, require_not_negative, require_positive
-from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.scene_keys import scene_key
+from governor_mechanism.model.effect import Effect, scene_key
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,8 +28,8 @@ class CrankMasses(Effect):
         Mass of the crosshead, kg; 0 for none.
     """
 
-    key: ClassVar[str] = "masses"
-    changes_bodies_of: ClassVar[str] = "a slider crank"
+    key = "masses"
+    changes_bodies_of = "a slider crank"
 
     crank: float = scene_key("mass", meaning="the mass of the crank (rod and crosshead may have none)", examples=("80 kg",))
     crank_centre: float = scene_key("length", sign="any", default=0.0)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from governor_mechanism.errors import MechanismError, require_not_negative, require_positive
-from governor_mechanism.model.effect import OutputForce
-from governor_mechanism.model.scene_keys import Derivation, scene_key
+from governor_mechanism.model.effect import Derivation, OutputForce, scene_key
 
 DISCHARGE_COEFFICIENT = 0.62
 """Discharge coefficient of a sharp-edged orifice."""
@@ -58,13 +57,13 @@ class Dashpot(OutputForce):
         Quadratic coefficient, as of oil forced through an orifice, N s2/m2 or N m s2/rad2.
     """
 
-    key: ClassVar[str] = "dashpot"
-    value_fields: ClassVar[tuple[str, ...]] = ("linear",)
-    derivations: ClassVar[tuple[Derivation, ...]] = (
+    key = "dashpot"
+    value_fields = ("linear",)
+    derivations = (
         Derivation("quadratic", orifice_damping_coefficient, {"piston": "area", "hole": "area", "screw": "ratio", "oil": "density"}),
     )
-    law_name: ClassVar[str] = "dashpots"
-    dissipates: ClassVar[bool] = True
+    law_name = "dashpots"
+    dissipates = True
 
     linear: float = scene_key("damping", "torsion_damping", sign="not negative", default=0.0)
     quadratic: float = scene_key("quadratic_damping", "quadratic_torsion_damping", sign="not negative", default=0.0)

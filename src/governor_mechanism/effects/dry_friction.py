@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.effect import OutputEffect
-from governor_mechanism.model.scene_keys import scene_key
+from governor_mechanism.model.effect import OutputEffect, scene_key
 from governor_mechanism.model.time_functions import InputFunction, TableFunction
 
 
@@ -22,8 +21,8 @@ class DryFriction(OutputEffect):
         Friction limit over time, N or N m; at least 0.
     """
 
-    key: ClassVar[str] = "dry_friction"
-    value_fields: ClassVar[tuple[str, ...]] = ("force",)
+    key = "dry_friction"
+    value_fields = ("force",)
 
     force: InputFunction = scene_key(
         "force", "torque", sign="not negative", reason=", because friction opposes the motion", is_program=True, default=InputFunction()

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from governor_mechanism.errors import require_positive
-from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.scene_keys import scene_key
+from governor_mechanism.model.effect import Effect, scene_key
 
 DEFAULT_GRAVITY = 9.81
 """Gravitational acceleration for `gravity = true`, m/s2."""
@@ -23,8 +21,8 @@ class Gravity(Effect):
         Gravitational acceleration, m/s2; positive.
     """
 
-    key: ClassVar[str] = "gravity"
-    value_fields: ClassVar[tuple[str, ...]] = ("acceleration",)
+    key = "gravity"
+    value_fields = ("acceleration",)
 
     acceleration: float = scene_key("acceleration", bounded=False, default=DEFAULT_GRAVITY)
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError, require_not_negative
-from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.scene_keys import scene_key
+from governor_mechanism.model.effect import Effect, scene_key
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,8 +24,8 @@ class RodMasses(Effect):
         Radius of each ball, m.
     """
 
-    key: ClassVar[str] = "rods"
-    changes_bodies_of: ClassVar[str] = "a governor with arms and links"
+    key = "rods"
+    changes_bodies_of = "a governor with arms and links"
 
     arm_mass: float = scene_key("mass", sign="not negative", examples=("0.6 kg",), default=0.0)
     link_mass: float = scene_key("mass", sign="not negative", examples=("0.5 kg",), default=0.0)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from governor_mechanism.errors import MechanismError, require_finite, require_positive
-from governor_mechanism.model.effect import OutputForce
-from governor_mechanism.model.scene_keys import FLAG_KIND, Derivation, scene_key
+from governor_mechanism.model.effect import FLAG_KIND, Derivation, OutputForce, scene_key
 
 
 def helical_spring_rate(*, wire: float, coil: float, turns: float, modulus: float) -> float:
@@ -58,12 +57,10 @@ class OutputSpring(OutputForce):
         Whether the spring only pulls and is slack where preload + rate * (value - zero) is negative.
     """
 
-    key: ClassVar[str] = "spring"
-    derivations: ClassVar[tuple[Derivation, ...]] = (
-        Derivation("rate", helical_spring_rate, {"wire": "length", "coil": "length", "turns": "number", "modulus": "modulus"}),
-    )
-    law_name: ClassVar[str] = "springs on readings"
-    dissipates: ClassVar[bool] = False
+    key = "spring"
+    derivations = (Derivation("rate", helical_spring_rate, {"wire": "length", "coil": "length", "turns": "number", "modulus": "modulus"}),)
+    law_name = "springs on readings"
+    dissipates = False
 
     rate: float = scene_key("stiffness", "torsion_stiffness")
     preload: float = scene_key("force", "torque", sign="any", default=0.0)

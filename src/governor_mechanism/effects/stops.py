@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.effect import OutputEffect
-from governor_mechanism.model.scene_keys import RESTITUTION_KIND, scene_key
+from governor_mechanism.model.effect import RESTITUTION_KIND, OutputEffect, scene_key
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,9 +23,9 @@ class Stops(OutputEffect):
         Coefficient of restitution, 0 to 1.
     """
 
-    key: ClassVar[str] = "stops"
-    value_fields: ClassVar[tuple[str, ...]] = ("low", "high")
-    common_keys: ClassVar[tuple[str, ...]] = ("restitution",)
+    key = "stops"
+    value_fields = ("low", "high")
+    common_keys = ("restitution",)
 
     low: float = scene_key("length", "angle", sign="any", bounded=False, examples=("10 mm", "15 deg"), default=-math.inf)
     high: float = scene_key("length", "angle", sign="any", bounded=False, examples=("60 mm", "45 deg"), default=math.inf)

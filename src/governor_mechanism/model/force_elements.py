@@ -66,7 +66,7 @@ class Spring(_PointToPointElement):
         Distance at zero force, m.
     """
 
-    noun: ClassVar[str] = "spring"
+    noun = "spring"
 
     stiffness: float = measured("N/m", positive=True)
     free_length: float = measured("m", default=0.0)
@@ -84,7 +84,7 @@ class Damper(_PointToPointElement):
         Damping coefficient, N s/m; positive.
     """
 
-    noun: ClassVar[str] = "damper"
+    noun = "damper"
 
     damping: float = measured("N s/m", positive=True)
 
@@ -116,7 +116,7 @@ class TorsionSpring(_RotationalElement):
         Relative angle at zero moment, rad.
     """
 
-    noun: ClassVar[str] = "torsion spring"
+    noun = "torsion spring"
 
     stiffness: float = measured("N m/rad", positive=True)
     free_angle: float = measured("rad", default=0.0)
@@ -134,7 +134,7 @@ class TorsionDamper(_RotationalElement):
         Damping coefficient, N m s/rad; positive.
     """
 
-    noun: ClassVar[str] = "torsion damper"
+    noun = "torsion damper"
 
     damping: float = measured("N m s/rad", positive=True)
 

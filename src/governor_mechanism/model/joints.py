@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from governor_mechanism.errors import MechanismError, require_finite
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.curves import Curve
 from governor_mechanism.model.measured_fields import measured, require_valid_fields
 from governor_mechanism.model.time_functions import PrescribedMotion
@@ -27,12 +27,11 @@ class Point:
     """
 
     body: str
-    x: float = 0.0
-    y: float = 0.0
+    x: float = measured("m", default=0.0)
+    y: float = measured("m", default=0.0)
 
     def __post_init__(self) -> None:
-        require_finite(self.x, "m", f"x of a point on body {self.body!r}")
-        require_finite(self.y, "m", f"y of a point on body {self.body!r}")
+        require_valid_fields(self, f"a point on body {self.body!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +73,7 @@ class Distance(Joint):
         Distance of the points, m; positive.
     """
 
-    noun: ClassVar[str] = "link"
+    noun = "link"
 
     length: float = measured("m", positive=True)
 
@@ -89,7 +88,7 @@ class Slider(Joint):
         Direction of the line through the first point, rad, anticlockwise from the x axis of the first body.
     """
 
-    noun: ClassVar[str] = "slider"
+    noun = "slider"
 
     angle: float = measured("rad")
 
@@ -104,7 +103,7 @@ class Weld(Joint):
         Angle of the second body minus that of the first, rad.
     """
 
-    noun: ClassVar[str] = "weld"
+    noun = "weld"
 
     relative_angle: float = measured("rad", default=0.0)
 
@@ -119,7 +118,7 @@ class Prismatic(Slider):
         Angle of the second body minus that of the first, rad.
     """
 
-    noun: ClassVar[str] = "prismatic joint"
+    noun = "prismatic joint"
 
     relative_angle: float = measured("rad", default=0.0)
 
@@ -134,7 +133,7 @@ class ArcSlot(Joint):
         Radius of the slot, m; positive.
     """
 
-    noun: ClassVar[str] = "arc slot"
+    noun = "arc slot"
 
     radius: float = measured("m", positive=True)
 
@@ -151,7 +150,7 @@ class CurveSlot(Joint):
         Direction of the curve's x axis, rad, anticlockwise from the x axis of the first body.
     """
 
-    noun: ClassVar[str] = "curve slot"
+    noun = "curve slot"
 
     curve: Curve
     angle: float = measured("rad", default=0.0)
@@ -171,7 +170,7 @@ class Gear(Joint):
         Angle of the second body at zero angle of the first, rad.
     """
 
-    noun: ClassVar[str] = "gear"
+    noun = "gear"
 
     ratio: float = measured("")
     offset: float = measured("rad", default=0.0)
@@ -198,7 +197,7 @@ class RackAndPinion(Joint):
         Displacement at zero angle of the pinion, m.
     """
 
-    noun: ClassVar[str] = "rack"
+    noun = "rack"
 
     radius: float = measured("m")
     angle: float = measured("rad", default=0.0)
@@ -226,7 +225,7 @@ class ProportionalDisplacement(Joint):
         Displacement of the second point at zero displacement of the first, m.
     """
 
-    noun: ClassVar[str] = "proportion"
+    noun = "proportion"
 
     ratio: float = measured("")
     angle: float = measured("rad")
@@ -260,25 +259,11 @@ class TranslationalDriver(Joint):
         Direction of the line, rad, anticlockwise from the x axis of the first body.
     """
 
-    noun: ClassVar[str] = "driver"
+    noun = "driver"
 
     motion: PrescribedMotion
     angle: float = measured("rad")
 
 
-JOINT_TYPES: frozenset[type[Joint]] = frozenset(
-    {
-        Pin,
-        Distance,
-        Slider,
-        Weld,
-        Prismatic,
-        ArcSlot,
-        CurveSlot,
-        Gear,
-        RackAndPinion,
-        ProportionalDisplacement,
-        RotationalDriver,
-        TranslationalDriver,
-    }
-)
+JOINT_TYPES = frozenset(kind for kind in tuple(vars().values()) if isinstance(kind, type) and issubclass(kind, Joint)) - {Joint}
+"""All types of joints."""

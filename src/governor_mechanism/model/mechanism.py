@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_positive
+from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_not_negative, require_positive
 from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Joint
 from governor_mechanism.model.output_variables import DerivedForce, Limit, Reading
@@ -64,9 +64,7 @@ class Body:
     can_rotate: bool = True
 
     def __post_init__(self) -> None:
-        require_finite(self.mass, "kg", f"mass of body {self.name!r}")
-        if self.mass < 0.0:
-            raise MechanismError(f"mass of body {self.name!r} must not be negative; got {self.mass:g} kg")
+        require_not_negative(self.mass, "kg", f"mass of body {self.name!r}")
 
     @property
     def moves(self) -> tuple[bool, bool, bool]:

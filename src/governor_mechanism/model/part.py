@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-from governor_mechanism.errors import MechanismError, require_finite, require_positive
+from governor_mechanism.errors import MechanismError, require_finite, require_not_negative, require_positive
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
@@ -55,7 +55,7 @@ class Spindle:
                 f"got {self.speed_fluctuation:g}"
             )
         require_positive(self.cycles_per_turn, "", "cycles per turn of the spindle's speed fluctuation")
-        InputFunction(times=self.times, values=self.speeds)  # validates times and speeds
+        self.speed_function  # noqa: B018  # raises for wrong times and speeds
         for speed in self.speeds:
             _require_plausible_speed(speed)
 
@@ -84,9 +84,7 @@ class FreeSpindle:
     torque: InputFunction = field(default_factory=InputFunction)
 
     def __post_init__(self) -> None:
-        require_finite(self.inertia, "kg m2", "inertia of the spindle")
-        if self.inertia < 0:
-            raise MechanismError(f"inertia of the spindle must not be negative; got {self.inertia:g} kg m2")
+        require_not_negative(self.inertia, "kg m2", "inertia of the spindle")
         if self.start_speed is not None:
             require_finite(self.start_speed, "rad/s", "start speed of the spindle")
             _require_plausible_speed(self.start_speed)
@@ -182,8 +180,3 @@ class Part:
     def turns(self) -> bool:
         """Whether the plane of the part turns with a spindle."""
         return self.plane == TURNING_PLANE
-
-    @property
-    def loads_spindle(self) -> bool:
-        """Whether the motion of the part and its spindle act on each other."""
-        return self.turns and self.has_centrifugal

@@ -28,6 +28,7 @@ class ReadingFunction:
 
     def __post_init__(self) -> None:
         require_not_negative(self.lag, "s", f"lag of the function of {self.reading!r}")
+        require_valid_fields(self, f"the function of {self.reading!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,13 +43,8 @@ class LinearFunction(ReadingFunction):
         Reading at which the function is 0, SI.
     """
 
-    gain: float
-    about: float = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_finite(self.gain, "", f"gain of the function of {self.reading!r}")
-        require_finite(self.about, "", f"about of the function of {self.reading!r}")
+    gain: float = measured("")
+    about: float = measured("", default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, ClassVar, Final
 
 from pydantic import Field, PlainValidator, TypeAdapter
 
-from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling
+from governor_mechanism.errors import did_you_mean
+from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling, RatioCoupling
 from governor_mechanism.scenes.loads import FUNCTION_KEYS, parse_reading_function
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
-from governor_mechanism.scenes.quantities import check_label, quantity
+from governor_mechanism.scenes.quantities import check_label, parse_first_fitting, quantity
 from governor_mechanism.scenes.table import SceneFileTable, nearest_type, union_by_key, validate
 from governor_mechanism.units.quantities import format_value
 
@@ -19,43 +19,47 @@ AngleName = Annotated[str, PlainValidator(check_label)]
 """Name of an angle of a part."""
 
 
-class GearTable(SceneFileTable):
-    """A gear or belt between two angles."""
-
-    example = '{ type = "gear", first = "engine.crank_angle", second = "governor.spindle_angle", ratio = 2.0 }'
+class CouplingTable(SceneFileTable):
+    """[coupling.NAME] of any type."""
 
     type: str = ""
-    first: AngleName = Field(description='the first angle, as "engine.crank_angle"')
-    second: AngleName = Field(description='the second angle, as "governor.spindle_angle"')
-    ratio: Annotated[float, quantity("number", "not zero")] = 1.0
-    until: Annotated[float | None, quantity("time", "not negative")] = None
 
     def build(self, name: str) -> Coupling:
         """Return the coupling."""
-        return GearCoupling(name=name, first=self.first, second=self.second, ratio=self.ratio, until=self.until)
+        raise NotImplementedError
 
 
-class FollowTable(SceneFileTable):
+class FollowTable(CouplingTable):
     """A spindle that follows an angle without reaction."""
 
+    coupling: ClassVar[type[RatioCoupling]] = FollowCoupling
     example = '{ type = "follow", first = "engine.crank_angle", second = "governor.spindle_angle", ratio = 2.0 }'
 
-    type: str = ""
     first: AngleName = Field(description='the angle that is followed, as "engine.crank_angle"')
     second: AngleName = Field(description='the angle of the spindle that follows, as "governor.spindle_angle"')
     ratio: Annotated[float, quantity("number", "not zero")] = 1.0
 
     def build(self, name: str) -> Coupling:
         """Return the coupling."""
-        return FollowCoupling(name=name, first=self.first, second=self.second, ratio=self.ratio)
+        return self.coupling(name=name, **{key: value for key, value in self.given_values().items() if key != "type"})
 
 
-class ControlTable(SceneFileTable):
+class GearTable(FollowTable):
+    """A gear or belt between two angles."""
+
+    coupling = GearCoupling
+    example = '{ type = "gear", first = "engine.crank_angle", second = "governor.spindle_angle", ratio = 2.0 }'
+
+    first: AngleName = Field(description='the first angle, as "engine.crank_angle"')
+    second: AngleName = Field(description='the second angle, as "governor.spindle_angle"')
+    until: Annotated[float | None, quantity("time", "not negative")] = None
+
+
+class ControlTable(CouplingTable):
     """A load that follows a reading."""
 
     example = '{ type = "control", reading = "governor.sleeve_lift", sets = "engine.torque", gain = "-200 N m/m", about = "20 mm" }'
 
-    type: str = ""
     reading: AngleName = Field(description='the reading that is followed, as "governor.sleeve_lift"')
     sets: AngleName | None = None
     scales: AngleName | None = None
@@ -74,21 +78,15 @@ class ControlTable(SceneFileTable):
     def build(self, name: str) -> Coupling:
         """Return the coupling."""
         given = {key: value for key, value in self.given_values().items() if key in ("reading", "about", "lag", *FUNCTION_KEYS)}
-        target = self.scales or self.sets or ""
         kinds = ("ratio",) if self.scales else ("torque", "force")
-        errors = []
-        for kind in kinds:
-            try:
-                return ControlCoupling(name=name, function=parse_reading_function(given, kind), target=target, scales=bool(self.scales))
-            except MechanismError as error:
-                errors.append(error)
-        raise errors[0]
+        _, function = parse_first_fitting(kinds, lambda kind: parse_reading_function(given, kind))
+        return ControlCoupling(name=name, function=function, target=self.scales or self.sets or "", scales=bool(self.scales))
 
 
-COUPLING_TABLES: Final[Mapping[str, type[SceneFileTable]]] = {"gear": GearTable, "follow": FollowTable, "control": ControlTable}
+COUPLING_TABLES: Final[Mapping[str, type[CouplingTable]]] = {"gear": GearTable, "follow": FollowTable, "control": ControlTable}
 """Tables of couplings by their type."""
 
-COUPLING: Final[TypeAdapter[Any]] = union_by_key(COUPLING_TABLES, lambda values, types: nearest_type(values, types) or "gear")
+COUPLING: Final[TypeAdapter[CouplingTable]] = union_by_key(COUPLING_TABLES, lambda values, types: nearest_type(values, types) or "gear")
 """[coupling.NAME] of any type."""
 
 
@@ -107,13 +105,13 @@ def parse_couplings(table: object, collector: ProblemCollector) -> tuple[Couplin
     tuple[Coupling, ...]
         The couplings without mistakes.
     """
-    couplings = []
-    for name, values in table.items() if isinstance(table, Mapping) else ():
-        with collector.at(f"coupling.{name}"):
-            kind = values.get("type") if isinstance(values, Mapping) else None
-            if isinstance(values, Mapping) and kind not in COUPLING_TABLES:
-                suggestion = did_you_mean(kind, list(COUPLING_TABLES)) if isinstance(kind, str) else ""
-                found = f"{format_value(kind)} is unknown" if kind is not None else "is missing"
-                raise mistake(ProblemCode.UNKNOWN_NAME, f"{KEY}.type {found}; types are {', '.join(COUPLING_TABLES)}.{suggestion}")
-            couplings.append(validate(COUPLING, values).build(name))
-    return tuple(couplings)
+    return tuple(collector.parse_tables("coupling", table, _parse_coupling))
+
+
+def _parse_coupling(name: str, values: object) -> Coupling:
+    kind = values.get("type") if isinstance(values, Mapping) else None
+    if isinstance(values, Mapping) and kind not in list(COUPLING_TABLES):
+        suggestion = did_you_mean(kind, list(COUPLING_TABLES)) if isinstance(kind, str) else ""
+        found = f"{format_value(kind)} is unknown" if kind is not None else "is missing"
+        raise mistake(ProblemCode.UNKNOWN_NAME, f"{KEY}.type {found}; types are {', '.join(COUPLING_TABLES)}.{suggestion}")
+    return validate(COUPLING, values).build(name)

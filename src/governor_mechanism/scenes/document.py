@@ -6,7 +6,7 @@ import dataclasses
 import difflib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.errors import MechanismError
@@ -20,25 +20,16 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Part, Spindle, Start
 from governor_mechanism.model.scene import RunSettings, Scene
+from governor_mechanism.scenes import schema
 from governor_mechanism.scenes.coupling_tables import parse_couplings
 from governor_mechanism.scenes.cross_validation import check_tables_together
 from governor_mechanism.scenes.custom.parser import CustomMachineParser, CustomSceneTable
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_effects
-from governor_mechanism.scenes.event_tables import parse_crossings
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.scenes.quantities import parse_name
-from governor_mechanism.scenes.schema import (
-    SPINDLE,
-    CoupledSceneTable,
-    RunTable,
-    SceneTable,
-    dimensions_table_model,
-    find_misspelt_equilibrium,
-    rate_key,
-    start_table_model,
-)
 from governor_mechanism.scenes.table import validate
-from governor_mechanism.units.quantities import format_value
+
+_TopLevel = TypeVar("_TopLevel", bound=schema.CommonSceneTable)
 
 GOVERNOR_PART_NAME = "governor"
 """Name of the only part of a scene."""
@@ -50,75 +41,68 @@ class DocumentParser:
     def __init__(self, document: Mapping[str, Any], source: str) -> None:
         self.document, self.source, self.collector = document, source, ProblemCollector()
 
-    def parse(self) -> Scene | None:
-        """Return the scene, or None if there are mistakes."""
+    def parse(self) -> Scene:
+        """Return the scene; raise MechanismError with all mistakes."""
         if "part" in self.document or "coupling" in self.document:
             title, parts, couplings, quantities = self._parse_parts()
         else:
             parser = PartParser(self.document, self.collector)
             part, couplings = parser.parse(), ()
             title, parts, quantities = parser.title, () if part is None else (part,), parser.quantities
-        crossings = parse_crossings(self.document.get("events"), quantities, self.collector)
-        run, run_values = None, dict[str, Any]()
-        with self.collector.at("run"):
-            run_values = validate(RunTable, table if isinstance(table := self.document.get("run"), Mapping) else {}).given_values()
-        with self.collector.at("[run]"):
-            run = RunSettings(**run_values)
+        crossings = schema.parse_crossings(self.document.get("events"), quantities, self.collector)
+        table = given if isinstance(given := self.document.get("run"), Mapping) else {}
+        run_table = self.collector.attempt("run", validate, schema.RunTable, table)
+        run = self.collector.attempt("[run]", lambda: RunSettings(**run_table.given_values() if run_table else {}))
         if self.collector.problems or not parts or run is None:
-            return None
-        with self.collector.at(""):
-            return Scene(
-                title=title or Path(self.source).stem or parts[0].machine,
-                parts=parts,
-                couplings=couplings,
-                crossings=crossings,
-                run=run,
-                source=self.source,
-                document=_copy_document(self.document),
-            )
-        return None
+            raise MechanismError(*self.collector.problems)
+        return Scene(
+            title=title or Path(self.source).stem or parts[0].machine,
+            parts=parts,
+            couplings=couplings,
+            crossings=crossings,
+            run=run,
+            source=self.source,
+            document=_copy_document(self.document),
+        )
 
     def _parse_parts(self) -> tuple[str, tuple[Part, ...], tuple[Coupling, ...], ReadingQuantities]:
         """Return title, parts, couplings and readings of a document of several parts."""
-        title, parts, quantities = "", [], dict[str, str]()
-        with self.collector.at(""):
-            title = validate(CoupledSceneTable, self.document).title or ""
+        top_level = self.collector.attempt("", validate, schema.CoupledSceneTable, self.document)
         tables = given if isinstance(given := self.document.get("part"), Mapping) else {}
         couplings = parse_couplings(self.document.get("coupling"), self.collector)
         coupled = {angle for coupling in couplings if isinstance(coupling, RatioCoupling) for angle in (coupling.first, coupling.second)}
+        parts, quantities = [], dict[str, str]()
         for name, table in tables.items():
             collector = ProblemCollector()
-            with collector.at():
-                parse_name(name, "the name of a part")
-                if not isinstance(table, Mapping):
-                    text = f"{KEY} must be a table; found {format_value(table)}; write [part.{name}]"
-                    raise mistake(ProblemCode.WRONG_TYPE, text)
-                collector.add(
-                    ProblemCode.CONFLICT,
-                    *(
-                        f"{KEY}.{key} stands once for the whole scene; move it above the parts"
-                        for key in ("title", "run", "events")
-                        if key in table
-                    ),
-                )
-                parser = PartParser(table, collector, name, f"{name}.{SPINDLE_ANGLE}" in coupled)
+            parser = collector.attempt(KEY, PartParser, table, collector, name, f"{name}.{SPINDLE_ANGLE}" in coupled)
+            if parser is not None:
                 part = parser.parse()
                 parts += [] if part is None else [part]
                 prefix = f"{name}." if len(tables) > 1 else ""
                 quantities |= {f"{prefix}{reading}": quantity for reading, quantity in (parser.quantities or {}).items()}
             self.collector.problems += [problem.at(f"part.{name}:") for problem in collector.problems]
-        return title, tuple(parts), couplings, quantities if len(parts) == len(tables) else None
+        title = top_level.title if top_level else None
+        return title or "", tuple(parts), couplings, quantities if len(parts) == len(tables) else None
 
 
 class PartParser:
-    """Parser of the tables of one part."""
+    """Parser of the tables of one part, which has a name if there are several."""
 
-    def __init__(self, document: Mapping[str, Any], collector: ProblemCollector, name: str = "", is_coupled: bool = False) -> None:
+    def __init__(self, document: Any, collector: ProblemCollector, name: str = "", is_coupled: bool = False) -> None:
         self.document, self.collector, self.name, self.is_coupled = document, collector, name, is_coupled
+        if name:
+            self._check_name()
         self.tables: dict[str, dict[str, Any]] = {name: dict(value) for name, value in document.items() if isinstance(value, Mapping)}
         self.title = ""
         self.quantities: dict[str, str] | None = None
         """Quantities of the readings by name; None while they are not known."""
+
+    def _check_name(self) -> None:
+        parse_name(self.name, "the name of a part")
+        if not isinstance(self.document, Mapping):
+            raise wrong_value(self.document, "must be a table", f"; write [part.{self.name}]")
+        keys = [key for key in ("title", "run", "events") if key in self.document]
+        self.collector.add(ProblemCode.CONFLICT, *(f"{KEY}.{key} stands once for the whole scene; move it above the parts" for key in keys))
 
     def parse(self) -> Part | None:
         """Return the part, or None if there are mistakes."""
@@ -139,22 +123,25 @@ class PartParser:
 
     def _parse_spindle(self) -> Spindle | FreeSpindle:
         """Return the spindle; one at rest if the file has none, or a wrong one."""
-        spindle: Spindle | FreeSpindle = FreeSpindle() if self.is_coupled else Spindle()
-        if self.tables.get("spindle") or ("spindle" in self.tables and not self.is_coupled):
-            with self.collector.at("spindle"):
-                spindle = validate(SPINDLE, self.tables["spindle"], context=self.is_coupled).build()
-        return spindle
+        default: Spindle | FreeSpindle = FreeSpindle() if self.is_coupled else Spindle()
+        if not self.tables.get("spindle") and ("spindle" not in self.tables or self.is_coupled):
+            return default
+        given = self.collector.attempt("spindle", lambda: validate(schema.SPINDLE, self.tables["spindle"], context=self.is_coupled).build())
+        return given or default
 
     def _parse_effects(self, readings: Iterable[tuple[str, str]] | None) -> tuple[Effect, ...]:
         self.quantities = None if readings is None else dict(readings)
         return parse_effects(self.tables.get("effects", {}), self.quantities, self.collector)
 
+    def _parse_top_level(self, model: type[_TopLevel]) -> _TopLevel | None:
+        """Return the keys outside the tables."""
+        top_level = self.collector.attempt("", validate, model, self.document)
+        self.title = (top_level and top_level.title) or ""
+        return top_level
+
     def _parse_custom(self) -> tuple[Part | None, tuple[Effect, ...], Start]:
         """Return part, effects and start of a scene with a custom machine."""
-        top_level = None
-        with self.collector.at(""):
-            top_level = validate(CustomSceneTable, self.document)
-            self.title = top_level.title or ""
+        top_level = self._parse_top_level(CustomSceneTable)
         part, start, readings = CustomMachineParser(self.document, top_level, self.collector).parse()
         effects = self._parse_effects(None if readings is None else _quantities(readings))
         self._add_effect_problems(unsupported_effect_messages(CUSTOM_MACHINE, effects))
@@ -165,8 +152,7 @@ class PartParser:
 
     def _parse_dimensioned(self) -> tuple[Part | None, tuple[Effect, ...], Start]:
         """Return part, effects and start of a scene with a machine that dimensions describe."""
-        with self.collector.at(""):
-            self.title = validate(SceneTable, self.document).title or ""
+        self._parse_top_level(schema.SceneTable)
         machine_class = MACHINES.get(_find_intended_machine(self.document))
         machine = self._build_machine(machine_class)
         mechanism = machine.mechanism() if machine else _build_placeholder_mechanism(machine_class) if machine_class else None
@@ -175,16 +161,14 @@ class PartParser:
         has_clearance = has_clearance and self.tables.get("effects", {}).get("clearance", False) is not False
         extra_readings = ((CLEARANCE_READING, "length"),) if has_clearance else ()
         effects = self._parse_effects((*_quantities(mechanism.readings), *extra_readings) if mechanism else None)
-        self._add_effect_problems(machine_class.effect_problems(effects) if machine_class else ())
+        effect_problems = machine_class.effect_problems(effects) if machine_class else ()
+        self._add_effect_problems(effect_problems)
         if machine_class is not None and machine_class.driver_dimensions:
             start = self._parse_driven_start(machine_class)
         else:
             start = self._parse_start(machine, mechanism, has_clearance)
-        part = None
-        if machine and mechanism and not machine.effect_problems(effects):
-            with self.collector.at("[effects]"):
-                part = _build_part(machine, mechanism, effects)
-        return part, effects, start
+        can_build = machine and mechanism and not effect_problems
+        return self.collector.attempt("[effects]", _build_part, machine, mechanism, effects) if can_build else None, effects, start
 
     def _build_machine(self, machine_class: type[Machine] | None) -> Machine | None:
         """Return the machine of [dimensions], or None if it cannot be built."""
@@ -195,33 +179,32 @@ class PartParser:
                 else "every machine needs it"
             )
             self.collector.add(ProblemCode.MISSING_KEY, f"[dimensions] is missing; {needs}", key="dimensions")
-        machine, dimensions = None, None
-        if machine_class is not None and "dimensions" in self.tables:
-            with self.collector.at("dimensions"):
-                dimensions = validate(dimensions_table_model(machine_class), self.tables["dimensions"]).given_values()
-            with self.collector.at("[dimensions]"):
-                machine = None if dimensions is None else machine_class(**dimensions)
-        return machine
+        if machine_class is None or "dimensions" not in self.tables:
+            return None
+        table = self.collector.attempt("dimensions", validate, schema.dimensions_table_model(machine_class), self.tables["dimensions"])
+        return None if table is None else self.collector.attempt("[dimensions]", lambda: machine_class(**table.given_values()))
 
     def _parse_start(self, machine: Machine | None, mechanism: Mechanism | None, has_clearance: bool) -> Start:
         """Return values and rates of the coordinate, and of the clearance; it starts in its middle and at rest by default."""
         table = self.tables.get("start", {})
         if mechanism is None:
-            self.collector.add(ProblemCode.UNKNOWN_NAME, *find_misspelt_equilibrium(table), key="start")
+            self.collector.add(ProblemCode.UNKNOWN_NAME, *schema.find_misspelt_equilibrium(table), key="start")
             return Start(values={})
         coordinate = mechanism.coordinate
-        rate_keys = {coordinate: rate_key(coordinate)} | ({CLEARANCE_READING: f"{CLEARANCE_READING}_rate"} if has_clearance else {})
-        quantities = {coordinate: mechanism.reading(coordinate).quantity, CLEARANCE_READING: "length"}
-        parsed: dict[str, Any] = {}
-        with self.collector.at("start"):
-            parsed = validate(start_table_model(tuple((key, quantities[key], rate_keys[key]) for key in rate_keys)), table).given_values()
-        values = {coordinate: EQUILIBRIUM} | ({CLEARANCE_READING: 0.0} if has_clearance else {})
-        values |= {key: parsed[key] for key in values if key in parsed}
+        readings = {coordinate: (mechanism.reading(coordinate).quantity, schema.rate_key(coordinate))}
+        defaults: dict[str, float | str] = {coordinate: EQUILIBRIUM}
+        if has_clearance:
+            readings[CLEARANCE_READING] = ("length", f"{CLEARANCE_READING}_rate")
+            defaults[CLEARANCE_READING] = 0.0
+        given = schema.parse_start(table, readings, self.collector)
+        start = Start(
+            values=defaults | {**given.values},
+            rates={CLEARANCE_READING: 0.0, **given.rates} if given.rates and has_clearance else given.rates,
+        )
         if machine:
             with self.collector.at("[start]"):
-                self.collector.add(ProblemCode.OUT_OF_RANGE, *machine.start_problems(values), key="start")
-        rates = {key: parsed[rate] for key, rate in rate_keys.items() if rate in parsed}
-        return Start(values=values, rates={CLEARANCE_READING: 0.0, **rates} if rates and has_clearance else rates)
+                self.collector.add(ProblemCode.OUT_OF_RANGE, *machine.start_problems(start.values), key="start")
+        return start
 
     def _parse_driven_start(self, machine_class: type[Machine]) -> Start:
         """Return the start of a driven machine, which its drive determines."""
@@ -230,7 +213,7 @@ class PartParser:
                 text = f"[{name}] has no meaning for machine {machine_class.name!r}, whose crank is driven"
                 hint = f"its speed and start are {' and '.join(machine_class.driver_dimensions)} in [dimensions]"
                 self.collector.add(ProblemCode.CONFLICT, f"{text}: {hint}", key=name)
-        return Start(values={})
+        return Start()
 
 
 def _find_intended_machine(document: Mapping[str, Any]) -> str:

@@ -15,14 +15,12 @@ from pydantic import Field, PlainValidator, ValidationInfo, create_model
 
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.effect import Effect, OutputEffect
-from governor_mechanism.model.scene_keys import FLAG_KIND, RESTITUTION_KIND, Derivation, SceneKey, scene_keys_of
-from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.scenes.loads import depends_on_readings, parse_load
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
-from governor_mechanism.scenes.quantities import SIGNS, check_bool, parse_number, parse_si, parse_time_points
+from governor_mechanism.model.effect import FLAG_KIND, RESTITUTION_KIND, Effect, OutputEffect, SceneKey, scene_keys_of
+from governor_mechanism.scenes.loads import parse_load
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, parse_each, wrong_value
+from governor_mechanism.scenes.quantities import check_bool, parse_first_fitting, parse_number, parse_si
 from governor_mechanism.scenes.table import SceneFileTable, validate
-from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
+from governor_mechanism.units.quantities import QUANTITY_KINDS
 
 ReadingQuantities = Mapping[str, str] | None
 """Quantities of the readings, "length" or "angle", by name; None if they are not known."""
@@ -45,17 +43,11 @@ def _example(key: SceneKey, quantity: str) -> str:
 def _effect_example(effect: type[Effect], quantity: str) -> str:
     """Return a valid value of an effect."""
     keys = scene_keys_of(effect)
-    if len(effect.value_fields) == 1:
-        return _example(keys[effect.value_fields[0]], quantity)
-    if effect.value_fields:
-        return f"[{', '.join(_example(keys[name], quantity) for name in effect.value_fields)}]"
-    shown = [name for name, key in keys.items() if key.examples] or _required_fields(effect)
+    values = [_example(keys[name], quantity) for name in effect.value_fields]
+    if values:
+        return values[0] if len(values) == 1 else f"[{', '.join(values)}]"
+    shown = [name for name, key in keys.items() if key.examples] or [name for name, key in keys.items() if key.is_required]
     return f"{{ {', '.join(f'{name} = {_example(keys[name], quantity)}' for name in shown)} }}"
-
-
-def _required_fields(effect: type[Effect]) -> list[str]:
-    keys = scene_keys_of(effect)
-    return [field.name for field in dataclasses.fields(effect) if field.default is dataclasses.MISSING and field.name in keys]
 
 
 def _parse_key(key: SceneKey, quantity: str, value: object) -> Any:
@@ -66,22 +58,8 @@ def _parse_key(key: SceneKey, quantity: str, value: object) -> Any:
         return parse_number(value, 0, 1, reason=" (speed after over speed before an impact)")
     kind = key.kind_along(quantity)
     if key.is_program:
-        return _parse_program(key, kind, value)
+        return parse_load(value, kind, kind, key.sign, key.reason)
     return parse_si(value, kind, sign=key.sign, bounded=key.bounded, hint=key.hint)
-
-
-def _parse_program(key: SceneKey, kind: str, value: Any) -> InputFunction:
-    """Return a load from a value, a list of [time, value], or a function of a reading."""
-    if depends_on_readings(value):
-        return parse_load(value, kind, kind)
-    times, values = parse_time_points(value, kind, kind)
-    has_sign, requirement = SIGNS[key.sign]
-    for i, number in enumerate(values):
-        if not has_sign(number):
-            is_list = isinstance(value, list | tuple)
-            location, found = (f", point {i + 1}:", value[i][1]) if is_list else ("", value)
-            raise mistake(ProblemCode.OUT_OF_RANGE, f"{KEY}{location} {requirement}{key.reason}; found {format_value(found)}")
-    return InputFunction(times=times, values=values)
 
 
 class EffectTable(SceneFileTable):
@@ -92,13 +70,24 @@ class EffectTable(SceneFileTable):
 
     @classmethod
     def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
-        """Yield fields given twice, or missing although they may be computed from other keys."""
+        """Yield fields given twice, or missing although they may be computed from other keys; only along a length."""
         for derivation in cls.effect.derivations:
-            hint = f"write {derivation.field} = {_example(scene_keys_of(cls.effect)[derivation.field], cls.quantity)}"
-            yield from _derivation_problems(values, derivation, hint if cls.quantity == "angle" else "")
-            if derivation.field in _required_fields(cls.effect) and not values.keys() & {derivation.field, *derivation.kinds}:
-                alternative = "" if cls.quantity == "angle" else f", or {', '.join(derivation.kinds)}"
-                yield Problem(f"{KEY}: {derivation.field} is missing; {hint}{alternative}", ProblemCode.MISSING_KEY)
+            field, keys, is_angle = derivation.field, list(derivation.kinds), cls.quantity == "angle"
+            field_key = scene_keys_of(cls.effect)[field]
+            given = [key for key in keys if key in values]
+            needed = [key for key in keys if key not in (derivation.function.__kwdefaults__ or {})]
+            missing = [key for key in needed if key not in values]
+            hint = f"write {field} = {_example(field_key, cls.quantity)}"
+            if given and field in values:
+                text = f"{KEY}: {field} cannot be combined with {', '.join(given)}, from which it follows; leave one of the two out"
+                yield Problem(text, ProblemCode.CONFLICT)
+            elif given and is_angle:
+                yield Problem(f"{KEY} is an angle and cannot have {', '.join(given)}; {hint}", ProblemCode.CONFLICT)
+            elif given and missing:
+                yield Problem(f"{KEY} lacks {', '.join(missing)}; {', '.join(needed)} are all needed", ProblemCode.CONFLICT)
+            elif not given and field not in values and field_key.is_required:
+                alternative = "" if is_angle else f", or {', '.join(keys)}"
+                yield Problem(f"{KEY}: {field} is missing; {hint}{alternative}", ProblemCode.MISSING_KEY)
 
     def build(self, **arguments: Any) -> Effect:
         """Return the effect, its fields given or computed; `arguments` are the other fields."""
@@ -110,44 +99,28 @@ class EffectTable(SceneFileTable):
         return self.effect(**values, **arguments)
 
 
-def _derivation_problems(values: Mapping[str, Any], derivation: Derivation, hint_along_angle: str) -> Iterator[Problem]:
-    """Yield the problem of keys from which a field follows: given with the field, not along a length, or incomplete."""
-    given = [key for key in derivation.kinds if key in values]
-    needed = [key for key in derivation.kinds if key not in (derivation.function.__kwdefaults__ or {})]
-    text = ""
-    if given and derivation.field in values:
-        text = f"{KEY}: {derivation.field} cannot be combined with {', '.join(given)}, from which it follows; leave one of the two out"
-    elif given and hint_along_angle:
-        text = f"{KEY} is an angle and cannot have {', '.join(given)}; {hint_along_angle}"
-    elif given and (missing := [key for key in needed if key not in values]):
-        text = f"{KEY} lacks {', '.join(missing)}; {', '.join(needed)} are all needed"
-    if text:
-        yield Problem(text, ProblemCode.CONFLICT)
-
-
 @cache
 def _table_model(effect_key: str, quantity: str) -> type[EffectTable]:
     """Return the model of a table of an effect, along a reading of a quantity, with the keys that the effect declares."""
     effect = next(effect for effect in EFFECTS if effect.key == effect_key)
     keys = {name: key for name, key in scene_keys_of(effect).items() if name not in effect.common_keys}
-    derived = {derivation.field for derivation in effect.derivations}
-    required = set(_required_fields(effect)) - derived
     for derivation in effect.derivations:
         keys |= {name: SceneKey(kind) for name, kind in derivation.kinds.items()}
+        keys[derivation.field] = dataclasses.replace(keys[derivation.field], is_required=False)
     fields: dict[str, Any] = {}
     for name, key in keys.items():
-        field = Field(None)
-        if name in required:
+        validator, field = PlainValidator(partial(_parse_key, key, quantity)), Field(None)
+        if key.is_required:
             meaning = key.meaning or QUANTITY_KINDS[key.kind_along(quantity)].name
             field = Field(..., description=f"{meaning}, as {_example(key, quantity)}")
-        fields[name] = (Annotated[Any, PlainValidator(partial(_parse_key, key, quantity))], field)
+        fields[name] = (Annotated[Any, validator], field)
     model = create_model(f"{effect.__name__}Table", __base__=EffectTable, **fields)
     model.effect, model.quantity = effect, quantity
     model.example = "" if effect.value_fields else _effect_example(effect, quantity)
     return model
 
 
-def _build_effect(effect: type[Effect], quantity: str, value: Any, **arguments: Any) -> Effect:
+def _build_effect(effect: type[Effect], value: Any, quantity: str = "", **arguments: Any) -> Effect:
     """Return an effect from its value along a quantity; `arguments` are the fields given elsewhere."""
     names, keys = effect.value_fields, scene_keys_of(effect)
     has_table = len(names) + len(effect.common_keys) < len(keys)
@@ -158,52 +131,44 @@ def _build_effect(effect: type[Effect], quantity: str, value: Any, **arguments: 
         if not key.is_program:
             key = dataclasses.replace(key, sign="positive", hint=key.hint or "; leave it out if there is none")
         return effect(**{names[0]: _parse_key(key, quantity, value)}, **arguments)
-    return _build_from_range(effect, quantity, value, **arguments)
-
-
-def _build_from_range(effect: type[Effect], quantity: str, value: Any, **arguments: Any) -> Effect:
-    """Return an effect from the two ends of a range; a missing end has the default of its field."""
-    names, keys = effect.value_fields, scene_keys_of(effect)
-    if not isinstance(value, list | tuple) or len(value) != 2:
-        text = f'{KEY} must be [{", ".join(names)}], with "{NO_END}" for a missing end; found {format_value(value)}'
-        raise mistake(ProblemCode.WRONG_TYPE, f"{text}; write {_effect_example(effect, quantity)}")
-    collector, ends = ProblemCollector(), dict[str, float]()
-    for name, end in zip(names, value, strict=True):
-        if end != NO_END:
-            with collector.at():
-                ends[name] = parse_si(end, keys[name].kind_along(quantity), f"{KEY}, {name} end")
-    collector.raise_if_failed()
+    ends = _parse_range(effect, quantity, value)
     try:
         return effect(**ends, **arguments)
     except MechanismError as error:
-        raise mistake(ProblemCode.OUT_OF_RANGE, f"{KEY}: {error}; found {format_value(value)}") from error
+        raise wrong_value(value, str(error), code=ProblemCode.OUT_OF_RANGE, path=f"{KEY}:") from error
 
 
-def _parse_single_effect(effect: type[Effect], value: object) -> tuple[Effect, ...]:
-    """Return an effect that acts along no reading, as a tuple, which is empty if it is switched off."""
-    may_be_true = bool(effect.value_fields) and not _required_fields(effect)
-    if not scene_keys_of(effect) or (may_be_true and isinstance(value, bool)):
-        return (effect(),) if check_bool(value) else ()
+def _parse_range(effect: type[Effect], quantity: str, value: Any) -> dict[str, float]:
+    """Return the given ends of a range by field."""
+    names, keys = effect.value_fields, scene_keys_of(effect)
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        requirement = f'must be [{", ".join(names)}], with "{NO_END}" for a missing end'
+        raise wrong_value(value, requirement, f"; write {_effect_example(effect, quantity)}")
+    given = {name: end for name, end in zip(names, value, strict=True) if end != NO_END}
+    ends = parse_each(lambda name: parse_si(given[name], keys[name].kind_along(quantity), f"{KEY}, {name} end"), given)
+    return dict(zip(given, ends, strict=True))
+
+
+def _parse_single_effect(effect: type[Effect], value: object) -> Effect | None:
+    """Return an effect that acts along no reading, or None if it is switched off."""
+    keys = scene_keys_of(effect)
+    may_be_true = bool(effect.value_fields) and not any(key.is_required for key in keys.values())
+    if not keys or (may_be_true and isinstance(value, bool)):
+        return effect() if check_bool(value) else None
     if value is False:
-        return ()
+        return None
     if value is True and effect.value_fields:
-        (key,) = (scene_keys_of(effect)[name] for name in effect.value_fields)
-        text = f"{KEY} is {key.meaning}; found true; write {effect.key} = {_effect_example(effect, '')}"
-        raise mistake(ProblemCode.WRONG_TYPE, text)
-    collector, effects = ProblemCollector(), tuple[Effect, ...]()
-    with collector.at():
-        effects = (_build_effect(effect, "", value),)
-    if may_be_true and collector.has_failed:
-        hint = f"; {effect.key} may also be true ({_default_text(effect)}) or false"
-        collector.problems = [Problem(f"{problem}{hint}", problem.code) for problem in collector.problems]
-    collector.raise_if_failed()
-    return effects
-
-
-def _default_text(effect: type[Effect]) -> str:
-    """Return the value with its unit that stands for true."""
-    (name,) = effect.value_fields
-    return f"{getattr(effect(), name):g} {QUANTITY_KINDS[scene_keys_of(effect)[name].kind].si_unit}"
+        (name,) = effect.value_fields
+        raise wrong_value(value, f"is {keys[name].meaning}", f"; write {effect.key} = {_effect_example(effect, '')}")
+    try:
+        return _build_effect(effect, value)
+    except MechanismError as error:
+        if not may_be_true:
+            raise
+        (name,) = effect.value_fields
+        default = f"{getattr(effect(), name):g} {QUANTITY_KINDS[keys[name].kind].si_unit}"
+        hint = f"; {effect.key} may also be true ({default}) or false"
+        raise MechanismError(*(Problem(f"{problem}{hint}", Problem(problem).code) for problem in error.problems)) from error
 
 
 def _parse_output_effects(effect: type[Effect], value: object, quantities: ReadingQuantities) -> tuple[Effect, ...]:
@@ -224,7 +189,8 @@ def _parse_output_effects(effect: type[Effect], value: object, quantities: Readi
                 continue
             if reading in effects:
                 raise mistake(ProblemCode.DUPLICATE, f"{KEY} is the same reading as another key; keep one of them")
-            effects[reading] = _parse_output_effect(effect, reading, quantities, given, common)
+            build = partial(_build_effect, effect, given, reading=reading, **common)
+            effects[reading] = parse_by_quantity(reading, quantities, build)
     collector.raise_if_failed()
     return tuple(effects.values())
 
@@ -233,33 +199,17 @@ def _require_readings(effect: type[Effect], value: object, reading_quantities: R
     """Return the table of an effect, which is not empty."""
     quantities: Mapping[str, str] = reading_quantities or {SLEEVE_LIFT_NAME: "length"}
     name, quantity = (SLEEVE_ALIAS, "length") if SLEEVE_LIFT_NAME in quantities else next(iter(quantities.items()))
-    example = f"write {effect.key} = {{ {name} = {_effect_example(effect, quantity)} }}"
+    example = f"; write {effect.key} = {{ {name} = {_effect_example(effect, quantity)} }}"
     if not isinstance(value, Mapping):
-        text = f"{KEY} must be a table with the readings on which it acts; found {format_value(value)}; {example}"
-        raise mistake(ProblemCode.WRONG_TYPE, text)
+        raise wrong_value(value, "must be a table with the readings on which it acts", example)
     if not value:
-        raise mistake(ProblemCode.MISSING_KEY, f"{KEY} has no reading to act on; {example}")
+        raise mistake(ProblemCode.MISSING_KEY, f"{KEY} has no reading to act on{example}")
     return {str(name): given for name, given in value.items()}
 
 
-def _parse_output_effect(
-    effect: type[Effect], reading: str, quantities: ReadingQuantities, value: Any, common: Mapping[str, Any]
-) -> Effect:
-    """Return the effect on a reading."""
-    return parse_by_quantity(
-        reading, quantities, value, lambda name, quantity, given: _build_effect(effect, quantity, given, reading=name, **common)
-    )
-
-
-def parse_by_quantity(reading: str, quantities: ReadingQuantities, value: Any, make: Callable[[str, str, Any], _Parsed]) -> _Parsed:
-    """Return what `make` parses for the quantity of a reading; of an unknown quantity, the result with the fewest problems."""
-    refusals: list[MechanismError] = []
-    for quantity in ("length", "angle") if quantities is None else (quantities[reading],):
-        try:
-            return make(reading, quantity, value)
-        except MechanismError as error:
-            refusals.append(error)
-    raise min(refusals, key=lambda refusal: len(refusal.problems))
+def parse_by_quantity(reading: str, quantities: ReadingQuantities, parse: Callable[[str], _Parsed]) -> _Parsed:
+    """Return what is parsed for the quantity of a reading; of an unknown quantity, the result with the fewest problems."""
+    return parse_first_fitting(("length", "angle") if quantities is None else (quantities[reading],), parse)[1]
 
 
 def resolve_reading_name(name: str, quantities: ReadingQuantities, path: str = KEY) -> str:
@@ -273,18 +223,15 @@ def resolve_reading_name(name: str, quantities: ReadingQuantities, path: str = K
     raise mistake(ProblemCode.UNKNOWN_NAME, f"{path} is not a reading; readings are {', '.join(quantities)}.{suggestion}")
 
 
-def _effect_validator(effect: type[Effect]) -> PlainValidator:
-    """Return the validator of the value of an effect; it gives a tuple of effects, empty if it is switched off."""
-
-    def check(value: object, info: ValidationInfo) -> tuple[Effect, ...]:
-        is_along_readings = issubclass(effect, OutputEffect)
-        return _parse_output_effects(effect, value, info.context) if is_along_readings else _parse_single_effect(effect, value)
-
-    return PlainValidator(check)
+def _parse_effect(effect: type[Effect], value: object, info: ValidationInfo) -> tuple[Effect, ...]:
+    """Return the effects of a key; none if it is switched off."""
+    if issubclass(effect, OutputEffect):
+        return _parse_output_effects(effect, value, info.context)
+    single_effect = _parse_single_effect(effect, value)
+    return () if single_effect is None else (single_effect,)
 
 
-_EFFECT_FIELDS: dict[str, Any] = {effect.key: (Annotated[tuple[Effect, ...], _effect_validator(effect)], ()) for effect in EFFECTS}
-
+_EFFECT_FIELDS: dict[str, Any] = {effect.key: (Annotated[Any, PlainValidator(partial(_parse_effect, effect))], ()) for effect in EFFECTS}
 EffectsTable = create_model("EffectsTable", __base__=SceneFileTable, **_EFFECT_FIELDS)
 """[effects]; each key gives a tuple of effects."""
 

@@ -9,8 +9,7 @@ from pathlib import Path
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.scenes.parser import read_scene_file
-from governor_mechanism.scenes.source import find_nearest_name
+from governor_mechanism.scenes.parser import read_scene_file, suggest_name
 from governor_mechanism.units.quantities import format_value
 
 
@@ -70,21 +69,15 @@ def load_scene(scene: str | Path) -> Scene:
     """
     if not isinstance(scene, str | Path):
         raise MechanismError(f"a scene is a path or a name; found {format_value(scene)}")
-    if isinstance(scene, Path) or _is_path(scene):
-        return read_scene_file(scene, known_names=shipped_scenes())
     known = shipped_scenes()
+    if isinstance(scene, Path) or any(mark in scene for mark in (".", "/", os.sep)):
+        return read_scene_file(scene, known_names=known)
     if scene in known:
         return read_scene_file(known[scene])
-    nearest = find_nearest_name(scene, known)
-    hint = f" Did you mean {nearest!r}?" if nearest else ""
+    hint = suggest_name(scene, {name: name for name in known})
     if os.path.isfile(scene):
         hint = f" To read the file of that name in this folder write {'./' + scene!r}."
     raise MechanismError(
         f"no scene {format_value(scene)}; shipped scenes are {', '.join(known)}, "
         f"and a path has a suffix or a separator, as in my_scene.toml or ./my_scene.{hint}"
     )
-
-
-def _is_path(scene: str) -> bool:
-    """Return whether text is a path."""
-    return any(mark in scene for mark in (".", "/", os.sep))

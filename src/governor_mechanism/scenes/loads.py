@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import count
 from typing import Annotated, Any, Final
 
 from pydantic import Field, PlainValidator
 
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, ReadingFunction, TableFunction
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
-from governor_mechanism.scenes.quantities import check_label, parse_pairs, parse_si, parse_time_points, quantity
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake, parse_each, wrong_value
+from governor_mechanism.scenes.quantities import SIGNS, check_label, parse_first_fitting, parse_pairs, parse_si, parse_time_points, quantity
 from governor_mechanism.scenes.table import SceneFileTable, validate
-from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
+from governor_mechanism.units.quantities import QUANTITY_KINDS
 
 READING_KINDS: Final = ("length", "angle", "angular_speed")
 """Kinds of quantity of what a load may depend on."""
@@ -53,51 +53,37 @@ class ReadingFunctionTable(SceneFileTable):
     def build(self, load_kind: str) -> ReadingFunction:
         """Return the function; its values are of the kind of the load."""
         if self.harmonics is not None:
-            return HarmonicFunction(
-                reading=self.reading, lag=self.lag, harmonics=_parse_harmonics(self.harmonics, load_kind), quantity="angle"
-            )
+            harmonics = _parse_harmonics(self.harmonics, load_kind)
+            return HarmonicFunction(reading=self.reading, lag=self.lag, harmonics=harmonics, quantity="angle")
         if self.table is not None:
-            kind, points = _first_fitting_kind(
-                f"{KEY}.table", lambda kind: parse_pairs(self.table, (kind, load_kind), ("reading", load_kind), f"{KEY}.table")
-            )
+            path, kinds = f"{KEY}.table", ("reading", load_kind)
+            kind, points = parse_first_fitting(READING_KINDS, lambda kind: parse_pairs(self.table, (kind, load_kind), kinds, path))
             if len(points) < 2:
-                raise mistake(ProblemCode.WRONG_TYPE, f"{KEY}.table needs two points or more; found {len(points)}")
+                raise mistake(ProblemCode.WRONG_TYPE, f"{path} needs two points or more; found {len(points)}")
             positions, values = zip(*points, strict=True)
             has_unit = any(isinstance(point[0], str) for point in self.table)
             return TableFunction(reading=self.reading, lag=self.lag, positions=positions, values=values, quantity=kind if has_unit else "")
-        kind, (gain, about) = _first_fitting_kind(
-            KEY, lambda kind: (parse_si(self.gain, GAIN_KINDS[load_kind][kind], f"{KEY}.gain"), parse_si(self.about, kind, f"{KEY}.about"))
+        kind, (gain, about) = parse_first_fitting(
+            READING_KINDS,
+            lambda kind: (parse_si(self.gain, GAIN_KINDS[load_kind][kind], f"{KEY}.gain"), parse_si(self.about, kind, f"{KEY}.about")),
         )
         has_unit = isinstance(self.gain, str) or isinstance(self.about, str)
         return LinearFunction(reading=self.reading, lag=self.lag, gain=gain, about=about, quantity=kind if has_unit else "")
 
 
-def _first_fitting_kind(path: str, parse: Callable[[str], Any]) -> tuple[str, Any]:
-    """Return the first kind of reading as which something can be parsed, and the result; else raise for the kind with fewest mistakes."""
-    errors = []
-    for kind in READING_KINDS:
-        try:
-            return kind, parse(kind)
-        except MechanismError as error:
-            errors.append(error)
-    raise min(errors, key=lambda error: len(error.problems))
-
-
 def _parse_harmonics(value: object, load_kind: str) -> tuple[tuple[float, float, float], ...]:
     """Return order, cosine and sine coefficient of each harmonic."""
     example = QUANTITY_KINDS[load_kind].example
-    hint = f'write [[1, "{example}", "{example}"]]'
     if not isinstance(value, list | tuple) or not all(isinstance(item, list | tuple) and len(item) == 3 for item in value):
-        text = f"{KEY}.harmonics must be a list of [order, cosine, sine]; found {format_value(value)}; {hint}"
-        raise mistake(ProblemCode.WRONG_TYPE, text)
-    collector, harmonics = ProblemCollector(), []
-    for number, (order, cosine, sine) in enumerate(value, start=1):
+        requirement, hint = "must be a list of [order, cosine, sine]", f'; write [[1, "{example}", "{example}"]]'
+        raise wrong_value(value, requirement, hint, path=f"{KEY}.harmonics")
+
+    def parse_harmonic(item: Sequence[object], number: int) -> tuple[float, float, float]:
         path = f"{KEY}.harmonics, harmonic {number}:"
-        with collector.at():
-            coefficients = [parse_si(one, load_kind, f"{path} {name}") for one, name in ((cosine, "cosine"), (sine, "sine"))]
-            harmonics.append((parse_si(order, "number", f"{path} order", sign="not negative"), *coefficients))
-    collector.raise_if_failed()
-    return tuple((order, cosine, sine) for order, cosine, sine in harmonics)
+        cosine, sine = (parse_si(one, load_kind, f"{path} {name}") for one, name in zip(item[1:], ("cosine", "sine"), strict=True))
+        return parse_si(item[0], "number", f"{path} order", sign="not negative"), cosine, sine
+
+    return tuple(parse_each(parse_harmonic, value, count(1)))
 
 
 def parse_reading_function(value: object, load_kind: str) -> ReadingFunction:
@@ -128,7 +114,7 @@ def input_function(kind: str, name: str) -> PlainValidator:
     return PlainValidator(lambda value: parse_load(value, kind, name))
 
 
-def parse_load(value: object, kind: str, name: str) -> InputFunction:
+def parse_load(value: Any, kind: str, name: str, sign: str = "any", reason: str = "") -> InputFunction:
     """Return a load: a quantity, a list of [time, quantity], a function of a reading, or a list of these, which is their sum.
 
     Parameters
@@ -139,6 +125,10 @@ def parse_load(value: object, kind: str, name: str) -> InputFunction:
         Kind of the load: "torque" or "force".
     name
         Name of the load in messages.
+    sign
+        Key of SIGNS, for a load that depends on time alone.
+    reason
+        Reason for the sign, at the end of the requirement.
 
     Returns
     -------
@@ -152,24 +142,20 @@ def parse_load(value: object, kind: str, name: str) -> InputFunction:
     """
     if isinstance(value, Mapping):
         return InputFunction(functions=(parse_reading_function(value, kind),))
-    if depends_on_readings(value) and isinstance(value, list | tuple):
-        return _sum(value, lambda item: parse_load(item, kind, name))
+    is_list = isinstance(value, list | tuple)
+    if is_list and any(isinstance(item, Mapping) for item in value):
+        return _add_up(parse_each(lambda item: parse_load(item, kind, name), value))
     times, values = parse_time_points(value, kind, name)
+    has_sign, requirement = SIGNS[sign]
+    for i, number in enumerate(values):
+        if not has_sign(number):
+            found, path = (value[i][1], f"{KEY}, point {i + 1}:") if is_list else (value, KEY)
+            raise wrong_value(found, f"{requirement}{reason}", code=ProblemCode.OUT_OF_RANGE, path=path)
     return InputFunction(times=times, values=values)
 
 
-def depends_on_readings(value: object) -> bool:
-    """Return whether a value of a scene file is a function of a reading, or a sum with one."""
-    return isinstance(value, Mapping) or (isinstance(value, list | tuple) and any(isinstance(item, Mapping) for item in value))
-
-
-def _sum(items: list[Any] | tuple[Any, ...], parse: Callable[[object], InputFunction]) -> InputFunction:
+def _add_up(loads: Sequence[InputFunction]) -> InputFunction:
     """Return the sum of loads, of which at most one varies with time."""
-    collector, loads = ProblemCollector(), list[InputFunction]()
-    for item in items:
-        with collector.at():
-            loads.append(parse(item))
-    collector.raise_if_failed()
     varying = [load for load in loads if len(load.values) > 1]
     if len(varying) > 1:
         text = f"{KEY} is a sum of {len(varying)} functions of time; add them up to one, and list it with the functions of readings"

@@ -1,16 +1,24 @@
-"""Parser of scene files. All mistakes of a file are found before any is reported, each in one sentence."""
+"""Parser of scene files: text, TOML document, scene. All mistakes of a file are found before any is reported, each in one sentence."""
 
 from __future__ import annotations
 
+import difflib
+import tomllib
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode
-from governor_mechanism.scenes.source import read_document
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake
 from governor_mechanism.units.quantities import format_value
+
+_unreadable = partial(mistake, ProblemCode.UNREADABLE)
+
+MAX_SCENE_FILE_SIZE = 1_000_000
+"""Largest scene file, bytes; a scene is a page of text, and a larger file is not a scene."""
 
 
 def read_scene_file(path: str | Path, *, known_names: Iterable[str] = ()) -> Scene:
@@ -34,10 +42,8 @@ def read_scene_file(path: str | Path, *, known_names: Iterable[str] = ()) -> Sce
         With a sentence for each mistake in the file, or why it cannot be read.
     """
     source = str(path)
-    try:
-        document = read_document(Path(path), known_names)
-    except MechanismError as error:
-        raise MechanismError(*_with_source(error.problems, source)) from error
+    with _named(source):
+        document = _read_document(Path(path), known_names)
     return parse_scene_document(document, source)
 
 
@@ -61,19 +67,75 @@ def parse_scene_document(document: Mapping[str, Any], source: str = "") -> Scene
     MechanismError
         With all mistakes as `problems`.
     """
-    if not isinstance(document, Mapping):
-        text = f"a scene is a table of keys; found {format_value(document)}"
-        raise MechanismError(*_with_source([Problem(text, ProblemCode.WRONG_TYPE)], source))
-    from governor_mechanism.scenes.document import DocumentParser  # slow to import: pydantic
+    with _named(source):
+        if not isinstance(document, Mapping):
+            raise mistake(ProblemCode.WRONG_TYPE, f"a scene is a table of keys; found {format_value(document)}")
+        from governor_mechanism.scenes.document import DocumentParser  # slow to import: pydantic
 
-    parser = DocumentParser(document, source)
-    scene = parser.parse()
-    if scene is None:
-        raise MechanismError(*_with_source(parser.collector.problems, source))
-    return scene
+        return DocumentParser(document, source).parse()
 
 
-def _with_source(problems: Iterable[str], source: str) -> Iterator[Problem]:
-    """Yield the problems with their source, if there is one, at the start."""
-    for text in map(Problem, problems):
-        yield Problem(f"{source}: {text}" if source else str(text), text.code, text.key.replace(KEY, ""))
+@contextmanager
+def _named(source: str) -> Iterator[None]:
+    """Put the source, if there is one, before the problems of an error."""
+    try:
+        yield
+    except MechanismError as error:
+        start = f"{source}: " if source else ""
+        problems = map(Problem, error.problems)
+        raise MechanismError(*(Problem(f"{start}{text}", text.code, text.key.replace(KEY, "")) for text in problems)) from error
+
+
+def _read_document(path: Path, known_names: Iterable[str]) -> dict[str, Any]:
+    """Return the TOML document of a file; raise MechanismError if it cannot be read."""
+    text = _read_text(path, known_names)
+    try:
+        document = tomllib.loads(text)
+    except RecursionError as error:
+        raise _unreadable("tables or lists are nested too deeply for a scene") from error
+    except ValueError as error:  # also raised by Python for an integer of thousands of digits
+        raise _unreadable(f'not valid TOML: {error}; text and quantities need quotes, as in arm = "300 mm"') from error
+    if not document:
+        raise _unreadable("the file is empty; a scene needs at least machine = ... and a table [dimensions]")
+    return document
+
+
+def _read_text(path: Path, known_names: Iterable[str]) -> str:
+    try:
+        if path.is_dir():
+            scenes = sorted(file.name for file in path.glob("*.toml"))
+            content_text = f"it holds {', '.join(scenes)}" if scenes else "it holds no .toml files"
+            raise _unreadable(f"this is a folder, not a scene file; {content_text}")
+        with path.open("rb") as stream:
+            content = stream.read(MAX_SCENE_FILE_SIZE + 1)
+    except MechanismError:
+        raise
+    except FileNotFoundError as error:
+        raise _unreadable(_missing_file_message(path, known_names)) from error
+    except PermissionError as error:
+        raise _unreadable("no permission to read this file; change its rights or copy it") from error
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise _unreadable(f"this file cannot be read ({reason})") from error
+    if len(content) > MAX_SCENE_FILE_SIZE:
+        raise _unreadable(f"this file is larger than {MAX_SCENE_FILE_SIZE:,} bytes; a scene is a page of text")
+    try:
+        return content.decode("utf-8-sig")  # some editors on Windows write a byte order mark
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise _unreadable(f"line {line} is not UTF-8 text; save the file as UTF-8") from error
+
+
+def suggest_name(word: str, names: Mapping[str, str]) -> str:
+    """Return a hint at what stands for the name nearest to a misspelt word, in either case; "" if none is near enough."""
+    known = {name.lower(): known for name, known in names.items()}
+    close_matches = difflib.get_close_matches(word.lower(), list(known), n=1, cutoff=0.75)
+    return f" Did you mean {known[close_matches[0]]!r}?" if close_matches else ""
+
+
+def _missing_file_message(path: Path, known_names: Iterable[str]) -> str:
+    """Return the message about a missing file, with the nearest name among its neighbours and the known names."""
+    candidates = {name: name for name in known_names}
+    candidates |= {neighbour.stem: str(neighbour) for neighbour in path.parent.glob("*.toml")}
+    folder_text = "" if path.parent.is_dir() else f" (there is no folder {str(path.parent)!r} either)"
+    return f"no such file{folder_text}.{suggest_name(path.stem, candidates)}"

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from enum import StrEnum
-from typing import Final
+from itertools import repeat
+from typing import Any, Final, TypeVar
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.units.quantities import format_value
+
+_Parsed = TypeVar("_Parsed")
 
 KEY: Final = "\0"
 """Placeholder in a message for the key path of the value; `Problem.at` replaces it."""
@@ -67,6 +71,13 @@ def mistake(code: ProblemCode, *messages: str, key: str = KEY) -> MechanismError
     return MechanismError(*(Problem(message, code, key) for message in messages))
 
 
+def wrong_value(
+    value: object, requirement: str, hint: str = "", *, code: ProblemCode = ProblemCode.WRONG_TYPE, path: str = KEY
+) -> MechanismError:
+    """Return the error of a value that does not meet a requirement; `path` is where a message finds it."""
+    return mistake(code, f"{path} {requirement}; found {format_value(value)}{hint}")
+
+
 class ProblemCollector:
     """The problems found so far; errors raised in the context `at` are collected instead of ending the check."""
 
@@ -88,7 +99,29 @@ class ProblemCollector:
             self.has_failed = True
             self.problems += [Problem(problem).at(path) for problem in error.problems]
 
+    def attempt(self, path: str, function: Callable[..., _Parsed], *arguments: Any) -> _Parsed | None:
+        """Return the result of a function, or None if it fails; its problems are collected at a key path."""
+        with self.at(path):
+            return function(*arguments)
+        return None
+
+    def parse_tables(self, heading: str, tables: object, parse: Callable[[str, Any], _Parsed]) -> list[_Parsed]:
+        """Return the results, for the tables without a mistake, of a function of name and table; nothing for anything but tables."""
+        items = tables.items() if isinstance(tables, Mapping) else ()
+        results = [self.attempt(f"{heading}.{name}", parse, name, table) for name, table in items]
+        return [result for result in results if result is not None]
+
     def raise_if_failed(self) -> None:
         """Raise MechanismError with all problems, if any check has failed."""
         if self.has_failed:
             raise MechanismError(*self.problems)
+
+
+def parse_each(parse: Callable[..., _Parsed], *arguments: Iterable[Any], paths: Iterable[str] = repeat(KEY)) -> list[_Parsed]:
+    """Return the results of a function like `map`, and raise the problems of all calls together, each at its path."""
+    collector, results = ProblemCollector(), list[_Parsed]()
+    for path, *items in zip(paths, *arguments, strict=False):
+        with collector.at(path):
+            results.append(parse(*items))
+    collector.raise_if_failed()
+    return results

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Annotated, Final
+from itertools import count
+from types import UnionType
+from typing import Annotated, Final, TypeVar
 
 from pydantic import PlainValidator
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.base import MAX_DIMENSION, MIN_DIMENSION
 from governor_mechanism.model.part import MAX_SPINDLE_SPEED
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
+from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, wrong_value
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, parse_quantity
 
 UNITLESS_LIMITS: Final = {"length": (50.0, MAX_DIMENSION), "mass": (1e6, MAX_DIMENSION), "angular_speed": (1e3, MAX_SPINDLE_SPEED)}
 """Bounds in SI by kind: a bare number between them may be a slip of units; above them any number is refused."""
 
-MIN_VALUE_BY_KIND: Final = {
-    "moment_of_inertia": MIN_DIMENSION**2,
-    "torsion_stiffness": MIN_DIMENSION**2,
-    "torsion_damping": MIN_DIMENSION**2,
-    "quadratic_torsion_damping": MIN_DIMENSION**2,
-    "area": MIN_DIMENSION**2,
-    "modulus": 1.0,
-}
+_SQUARED_KINDS = ("moment_of_inertia", "torsion_stiffness", "torsion_damping", "quadratic_torsion_damping", "area")
+MIN_VALUE_BY_KIND: Final = {"modulus": 1.0} | dict.fromkeys(_SQUARED_KINDS, MIN_DIMENSION**2)
 """Smallest values in SI by kind; watches need less than MIN_DIMENSION."""
 
 MAX_VALUE_BY_KIND: Final = {"modulus": 1e13}
@@ -38,6 +34,7 @@ SIGNS: Final[Mapping[str, tuple[Callable[[float], bool], str]]] = {
 """Conditions on the sign of a quantity, with the requirement in messages."""
 
 FloatPair = tuple[float, float]
+_Parsed = TypeVar("_Parsed")
 
 
 def parse_si(value: object, kind: str, key: str = KEY, *, sign: str = "any", bounded: bool = False, hint: str = "") -> float:
@@ -73,22 +70,19 @@ def parse_si(value: object, kind: str, key: str = KEY, *, sign: str = "any", bou
     try:
         number = parse_quantity(value, kind, key)
     except MechanismError as error:
-        raise MechanismError(*(Problem(problem, ProblemCode.WRONG_QUANTITY) for problem in error.problems)) from error
+        raise mistake(ProblemCode.WRONG_QUANTITY, *error.problems) from error
     has_sign, requirement = SIGNS[sign]
     if not has_sign(number):
-        raise MechanismError(Problem(f"{key} {requirement}; found {format_value(value)}{hint}", ProblemCode.OUT_OF_RANGE))
+        raise wrong_value(value, requirement, hint, code=ProblemCode.OUT_OF_RANGE, path=key)
     min_value, max_value = MIN_VALUE_BY_KIND.get(kind, MIN_DIMENSION), MAX_VALUE_BY_KIND.get(kind, MAX_DIMENSION)
     if bounded and number and not min_value <= abs(number) <= max_value:
-        text = f"{key} must lie between {min_value:g} and {max_value:g} in SI; found {format_value(value)}"
-        raise MechanismError(Problem(text, ProblemCode.OUT_OF_RANGE))
+        requirement = f"must lie between {min_value:g} and {max_value:g} in SI"
+        raise wrong_value(value, requirement, code=ProblemCode.OUT_OF_RANGE, path=key)
     suspicious_limit, refused_limit = UNITLESS_LIMITS.get(kind, (MAX_DIMENSION, MAX_DIMENSION))
     if not isinstance(value, str) and suspicious_limit < abs(number) <= refused_limit:
         written, unit_kind = f"{number:.12g}", QUANTITY_KINDS[kind]
-        text = (
-            f"{key} = {written} is {written} {unit_kind.si_unit}; "
-            f'write "{written} {unit_kind.units[0]}" if that is meant, or "{written} {unit_kind.si_unit}"'
-        )
-        raise MechanismError(Problem(text, ProblemCode.WRONG_QUANTITY))
+        hint = f'write "{written} {unit_kind.units[0]}" if that is meant, or "{written} {unit_kind.si_unit}"'
+        raise mistake(ProblemCode.WRONG_QUANTITY, f"{key} = {written} is {written} {unit_kind.si_unit}; {hint}")
     return number
 
 
@@ -108,7 +102,7 @@ def parse_number(value: object, low: float, high: float, *, open_ends: str = "",
     is_excluded = ("low" in open_ends and number == low) or ("high" in open_ends and number == high)
     if is_excluded or not low <= number <= high:
         bounds = f"{'above' if 'low' in open_ends else 'at least'} {low:g} and {'below' if 'high' in open_ends else 'at most'} {high:g}"
-        raise mistake(ProblemCode.OUT_OF_RANGE, f"{KEY} must be {bounds}{reason}; found {format_value(value)}")
+        raise wrong_value(value, f"must be {bounds}{reason}", code=ProblemCode.OUT_OF_RANGE)
     return number
 
 
@@ -130,38 +124,44 @@ def choice(names: Iterable[str]) -> PlainValidator:
     return PlainValidator(check)
 
 
+def instance_of(kind: type | UnionType, requirement: str, hint: str = "") -> PlainValidator:
+    """Return the validator of a value of a type."""
+
+    def check(value: object) -> object:
+        if not isinstance(value, kind):
+            raise wrong_value(value, requirement, hint)
+        return value
+
+    return PlainValidator(check)
+
+
 def check_bool(value: object) -> bool:
     """Return True or False; refuse anything else."""
     if not isinstance(value, bool):
-        raise mistake(ProblemCode.WRONG_TYPE, f"{KEY} must be true or false; found {format_value(value)}")
+        raise wrong_value(value, "must be true or false")
     return value
 
 
 def check_label(value: object) -> str:
     """Return a text that is not empty; refuse anything else."""
     if not isinstance(value, str) or not value.strip():
-        raise mistake(ProblemCode.WRONG_TYPE, f"{KEY} must be text; found {format_value(value)}")
+        raise wrong_value(value, "must be text")
     return value
 
 
 def parse_name(value: object, key: str = KEY) -> str:
     """Return a name that other tables can refer to."""
     if not isinstance(value, str) or not value.strip() or "." in value:
-        raise mistake(ProblemCode.WRONG_TYPE, f"{key} must be text without a dot; found {format_value(value)}")
+        raise wrong_value(value, "must be text without a dot", path=key)
     return value
 
 
 def parse_pair(value: object, kinds: tuple[str, str], names: tuple[str, str], key: str = KEY) -> FloatPair:
     """Return two quantities of a list."""
     if not isinstance(value, list | tuple) or len(value) != 2:
-        hint = f'write [0, "{QUANTITY_KINDS[kinds[1]].example}"]'
-        raise mistake(ProblemCode.WRONG_TYPE, f"{key} must be [{', '.join(names)}]; found {format_value(value)}; {hint}")
-    collector, numbers = ProblemCollector(), list[float]()
-    for item, kind, name in zip(value, kinds, names, strict=True):
-        with collector.at():
-            numbers.append(parse_si(item, kind, f"{key} {name}"))
-    collector.raise_if_failed()
-    return numbers[0], numbers[1]
+        raise wrong_value(value, f"must be [{', '.join(names)}]", f'; write [0, "{QUANTITY_KINDS[kinds[1]].example}"]', path=key)
+    first, second = parse_each(lambda item, kind, name: parse_si(item, kind, f"{key} {name}"), value, kinds, names)
+    return first, second
 
 
 def parse_position(value: object, key: str = KEY) -> FloatPair:
@@ -176,13 +176,8 @@ def parse_position(value: object, key: str = KEY) -> FloatPair:
 def parse_pairs(value: object, kinds: tuple[str, str], names: tuple[str, str], key: str = KEY) -> list[FloatPair]:
     """Return the pairs of a list."""
     if not isinstance(value, list | tuple):
-        raise mistake(ProblemCode.WRONG_TYPE, f"{key} must be a list of [{', '.join(names)}]; found {format_value(value)}")
-    collector, points = ProblemCollector(), list[FloatPair]()
-    for number, item in enumerate(value, start=1):
-        with collector.at():
-            points.append(parse_pair(item, kinds, names, f"{key}, point {number}:"))
-    collector.raise_if_failed()
-    return points
+        raise wrong_value(value, f"must be a list of [{', '.join(names)}]", path=key)
+    return parse_each(lambda item, number: parse_pair(item, kinds, names, f"{key}, point {number}:"), value, count(1))
 
 
 def parse_time_points(value: object, kind: str, name: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -194,6 +189,17 @@ def parse_time_points(value: object, kind: str, name: str) -> tuple[tuple[float,
         raise mistake(ProblemCode.WRONG_TYPE, f'{KEY} is an empty list of points; write [[0, "{example}"]], or one {name}')
     times, values = zip(*parse_pairs(value, ("time", kind), ("time", name)), strict=True)
     return times, values
+
+
+def parse_first_fitting(kinds: Iterable[str], parse: Callable[[str], _Parsed]) -> tuple[str, _Parsed]:
+    """Return the first kind as which something can be parsed, and the result; else raise for the kind with the fewest mistakes."""
+    refusals: list[MechanismError] = []
+    for kind in kinds:
+        try:
+            return kind, parse(kind)
+        except MechanismError as error:
+            refusals.append(error)
+    raise min(refusals, key=lambda refusal: len(refusal.problems))
 
 
 Position = Annotated[FloatPair, PlainValidator(parse_position)]

@@ -1,4 +1,4 @@
-"""The tables that all scenes have: top level, [spindle], [run], [dimensions] and [start]. Slow to import: pydantic."""
+"""The tables that all scenes have: top level, [spindle], [run], [dimensions], [start] and [events]. Slow to import: pydantic."""
 
 from __future__ import annotations
 
@@ -7,17 +7,28 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any, Final
 
-from pydantic import Field, PlainValidator, TypeAdapter, create_model
+from pydantic import Field, PlainValidator, TypeAdapter, ValidationInfo, create_model
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.base import CHOICE_KIND, Machine
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Spindle
+from governor_mechanism.model.events import CROSSING_DIRECTIONS, NamedCrossing
+from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Spindle, Start
+from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_by_quantity, resolve_reading_name
 from governor_mechanism.scenes.loads import input_function
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake
-from governor_mechanism.scenes.quantities import built, choice, number_between, parse_si, parse_time_points, quantity
-from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, SceneFileTable, union_by_key
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, wrong_value
+from governor_mechanism.scenes.quantities import (
+    built,
+    choice,
+    instance_of,
+    number_between,
+    parse_name,
+    parse_si,
+    parse_time_points,
+    quantity,
+)
+from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, SceneFileTable, union_by_key, validate
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
 ENGINE_CHOICES: Final = ("auto", "impulse", "multibody", "reduced")
@@ -30,27 +41,16 @@ RATE_KINDS: Final = {"angle": "angular_rate", "length": "speed"}
 """Kind of the rate of a coordinate, by the quantity of the coordinate."""
 
 
-def _check_title(value: object) -> str:
-    if not isinstance(value, str):
-        raise mistake(ProblemCode.WRONG_TYPE, f'{KEY} must be text; found {format_value(value)}; write title = "..."')
-    return value
-
-
-def _check_any_table(value: object) -> dict[str, Any]:
-    if not isinstance(value, Mapping):
-        raise mistake(ProblemCode.WRONG_TYPE, f"{KEY} must be a table; found {format_value(value)}; write [{KEY}] on a line of its own")
-    return dict(value)
-
-
-AnyTable = Annotated[dict[str, Any] | None, PlainValidator(_check_any_table)]
-"""A table whose keys are checked later."""
+Title = Annotated[str | None, instance_of(str, "must be text", '; write title = "..."')]
+AnyTable = Annotated[dict[str, Any] | None, instance_of(Mapping, "must be a table", f"; write [{KEY}] on a line of its own")]
+"""Types of fields; the keys of a table of any kind are checked later."""
 
 
 class CommonSceneTable(SceneFileTable):
     """The top level of any scene file."""
 
     machine: Annotated[str, choice((*MACHINES, CUSTOM_MACHINE))] = Field(description=f"one of {', '.join((*MACHINES, CUSTOM_MACHINE))}")
-    title: Annotated[str | None, PlainValidator(_check_title)] = None
+    title: Title = None
     effects: AnyTable = None
     spindle: AnyTable = None
     start: AnyTable = None
@@ -74,7 +74,7 @@ class CommonSceneTable(SceneFileTable):
 class CoupledSceneTable(SceneFileTable):
     """The top level of a scene file with several parts."""
 
-    title: Annotated[str | None, PlainValidator(_check_title)] = None
+    title: Title = None
     run: AnyTable = None
     events: AnyTable = None
     part: AnyTable = Field(description="the parts, one table [part.NAME] for each")
@@ -223,6 +223,17 @@ def start_table_model(readings: tuple[tuple[str, str, str], ...]) -> type[SceneF
     return create_model("StartTable", __base__=SceneFileTable, **fields)
 
 
+def parse_start(table: object, readings: Mapping[str, tuple[str, str]], collector: ProblemCollector) -> Start:
+    """Return the given start values and rates of readings, each with its quantity and the key of its rate."""
+    model = start_table_model(tuple((name, quantity, rate) for name, (quantity, rate) in readings.items()))
+    parsed = collector.attempt("start", validate, model, table)
+    given = {} if parsed is None else parsed.given_values()
+    return Start(
+        values={name: given[name] for name in readings if name in given},
+        rates={name: given[rate] for name, (_, rate) in readings.items() if rate in given},
+    )
+
+
 def find_misspelt_equilibrium(values: Mapping[str, Any]) -> list[str]:
     """Return messages about a misspelt "equilibrium" in [start] of an unknown machine."""
     return [
@@ -234,3 +245,34 @@ def find_misspelt_equilibrium(values: Mapping[str, Any]) -> list[str]:
 
 def _suggest_equilibrium(value: object) -> str:
     return did_you_mean(value.lower(), [EQUILIBRIUM]) if isinstance(value, str) else ""
+
+
+def _parse_reading(value: object, info: ValidationInfo) -> str:
+    if not isinstance(value, str):
+        raise wrong_value(value, "must be the name of a reading")
+    return resolve_reading_name(value, info.context, f"{KEY} {format_value(value)}")
+
+
+def _parse_value(value: object, info: ValidationInfo) -> float:
+    """Return the value in the unit of the reading, or in any if the reading has a mistake."""
+    reading = info.data.get("reading", "")
+    return parse_by_quantity(reading, info.context if reading else None, lambda quantity: parse_si(value, quantity))
+
+
+class CrossingTable(SceneFileTable):
+    """[events.name]."""
+
+    example = '{ reading = "sleeve_lift", value = "20 mm", direction = "up" }'
+
+    reading: Annotated[str, PlainValidator(_parse_reading)] = Field(description='the reading that is watched, as "arm_angle"')
+    value: Annotated[float, PlainValidator(_parse_value)] = Field(description='the value that the reading passes, as "20 mm"')
+    direction: Annotated[str, choice(CROSSING_DIRECTIONS)] = NamedCrossing.direction
+
+
+def parse_crossings(table: object, quantities: ReadingQuantities, collector: ProblemCollector) -> tuple[NamedCrossing, ...]:
+    """Return the named crossings without mistakes of [events]; anything but a table is reported with the top level."""
+
+    def parse_crossing(name: str, values: object) -> NamedCrossing:
+        return NamedCrossing(name=parse_name(name), **validate(CrossingTable, values, context=quantities).given_values())
+
+    return tuple(collector.parse_tables("events", table, parse_crossing))

@@ -6,17 +6,7 @@ import difflib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Final, Self, TypeVar, Union
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Discriminator,
-    ModelWrapValidatorHandler,
-    Tag,
-    TypeAdapter,
-    ValidationError,
-    ValidationInfo,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Discriminator, Tag, TypeAdapter, ValidationError, ValidationInfo, model_validator
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
@@ -65,7 +55,7 @@ class SceneFileTable(BaseModel):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _report(cls, values: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+    def _report(cls, values: Any, handler: Callable[[Any], Self], info: ValidationInfo) -> Self:
         if not isinstance(values, Mapping):
             hint = f"; write {cls.example}" if cls.example else ""
             raise mistake(ProblemCode.WRONG_TYPE, f"{KEY} must be a table; found {format_value(values)}{hint}")

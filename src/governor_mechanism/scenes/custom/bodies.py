@@ -2,34 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import cached_property
-from typing import Annotated, Any, Final, TypeVar
+from collections.abc import Callable, Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Final
 
 from pydantic import Field, model_validator
 
-from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.machines.custom import (
-    BodyShape,
-    InitialConfiguration,
-    PointMass,
-    SketchedBody,
-    add_point_masses,
-    disc_shape,
-    plate_shape,
-    rod_shape,
-)
-from governor_mechanism.model.joints import GROUND, Point
+from governor_mechanism.machines import custom
 from governor_mechanism.model.mechanism import SecondMoments
 from governor_mechanism.model.part import TURNING_PLANE
-from governor_mechanism.scenes.custom.values import NamedPoints, NewBodyName, PointReference, table_list
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
-from governor_mechanism.scenes.quantities import Angle, Bool, FloatPair, Length, Mass, Position, PositiveLength, built
+from governor_mechanism.scenes.custom.field_types import NamedPoints, NewBodyName, PointRegistry, table_list
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
+from governor_mechanism.scenes.quantities import Angle, Bool, Length, Mass, Position, PositiveLength, built
 from governor_mechanism.scenes.table import SceneFileTable
 from governor_mechanism.units.quantities import format_value
-
-_Argument = TypeVar("_Argument")
-_Result = TypeVar("_Result")
 
 SHAPE_KEYS: Final = ("rod", "disc", "plate", "point")
 MASS_PROPERTY_KEYS: Final = ("inertia", "moments", "centre")
@@ -48,29 +33,38 @@ class MomentsTable(SceneFileTable):
     @model_validator(mode="after")
     def _check_determinant(self) -> MomentsTable:
         if self.xy**2 > self.xx * self.yy * (1 + 1e-9):
-            text = f"{KEY}.xy must not exceed the square root of xx * yy; found {format_value(self.xy)}"
-            raise mistake(ProblemCode.OUT_OF_RANGE, text)
+            requirement = "must not exceed the square root of xx * yy"
+            raise wrong_value(self.xy, requirement, code=ProblemCode.OUT_OF_RANGE, path=f"{KEY}.xy")
         return self
 
 
-class RodTable(SceneFileTable):
+class ShapeTable(SceneFileTable):
+    """A shape; its keys are the arguments of a function."""
+
+    make_shape: ClassVar[Callable[..., custom.BodyShape]]
+
+
+class RodTable(ShapeTable):
     """A slender rod."""
 
+    make_shape = custom.rod_shape
     example = '{ length = "100 mm" }'
     length: PositiveLength = Field(description='the length of the rod, as "100 mm"')
 
 
-class DiscTable(SceneFileTable):
+class DiscTable(ShapeTable):
     """A disc in the plane."""
 
+    make_shape = custom.disc_shape
     example = '{ radius = "100 mm" }'
     radius: PositiveLength = Field(description='the radius of the disc, as "100 mm"')
     thickness: Length = 0.0
 
 
-class PlateTable(SceneFileTable):
+class PlateTable(ShapeTable):
     """A plate in the plane."""
 
+    make_shape = custom.plate_shape
     example = '{ width = "100 mm", height = "50 mm" }'
     width: PositiveLength = Field(description='the width along x, as "100 mm"')
     height: PositiveLength = Field(description='the height along y, as "100 mm"')
@@ -87,7 +81,7 @@ class PointMassTable(SceneFileTable):
 
 
 class BodyTable(SceneFileTable):
-    """[[body]]; the validation context is the plane of the mechanism."""
+    """[[body]]; the validation context is the `PointRegistry`."""
 
     name: NewBodyName = Field(description='the name of the body in other tables, as "crank"')
     mass: Mass = 0.0
@@ -121,7 +115,8 @@ class BodyTable(SceneFileTable):
         if "mass" not in values and "point_masses" not in values:
             hint = 'it is the mass, as "0.2 kg", and 0 for a lever without mass; a bar without mass is a [[link]]'
             yield Problem(f"{KEY}.mass is missing; {hint}", ProblemCode.MISSING_KEY, f"{KEY}.mass")
-        if not shapes and values.get("turns") is not False and "moments" not in values and "inertia" in values and context == TURNING_PLANE:
+        has_inertia_alone = not shapes and "moments" not in values and "inertia" in values
+        if has_inertia_alone and values.get("turns") is not False and context.plane == TURNING_PLANE:
             text = "inertia does not determine the centrifugal forces in a turning plane"
             hint = 'give moments = { xx = "0.5 kg m^2", ... } or a shape (rod, disc, plate) instead'
             yield Problem(f"{text}; {hint}", ProblemCode.MISSING_KEY)
@@ -129,7 +124,7 @@ class BodyTable(SceneFileTable):
     @model_validator(mode="after")
     def _check_values(self) -> BodyTable:
         collector = ProblemCollector()
-        is_shaped = any(table is not None for table in (self.rod, self.disc, self.plate, self.moments))
+        is_shaped = self._shape is not None or self.moments is not None
         if self.mass and self.can_rotate and not is_shaped and not self.inertia:
             hint = (
                 "give inertia or moments, a shape (rod, disc, plate, point), point_masses instead of mass, "
@@ -151,103 +146,25 @@ class BodyTable(SceneFileTable):
         """Whether the body rotates in the plane."""
         return self.turns and not self.point
 
-    def build(self) -> SketchedBody:
+    @property
+    def _shape(self) -> ShapeTable | None:
+        return self.rod or self.disc or self.plate
+
+    def build(self, registry: PointRegistry) -> custom.SketchedBody:
         """Return the body."""
-        point_masses = [PointMass(**table.given_values()) for table in self.point_masses]
-        mass, shape = add_point_masses(self.mass, self._build_shape(), point_masses) if point_masses else (self.mass, self._build_shape())
-        return SketchedBody(
+        point_masses = [custom.PointMass(**table.given_values()) for table in self.point_masses]
+        mass, shape = self.mass, self._build_shape()
+        if point_masses:
+            mass, shape = custom.add_point_masses(mass, shape, point_masses)
+        return custom.SketchedBody(
             name=self.name, mass=mass, shape=shape, can_rotate=self.can_rotate, points=self.points or {}, origin=self.at, angle=self.angle
         )
 
-    def _build_shape(self) -> BodyShape:
-        for table, shape in ((self.rod, rod_shape), (self.disc, disc_shape), (self.plate, plate_shape)):
-            if table is not None:
-                return shape(self.mass, **table.given_values())
+    def _build_shape(self) -> custom.BodyShape:
+        if (shape := self._shape) is not None:
+            return type(shape).make_shape(self.mass, **shape.given_values())
         if self.moments is not None:
             moments = SecondMoments(**self.moments.given_values())
         else:  # in a fixed plane only the sum counts
             moments = SecondMoments(xx=self.inertia / 2, yy=self.inertia / 2)
-        return BodyShape(second_moments=moments, mass_centre=self.centre)
-
-
-class PointRegistry:
-    """Bodies, their points and their initial positions, for the tables that refer to them by name.
-
-    Attributes
-    ----------
-    ground
-        Named points of the ground that are at rest, m.
-    moving_points
-        Moving points of the ground by name, as massless bodies.
-    bodies
-        Bodies by name.
-    invalid_bodies
-        Names of bodies whose own tables are wrong; a reference to one of them fails without a message.
-    """
-
-    def __init__(self) -> None:
-        self.ground: dict[str, FloatPair] = {"origin": (0.0, 0.0)}
-        self.moving_points: dict[str, SketchedBody] = {}
-        self.bodies: dict[str, SketchedBody] = {}
-        self.invalid_bodies: set[str] = set()
-        self.used_names: set[str] = set()
-
-    @cached_property
-    def initial_configuration(self) -> InitialConfiguration:
-        """Initial poses of the bodies; use it when all bodies are known."""
-        return InitialConfiguration([*self.bodies.values(), *self.moving_points.values()])
-
-    def require_body(self, name: str, key: str) -> str:
-        """Return the name of a body; refuse an unknown one."""
-        if name in self.invalid_bodies:
-            raise MechanismError
-        known_names = [GROUND, *self.bodies, *sorted(self.invalid_bodies - {GROUND})]
-        if name not in known_names:
-            text = f"{KEY}.{key} names the unknown body {format_value(name)}; bodies are {', '.join(known_names)}."
-            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(name, known_names), key=f"{KEY}.{key}")
-        return name
-
-    def find_point(self, reference: PointReference, key: str) -> Point:
-        """Return the point of a reference; a body alone means its mass centre."""
-        name = self.require_body(reference.body, key)
-        if name == GROUND and reference.point in self.moving_points:
-            return Point(body=self.moving_points[reference.point].name)
-        body = self.bodies.get(name)
-        named_points = self.ground if body is None else body.named_points
-        position = reference.position or named_points.get(reference.point or ("origin" if body is None else "centre"))
-        if position is None:
-            known_names = [*named_points, *(self.moving_points if body is None else ())]
-            location = "[ground]" if body is None else f"the points of body {format_value(name)}"
-            text = (
-                f"{KEY}.{key} names the unknown point {format_value(reference.point)} of {format_value(name)}; "
-                f"known are {', '.join(known_names)}; add others to {location}."
-            )
-            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(reference.point, known_names), key=f"{KEY}.{key}")
-        return Point(body=GROUND, x=position[0], y=position[1]) if body is None else body.point(position)
-
-    def find_points(self, *references: tuple[str, PointReference]) -> list[Point]:
-        """Return the points of (key, reference); report every wrong one."""
-        return _evaluate_all(self.find_point, references)
-
-    def require_bodies(self, *names: tuple[str, str]) -> list[str]:
-        """Return the names of bodies of (key, name); report every unknown one."""
-        return _evaluate_all(self.require_body, names)
-
-    def make_unique_name(self, base_name: str) -> str:
-        """Return a name that is not used, with a number at its end if necessary, and reserve it."""
-        number, name = 1, base_name
-        while name in self.used_names:
-            number += 1
-            name = f"{base_name} {number}"
-        self.used_names.add(name)
-        return name
-
-
-def _evaluate_all(function: Callable[[_Argument, str], _Result], arguments: Iterable[tuple[str, _Argument]]) -> list[_Result]:
-    """Return the results of a function of (argument, key); raise the problems of all arguments together."""
-    collector, results = ProblemCollector(), list[_Result]()
-    for key, argument in arguments:
-        with collector.at():
-            results.append(function(argument, key))
-    collector.raise_if_failed()
-    return results
+        return custom.BodyShape(second_moments=moments, mass_centre=self.centre)

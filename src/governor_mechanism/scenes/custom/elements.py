@@ -3,31 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Annotated, Any, ClassVar, Final
 
 from pydantic import ConfigDict, Field, TypeAdapter
 
 from governor_mechanism.machines.custom import InitialConfiguration
-from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
-from governor_mechanism.model.joints import (
-    GROUND,
-    ArcSlot,
-    CurveSlot,
-    Distance,
-    Gear,
-    Pin,
-    Point,
-    Prismatic,
-    RackAndPinion,
-    RotationalDriver,
-    Slider,
-    TranslationalDriver,
-    Weld,
-)
+from governor_mechanism.model import force_elements, joints
+from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
-from governor_mechanism.scenes.custom.bodies import PointRegistry
-from governor_mechanism.scenes.custom.motions import AngleMotion, DisplacementMotion
-from governor_mechanism.scenes.custom.values import BodyName, CurveValue, PointOrBodyRef, PointRef
+from governor_mechanism.scenes.custom import field_types
+from governor_mechanism.scenes.custom.field_types import PointRef, PointRegistry
 from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import Problem, ProblemCode, mistake
 from governor_mechanism.scenes.quantities import Angle, Label, Length, PositiveLength, built, choice, quantity
@@ -42,7 +28,7 @@ FORCE_TYPES: Final = ("spring", "damper", "torsion_spring", "torsion_damper", "t
 
 
 class ElementTable(SceneFileTable):
-    """A joint, link or force. The keys of a subclass are the arguments of its element, unless `arguments` replaces them."""
+    """A joint, link or force. The keys of a subclass are the arguments of its element."""
 
     element: ClassVar[Callable[..., Any]]
     """Class of the joint or force element."""
@@ -54,35 +40,27 @@ class ElementTable(SceneFileTable):
     @property
     def default_name(self) -> str:
         """Name from the type and the connected bodies."""
-        ends = [getattr(self, key) for key in self.end_keys]
-        bodies = [str(getattr(end, "body", end)) for end in ends]
+        bodies = [_body_of(getattr(self, key)).partition(".")[0] for key in self.end_keys]
         kind = str(getattr(self, "type", "link")).replace("_", " ")
         return f"{kind} of {' and '.join(bodies if len(bodies) > 1 else [GROUND, *bodies])}"
 
-    def ends(self, registry: PointRegistry) -> dict[str, Any]:
-        """Return the points at which the element acts, by argument."""
-        first, second = registry.find_points(*((key, getattr(self, key)) for key in self.end_keys))
-        _require_different_bodies(first.body, second.body)
-        return {"first": first, "second": second}
-
-    def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
+    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the defaults that follow from the initial configuration, by argument."""
         return {}
 
-    def arguments(self, registry: PointRegistry, first: Point, second: Point) -> dict[str, Any]:
-        """Return the other arguments of the element."""
-        given = {key: value for key, value in self.given_values().items() if key not in ("name", "type", *self.end_keys)}
-        return self.initial_values(registry.initial_configuration, first, second) | given
-
-    def build(self, name: str, registry: PointRegistry) -> Any:
+    def build(self, registry: PointRegistry) -> Any:
         """Return the joint or force element."""
-        ends = self.ends(registry)
-        return type(self).element(name=name, **ends, **self.arguments(registry, **ends))
+        name = self.name or registry.reserve_name(self.default_name)
+        first, second = (getattr(self, key) for key in self.end_keys)
+        if _body_of(first) == _body_of(second):
+            text = f"both ends are of {format_value(_body_of(first))}; they must be of two different bodies"
+            raise mistake(ProblemCode.CONFLICT, text)
+        given = {key: value for key, value in self.given_values().items() if key not in ("name", "type", *self.end_keys)}
+        return type(self).element(name=name, first=first, second=second, **self.initial_values(registry.initial_configuration) | given)
 
 
-def _require_different_bodies(first: str, second: str) -> None:
-    if first == second:
-        raise mistake(ProblemCode.CONFLICT, f"both ends are of {format_value(first)}; they must be of two different bodies")
+def _body_of(end: Point | str) -> str:
+    return end if isinstance(end, str) else end.body
 
 
 class _PointTable(ElementTable):
@@ -93,12 +71,12 @@ class _PointTable(ElementTable):
 class LinkTable(_PointTable):
     """[[link]]: a massless bar, by default as long as the initial distance of its ends."""
 
-    element = Distance
+    element = joints.Distance
     length: PositiveLength = 0.0
 
-    def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
+    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the length."""
-        length = self.length or initial.distance(first, second)
+        length = self.length or initial.distance(self.first, self.second)
         if not length:
             raise mistake(ProblemCode.MISSING_KEY, "length is missing, and the ends of the link coincide initially")
         return {"length": length}
@@ -113,82 +91,84 @@ class JointTable(_PointTable):
 class PinTable(JointTable):
     """Type "pin"."""
 
-    element = Pin
+    element = joints.Pin
 
 
 class WeldTable(JointTable):
     """Type "weld"; by default the relative angle is the initial one."""
 
-    element: ClassVar[Callable[..., Any]] = Weld
+    element: ClassVar[Callable[..., Any]] = joints.Weld
     relative_angle: Angle = Field(0.0, alias="turn")
 
-    def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
+    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the relative angle."""
-        return {"relative_angle": initial.relative_angle(first, second)}
+        return {"relative_angle": initial.relative_angle(self.first, self.second)}
 
 
 class SliderTable(JointTable):
     """Type "slider"."""
 
-    element: ClassVar[Callable[..., Any]] = Slider
+    element: ClassVar[Callable[..., Any]] = joints.Slider
     angle: Angle = Field(description='the direction of the line in the axes of the first body, as "0 deg"')
 
 
 class PrismaticTable(WeldTable, SliderTable):
     """Type "prismatic"; by default the relative angle is the initial one."""
 
-    element = Prismatic
+    element = joints.Prismatic
 
 
 class ArcTable(JointTable):
     """Type "arc"."""
 
-    element = ArcSlot
+    element = joints.ArcSlot
     radius: PositiveLength = Field(description='the radius of the slot, as "100 mm"')
 
 
 class CurveSlotTable(JointTable):
     """Type "curve"."""
 
-    element = CurveSlot
-    curve: CurveValue = Field(description="the curve y(x), as { coefficients = [0, 0, 5] } or { points = [[0, 0], [0.1, 0.05]] }")
+    element = joints.CurveSlot
+    curve: field_types.CurveValue = Field(
+        description="the curve y(x), as { coefficients = [0, 0, 5] } or { points = [[0, 0], [0.1, 0.05]] }"
+    )
     angle: Angle = 0.0
 
 
 class _BodyJointTable(JointTable):
     """A joint whose ends may be bodies without a point."""
 
-    first: PointOrBodyRef = Field(description='the first body or a point of it, as "ground" or "crank.A"')
-    second: PointOrBodyRef = Field(description='the second body or a point of it, as "crank" or "crank.A"')
+    first: field_types.PointOrBodyRef = Field(description='the first body or a point of it, as "ground" or "crank.A"')
+    second: field_types.PointOrBodyRef = Field(description='the second body or a point of it, as "crank" or "crank.A"')
 
 
 class GearTable(_BodyJointTable):
     """Type "gear"; by default the offset is the initial one."""
 
-    element = Gear
+    element = joints.Gear
     ratio: Annotated[float, built("ratio", "not zero")] = Field(
         description="the rotation of the second body per rotation of the first; negative for external gears"
     )
     offset: Angle = 0.0
 
-    def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
+    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the offset."""
-        return {"offset": initial.relative_angle(first, second, self.ratio)}
+        return {"offset": initial.relative_angle(self.first, self.second, self.ratio)}
 
 
 class RackTable(_BodyJointTable):
     """Type "rack"; by default the offset is the initial one."""
 
-    element = RackAndPinion
+    element = joints.RackAndPinion
     radius: Annotated[float, built("length", "not zero")] = Field(
         description='the radius of the pinion, as "20 mm"; negative for the opposite direction'
     )
     angle: Angle = 0.0
     offset: Annotated[float, quantity("length")] = 0.0
 
-    def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
+    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the offset."""
-        return {"offset": initial.displacement_along(first, second, self.angle) - self.radius * initial.poses[first.body][2]}
+        return {"offset": initial.displacement_along(self.first, self.second, self.angle) - self.radius * initial.poses[self.first.body][2]}
 
 
 class _DriverTable(JointTable):
@@ -205,39 +185,40 @@ class _DriverTable(JointTable):
         if "motion" not in values and "rate" not in values:
             yield Problem(f"rate or motion is missing; write {cls.rate_example}", ProblemCode.MISSING_KEY)
 
-    def arguments(self, registry: PointRegistry, first: Point, second: Point) -> dict[str, Any]:
-        """Return the arguments with the motion, by default at a constant rate from the start."""
-        values = super().arguments(registry, first, second)
-        start, rate, build_motion = values.pop("start"), values.pop("rate", 0.0), values.pop("motion", None)
-        return {"motion": build_motion(start) if build_motion else PrescribedMotion.constant_rate(start, rate), **values}
+
+def _build_driver(
+    driver: Callable[..., Any], *, start: float, rate: float = 0.0, motion: Callable[[float], Any] | None = None, **arguments: Any
+) -> Any:
+    """Return a driver with a motion, by default at a constant rate from the start."""
+    return driver(motion=motion(start) if motion else PrescribedMotion.constant_rate(start, rate), **arguments)
 
 
 class DrivenTurnTable(_BodyJointTable, _DriverTable):
     """Type "driven_turn"; by default it starts at the initial relative angle."""
 
-    element = RotationalDriver
+    element = partial(_build_driver, joints.RotationalDriver)
     rate_example = 'rate = "120 rpm", or motion = [[0, "0 deg"], [1, "90 deg"]]'
     rate: Annotated[float, quantity("angular_speed")] = 0.0
     start: Angle = 0.0
-    motion: AngleMotion = None
+    motion: field_types.AngleMotion = None
 
-    def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
+    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the start."""
-        return {"start": initial.relative_angle(first, second)}
+        return {"start": initial.relative_angle(self.first, self.second)}
 
 
 class DrivenSlideTable(_DriverTable, SliderTable):
     """Type "driven_slide"; by default it starts at the initial displacement."""
 
-    element = TranslationalDriver
+    element = partial(_build_driver, joints.TranslationalDriver)
     rate_example = 'rate = "50 mm/s", or motion = [[0, "0 mm"], [1, "50 mm"]]'
     rate: Annotated[float, quantity("speed")] = 0.0
     start: Annotated[float, quantity("length")] = 0.0
-    motion: DisplacementMotion = None
+    motion: field_types.DisplacementMotion = None
 
-    def initial_values(self, initial: InitialConfiguration, first: Point, second: Point) -> dict[str, Any]:
+    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the start."""
-        return {"start": initial.displacement_along(first, second, self.angle, first.body)}
+        return {"start": initial.displacement_along(self.first, self.second, self.angle, self.first.body)}
 
 
 class ForceElementTable(ElementTable):
@@ -249,7 +230,7 @@ class ForceElementTable(ElementTable):
 class SpringForceTable(ForceElementTable, _PointTable):
     """Type "spring"."""
 
-    element = Spring
+    element = force_elements.Spring
     stiffness: Annotated[float, built("stiffness")] = Field(description='the stiffness, as "2 N/mm"')
     free_length: Length = 0.0
 
@@ -257,29 +238,19 @@ class SpringForceTable(ForceElementTable, _PointTable):
 class DamperTable(ForceElementTable, _PointTable):
     """Type "damper"."""
 
-    element = Damper
+    element = force_elements.Damper
     damping: Annotated[float, built("damping")] = Field(description='the damping, as "120 N s/m"')
 
 
-class _BodyForceTable(ForceElementTable):
-    """A torque between two bodies."""
-
-    def ends(self, registry: PointRegistry) -> dict[str, Any]:
-        """Return the names of the bodies, by argument."""
-        first, second = registry.require_bodies(*((key, getattr(self, key)) for key in self.end_keys))
-        _require_different_bodies(first, second)
-        return {"first": first, "second": second}
-
-
-class _TorsionTable(_BodyForceTable):
-    second: BodyName = Field(description='the body on which it acts, as "crank"')
-    first: BodyName = GROUND
+class _TorsionTable(ForceElementTable):
+    second: field_types.BodyRef = Field(description='the body on which it acts, as "crank"')
+    first: field_types.BodyRef = GROUND
 
 
 class TorsionSpringForceTable(_TorsionTable):
     """Type "torsion_spring"."""
 
-    element = TorsionSpring
+    element = force_elements.TorsionSpring
     stiffness: Annotated[float, built("torsion_stiffness")] = Field(description='the stiffness, as "3 N m/rad"')
     free_angle: Angle = 0.0
 
@@ -287,17 +258,17 @@ class TorsionSpringForceTable(_TorsionTable):
 class TorsionDamperTable(_TorsionTable):
     """Type "torsion_damper"."""
 
-    element = TorsionDamper
+    element = force_elements.TorsionDamper
     damping: Annotated[float, built("torsion_damping")] = Field(description='the damping, as "0.1 N m s/rad"')
 
 
-class TorqueTable(_BodyForceTable):
+class TorqueTable(ForceElementTable):
     """Type "torque"."""
 
-    element = Torque
+    element = force_elements.Torque
     end_keys = ("against", "body")
-    body: BodyName = Field(description='the body on which it acts, as "crank"')
-    against: BodyName = GROUND
+    body: field_types.BodyRef = Field(description='the body on which it acts, as "crank"')
+    against: field_types.BodyRef = GROUND
     moment: Annotated[Any, input_function("torque", "moment")] = Field(
         description='the moment, as "5 N m", or over time, as [[0, "5 N m"], [2, "6 N m"]]'
     )
@@ -317,12 +288,12 @@ class ForceTable(ForceElementTable):
         if "x" not in values and "y" not in values:
             yield Problem('x or y is missing; write x = "40 N" for a force along x', ProblemCode.MISSING_KEY)
 
-    def build(self, name: str, registry: PointRegistry) -> Force:
+    def build(self, registry: PointRegistry) -> force_elements.Force:
         """Return the force."""
-        point = registry.find_point(self.point, "point")
-        if point.body == GROUND:
+        name = self.name or registry.reserve_name(self.default_name)
+        if self.point.body == GROUND:
             raise mistake(ProblemCode.CONFLICT, "point must be of a moving body; a force on the ground has no effect")
-        return Force(name=name, point=point, x=self.x, y=self.y)
+        return force_elements.Force(name=name, point=self.point, x=self.x, y=self.y)
 
 
 class UntypedJointTable(JointTable):
@@ -337,12 +308,12 @@ class UntypedForceTable(ForceElementTable):
     model_config = ConfigDict(extra="ignore")
 
 
-_JOINT_TABLES = (PinTable, WeldTable, PrismaticTable, SliderTable, ArcTable, CurveSlotTable)
-_BODY_JOINT_TABLES = (GearTable, RackTable, DrivenTurnTable, DrivenSlideTable)
+_JOINT_TABLES = (PinTable, WeldTable, PrismaticTable, SliderTable, ArcTable, CurveSlotTable, GearTable, RackTable)
+_DRIVER_TABLES = (DrivenTurnTable, DrivenSlideTable)
 _FORCE_TABLES = (SpringForceTable, DamperTable, TorsionSpringForceTable, TorsionDamperTable, TorqueTable, ForceTable)
 
 JOINT: Final[TypeAdapter[JointTable]] = union_by_key(
-    {**dict(zip(JOINT_TYPES, (*_JOINT_TABLES, *_BODY_JOINT_TABLES), strict=True)), "": UntypedJointTable}, nearest_type
+    {**dict(zip(JOINT_TYPES, (*_JOINT_TABLES, *_DRIVER_TABLES), strict=True)), "": UntypedJointTable}, nearest_type
 )
 FORCE: Final[TypeAdapter[ForceElementTable]] = union_by_key(
     {**dict(zip(FORCE_TYPES, _FORCE_TABLES, strict=True)), "": UntypedForceTable}, nearest_type

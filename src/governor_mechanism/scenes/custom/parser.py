@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
-from typing import Annotated, Any, TypeVar
+from collections.abc import Iterable, Mapping
+from itertools import chain
+from typing import Annotated, Any
 
-from pydantic import Field, PlainValidator, TypeAdapter
+from pydantic import Field, TypeAdapter
 
 from governor_mechanism.machines.custom import (
     CUSTOM_MACHINE,
@@ -20,32 +21,21 @@ from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Joint
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
-from governor_mechanism.scenes.custom.bodies import BodyTable, PointRegistry
-from governor_mechanism.scenes.custom.elements import FORCE, JOINT, ElementTable, LinkTable
-from governor_mechanism.scenes.custom.motions import is_moving, parse_moving_point
+from governor_mechanism.scenes.custom.bodies import BodyTable
+from governor_mechanism.scenes.custom.elements import FORCE, JOINT, LinkTable
+from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point, parse_named_points
 from governor_mechanism.scenes.custom.readings import READING, READING_KINDS, find_reading_kind, make_default_readings
-from governor_mechanism.scenes.custom.values import parse_named_points
-from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake
-from governor_mechanism.scenes.quantities import PositiveLength, choice, parse_name
-from governor_mechanism.scenes.schema import AnyTable, CommonSceneTable, rate_key, start_table_model
+from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake, wrong_value
+from governor_mechanism.scenes.quantities import PositiveLength, choice, instance_of, parse_name
+from governor_mechanism.scenes.schema import AnyTable, CommonSceneTable, parse_start, rate_key
 from governor_mechanism.scenes.table import validate
 from governor_mechanism.units.quantities import format_value
 
 CUSTOM_PART_NAME = "mechanism"
 """Name of the only part."""
 
-_Table = TypeVar("_Table")
-_Element = TypeVar("_Element")
 
-
-def _check_list(value: object) -> list[Any]:
-    if not isinstance(value, list | tuple):
-        text = f"{KEY} must be a list of tables; found {format_value(value)}; write [[{KEY}]] above each of them"
-        raise mistake(ProblemCode.WRONG_TYPE, text)
-    return list(value)
-
-
-TableList = Annotated[list[Any] | None, PlainValidator(_check_list)]
+TableList = Annotated[list[Any] | None, instance_of(list | tuple, "must be a list of tables", f"; write [[{KEY}]] above each of them")]
 """Tables under a heading in double brackets; each is checked later."""
 
 
@@ -66,32 +56,30 @@ class CustomMachineParser:
     """Parser of one document; `top_level` is None if the keys above the tables have mistakes."""
 
     def __init__(self, document: Mapping[str, Any], top_level: CustomSceneTable | None, collector: ProblemCollector) -> None:
-        self.document = document
-        self.is_complete = top_level is not None  # else a table may be missing because its heading is misspelt
-        self.given_length_scale = top_level.size if top_level else 0.0
-        self.collector = collector
+        self.document, self.top_level, self.collector = document, top_level, collector
         self.n_foreign_problems = len(collector.problems)
         plane = document.get("plane")
-        self.plane = plane if plane in (FIXED_PLANE, TURNING_PLANE) else TURNING_PLANE if "spindle" in document else FIXED_PLANE
-        self.registry = PointRegistry()
+        plane = plane if plane in (FIXED_PLANE, TURNING_PLANE) else TURNING_PLANE if "spindle" in document else FIXED_PLANE
+        self.registry = PointRegistry(plane)
+        self.registry.used_names |= {name for key in ("joint", "link", "force") for name in self._names_under(key)}
 
     @property
     def has_problems(self) -> bool:
-        """Whether a table of the machine has a mistake."""
-        return not self.is_complete or len(self.collector.problems) > self.n_foreign_problems
+        """Whether a table of the machine has a mistake, or may be missing because its heading is misspelt."""
+        return self.top_level is None or len(self.collector.problems) > self.n_foreign_problems
 
     def parse(self) -> tuple[Part | None, Start, tuple[Reading, ...] | None]:
         """Return the part, or None if there are mistakes, the start, and the readings, or None if not all are known."""
         drivers = self._parse_ground()
         bodies = self._parse_bodies()
-        joints = [*self._parse_elements("joint", JOINT), *self._parse_elements("link", TypeAdapter(LinkTable)), *drivers]
-        force_elements = self._parse_elements("force", FORCE)
+        joints = [*self._parse_tables("joint", JOINT), *self._parse_tables("link", TypeAdapter(LinkTable)), *drivers]
+        force_elements = self._parse_tables("force", FORCE)
         self._check_unique_names(bodies, joints, force_elements)
         self._check_connections(bodies, joints, force_elements)
         readings, are_all_known = self._parse_readings(bodies)
         start = self._parse_start(readings)
         bodies += self.registry.moving_points.values()
-        length_scale = self.given_length_scale or length_scale_of(bodies, joints, force_elements)
+        length_scale = (self.top_level and self.top_level.size) or length_scale_of(bodies, joints, force_elements)
         if not length_scale and not self.has_problems:
             text = 'size is missing: the initial configuration has no length that could be the length scale; write size = "1 m"'
             self.collector.add(ProblemCode.MISSING_KEY, text, key="size")
@@ -101,7 +89,7 @@ class CustomMachineParser:
             coordinate = next(iter(_start_reading_order(self.document.get("start", {}), readings)), readings[0].name)
             with self.collector.at(""):
                 mechanism = build_custom_mechanism(bodies, joints, force_elements, readings, coordinate, length_scale)
-                part = Part(name=CUSTOM_PART_NAME, machine=CUSTOM_MACHINE, dimensions={}, mechanism=mechanism, plane=self.plane)
+                part = Part(name=CUSTOM_PART_NAME, machine=CUSTOM_MACHINE, dimensions={}, mechanism=mechanism, plane=self.registry.plane)
         return part, start, known_readings
 
     def _tables_under(self, key: str) -> list[Any]:
@@ -109,51 +97,47 @@ class CustomMachineParser:
         given = self.document.get(key, [])
         return list(given) if isinstance(given, list | tuple) else []
 
-    def _parse_tables(
-        self, key: str, adapter: TypeAdapter[_Table], build: Callable[[_Table], _Element], context: Any = None
-    ) -> list[_Element]:
+    def _names_under(self, key: str) -> set[str]:
+        """Return the names as written in the tables under a heading."""
+        names = (values.get("name") for values in self._tables_under(key) if isinstance(values, Mapping))
+        return {name for name in names if isinstance(name, str)}
+
+    def _parse_tables(self, key: str, adapter: TypeAdapter[Any]) -> list[Any]:
+        """Return what the tables under a heading describe, without those with mistakes."""
         elements = []
         for number, values in enumerate(self._tables_under(key), start=1):
             name = values.get("name") if isinstance(values, Mapping) else None
             with self.collector.at(f"{key} {format_value(name) if isinstance(name, str) and name else number}:"):
-                elements.append(build(validate(adapter, values, context=context)))
+                elements.append(validate(adapter, values, context=self.registry).build(self.registry))
         return elements
 
     def _parse_ground(self) -> list[Joint]:
         """Parse the points of the ground and return the drivers of those that move."""
-        given, drivers, n_problems = self.document.get("ground", {}), list[Joint](), len(self.collector.problems)
+        given, n_problems = self.document.get("ground", {}), len(self.collector.problems)
         self.registry.invalid_bodies.add(GROUND)
         if not isinstance(given, Mapping):
-            return drivers
+            return []
         moving = {name: position for name, position in given.items() if is_moving(position)}
-        with self.collector.at(GROUND):
-            self.registry.ground |= parse_named_points({name: position for name, position in given.items() if name not in moving})
-        for name, position in moving.items():
-            with self.collector.at(f"{GROUND}.{name}"):
-                parse_name(name, "the name of a point")
-                self.registry.moving_points[name], own_drivers = parse_moving_point(f"{GROUND}.{name}", position)
-                drivers += own_drivers
+        resting = {name: position for name, position in given.items() if name not in moving}
+        self.registry.ground |= self.collector.attempt(GROUND, parse_named_points, resting) or {}
+        drivers = self.collector.parse_tables(GROUND, moving, self._parse_moving_point)
         if len(self.collector.problems) == n_problems:
             self.registry.invalid_bodies.remove(GROUND)
+        return list(chain.from_iterable(drivers))
+
+    def _parse_moving_point(self, name: str, position: object) -> list[Joint]:
+        """Parse a moving point of the ground and return its drivers."""
+        parse_name(name, "the name of a point")
+        self.registry.moving_points[name], drivers = parse_moving_point(f"{GROUND}.{name}", position)
         return drivers
 
     def _parse_bodies(self) -> list[SketchedBody]:
         if "body" in self.document and self.document["body"] in ([], ()):
             self.collector.add(ProblemCode.MISSING_KEY, "body is an empty list; a mechanism needs at least one [[body]]", key="body")
-        bodies = self._parse_tables("body", TypeAdapter(BodyTable), BodyTable.build, self.plane)
+        bodies = self._parse_tables("body", TypeAdapter(BodyTable))
         self.registry.bodies = {body.name: body for body in bodies}
-        written_names = [values.get("name") for values in self._tables_under("body") if isinstance(values, Mapping)]
-        self.registry.invalid_bodies |= {name for name in written_names if isinstance(name, str)} - set(self.registry.bodies)
+        self.registry.invalid_bodies |= self._names_under("body") - set(self.registry.bodies)
         return bodies
-
-    def _parse_elements(self, key: str, adapter: TypeAdapter[Any]) -> list[Any]:
-        tables = [table for heading in ("joint", "link", "force") for table in self._tables_under(heading) if isinstance(table, Mapping)]
-        self.registry.used_names |= {table["name"] for table in tables if isinstance(table.get("name"), str)}
-
-        def build(table: ElementTable) -> Any:
-            return table.build(table.name or self.registry.make_unique_name(table.default_name), self.registry)
-
-        return self._parse_tables(key, adapter, build)
 
     def _check_unique_names(self, bodies: Iterable[SketchedBody], joints: Iterable[Joint], force_elements: Iterable[ForceElement]) -> None:
         for kind, elements in (("body", bodies), ("joint or link", joints), ("force", force_elements)):
@@ -179,36 +163,25 @@ class CustomMachineParser:
         table = self.document.get("readings")
         if not table or not isinstance(table, Mapping):
             return make_default_readings(bodies), len(bodies) == len(self._tables_under("body"))
-        readings = []
-        for name, values in table.items():
-            with self.collector.at(f"readings.{name}"):
-                readings.append(_parse_reading(str(name), values, self.registry))
+        readings = self.collector.parse_tables("readings", table, self._parse_reading)
         return readings, len(readings) == len(table)
+
+    def _parse_reading(self, key: object, values: object) -> Reading:
+        name = str(key)
+        if not name.isidentifier():
+            raise mistake(ProblemCode.WRONG_TYPE, "the name of a reading consists of letters, digits and _, as crank_angle")
+        if not find_reading_kind(values):
+            raise wrong_value(values, f"must be a table with one of {', '.join(READING_KINDS)}", f'; write {name} = {{ angle = "crank" }}')
+        return validate(READING, values, context=self.registry).build(name)
 
     def _parse_start(self, readings: list[Reading]) -> Start:
         given, readings_table = self.document.get("start", {}), self.document.get("readings")
-        if not isinstance(given, Mapping) or not readings:
+        # A start may refer to a reading with a mistake.
+        has_wrong_readings = isinstance(readings_table, Mapping) and len(readings) < len(readings_table)
+        if not isinstance(given, Mapping) or not readings or has_wrong_readings:
             return Start()
-        if isinstance(readings_table, Mapping) and len(readings) < len(readings_table):
-            return Start()  # it may refer to a reading with a mistake
         rates = assign_rate_keys(readings)
-        parsed: dict[str, Any] = {}
-        with self.collector.at("start"):
-            model = start_table_model(tuple((item.name, item.quantity, rates[item.name]) for item in readings))
-            parsed = validate(model, given).given_values()
-        return Start(
-            values={item.name: parsed[item.name] for item in readings if item.name in parsed},
-            rates={item.name: parsed[rates[item.name]] for item in readings if rates[item.name] in parsed},
-        )
-
-
-def _parse_reading(name: str, values: object, registry: PointRegistry) -> Reading:
-    if not name.isidentifier():
-        raise mistake(ProblemCode.WRONG_TYPE, "the name of a reading consists of letters, digits and _, as crank_angle")
-    if not find_reading_kind(values):
-        text = f"{KEY} must be a table with one of {', '.join(READING_KINDS)}; found {format_value(values)}"
-        raise mistake(ProblemCode.WRONG_TYPE, f'{text}; write {name} = {{ angle = "crank" }}')
-    return validate(READING, values).build(name, registry)
+        return parse_start(given, {item.name: (item.quantity, rates[item.name]) for item in readings}, self.collector)
 
 
 def assign_rate_keys(readings: Iterable[Reading]) -> dict[str, str]:

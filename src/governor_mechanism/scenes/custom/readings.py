@@ -13,8 +13,7 @@ from pydantic import Field, TypeAdapter
 from governor_mechanism.machines.custom import SketchedBody
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
-from governor_mechanism.scenes.custom.bodies import PointRegistry
-from governor_mechanism.scenes.custom.values import BodyName, PointRef, PointReference, TwoPointRefs
+from governor_mechanism.scenes.custom.field_types import BodyRef, PointRef, TwoPointRefs, make_unique_name
 from governor_mechanism.scenes.problems import ProblemCode, mistake
 from governor_mechanism.scenes.table import SceneFileTable, union_by_key
 
@@ -25,7 +24,7 @@ READING_KINDS: Final = ("angle", "line", "x", "y", "distance")
 class ReadingTable(SceneFileTable):
     """[readings.name] of any kind."""
 
-    def build(self, name: str, registry: PointRegistry) -> Reading:
+    def build(self, name: str) -> Reading:
         """Return the reading."""
         raise NotImplementedError
 
@@ -33,15 +32,14 @@ class ReadingTable(SceneFileTable):
 class AngleReadingTable(ReadingTable):
     """Angle of a body against another one."""
 
-    angle: BodyName
-    against: BodyName = GROUND
+    angle: BodyRef
+    against: BodyRef = GROUND
 
-    def build(self, name: str, registry: PointRegistry) -> Reading:
+    def build(self, name: str) -> Reading:
         """Return the reading."""
-        reference_body, body = registry.require_bodies(("against", self.against), ("angle", self.angle))
-        if body in (reference_body, GROUND):
+        if self.angle in (self.against, GROUND):
             raise mistake(ProblemCode.CONFLICT, "angle must name a moving body, and against another body or the ground")
-        return BodyAngle(name=name, quantity="angle", body=body, reference_body=reference_body)
+        return BodyAngle(name=name, quantity="angle", body=self.angle, reference_body=self.against)
 
 
 class LineReadingTable(ReadingTable):
@@ -49,9 +47,9 @@ class LineReadingTable(ReadingTable):
 
     line: TwoPointRefs
 
-    def build(self, name: str, registry: PointRegistry) -> Reading:
+    def build(self, name: str) -> Reading:
         """Return the reading."""
-        start, end = _find_two_points("line", self.line, registry)
+        start, end = _require_different("line", self.line)
         # LineAngle counts from the downward vertical.
         return LineAngle(name=name, quantity="angle", start=start, end=end, zero=math.pi / 2)
 
@@ -61,14 +59,13 @@ class DistanceReadingTable(ReadingTable):
 
     distance: TwoPointRefs
 
-    def build(self, name: str, registry: PointRegistry) -> Reading:
+    def build(self, name: str) -> Reading:
         """Return the reading."""
-        first, second = _find_two_points("distance", self.distance, registry)
+        first, second = _require_different("distance", self.distance)
         return PointDistance(name=name, quantity="length", first=first, second=second)
 
 
-def _find_two_points(key: str, references: tuple[PointReference, PointReference], registry: PointRegistry) -> list[Point]:
-    points = registry.find_points(*((key, reference) for reference in references))
+def _require_different(key: str, points: list[Point]) -> list[Point]:
     if points[0] == points[1]:
         raise mistake(ProblemCode.CONFLICT, f"{key} needs two different points")
     return points
@@ -77,13 +74,12 @@ def _find_two_points(key: str, references: tuple[PointReference, PointReference]
 class _CoordinateReadingTable(ReadingTable):
     """Coordinate of a point, relative to another one."""
 
-    origin: PointRef = Field(PointReference(GROUND), alias="from")
+    origin: PointRef = Field(f"{GROUND}.origin", alias="from", validate_default=True)
 
-    def build(self, name: str, registry: PointRegistry) -> Reading:
+    def build(self, name: str) -> Reading:
         """Return the reading."""
         axis = "x" if "x" in type(self).model_fields else "y"
-        point, origin = registry.find_points((axis, getattr(self, axis)), ("from", self.origin))
-        return _point_coordinate(name, point, axis, origin)
+        return _point_coordinate(name, getattr(self, axis), axis, self.origin)
 
 
 class XReadingTable(_CoordinateReadingTable):
@@ -122,11 +118,7 @@ def make_default_readings(bodies: Iterable[SketchedBody]) -> list[Reading]:
     for body in bodies:
         base_name = re.sub(r"\W+", "_", body.name).strip("_") or "body"
         base_name = base_name if base_name.isidentifier() else f"body_{base_name}"
-        used_names = {reading.name.rpartition("_")[0] for reading in readings}
-        number, name = 1, base_name
-        while name in used_names:
-            number += 1
-            name = f"{base_name}_{number}"
+        name = make_unique_name(base_name, {reading.name.rpartition("_")[0] for reading in readings}, "_")
         if body.can_rotate:
             readings.append(BodyAngle(name=f"{name}_angle", quantity="angle", body=body.name))
         else:

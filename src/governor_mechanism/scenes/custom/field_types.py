@@ -1,0 +1,287 @@
+"""Values of a custom machine: points, curves, motions, and moving points of the ground. Slow to import: pydantic."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping
+from functools import cached_property, partial
+from itertools import chain, count, repeat
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, PlainValidator, ValidationInfo
+
+from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.machines.custom import BodyShape, InitialConfiguration, SketchedBody
+from governor_mechanism.mechanics.kinematics.time_functions import MotionFunction
+from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
+from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalDriver
+from governor_mechanism.model.mechanism import SecondMoments
+from governor_mechanism.model.time_functions import Harmonic, PrescribedMotion
+from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, wrong_value
+from governor_mechanism.scenes.quantities import Angle, FloatPair, check_label, parse_name, parse_pairs, parse_position, parse_si, quantity
+from governor_mechanism.scenes.table import SceneFileTable, validate
+from governor_mechanism.units.quantities import format_value
+
+
+class PointRegistry:
+    """Bodies, their points and their initial positions, for the tables that refer to them by name.
+
+    Attributes
+    ----------
+    plane
+        TURNING_PLANE or FIXED_PLANE.
+    ground
+        Named points of the ground that are at rest, m.
+    moving_points
+        Moving points of the ground by name, as massless bodies.
+    bodies
+        Bodies by name.
+    invalid_bodies
+        Names of bodies whose own tables are wrong; a reference to one of them fails without a message.
+    """
+
+    def __init__(self, plane: str) -> None:
+        self.plane = plane
+        self.ground: dict[str, FloatPair] = {"origin": (0.0, 0.0)}
+        self.moving_points: dict[str, SketchedBody] = {}
+        self.bodies: dict[str, SketchedBody] = {}
+        self.invalid_bodies: set[str] = set()
+        self.used_names: set[str] = set()
+
+    @cached_property
+    def initial_configuration(self) -> InitialConfiguration:
+        """Initial poses of the bodies; use it when all bodies are known."""
+        return InitialConfiguration([*self.bodies.values(), *self.moving_points.values()])
+
+    def require_body(self, name: str) -> str:
+        """Return the name of a body; refuse an unknown one."""
+        if name in self.invalid_bodies:
+            raise MechanismError
+        known_names = [GROUND, *self.bodies, *sorted(self.invalid_bodies - {GROUND})]
+        if name not in known_names:
+            text = f"{KEY} names the unknown body {format_value(name)}; bodies are {', '.join(known_names)}."
+            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(name, known_names))
+        return name
+
+    def find_point(self, name: str, point: str = "", position: FloatPair | None = None) -> Point:
+        """Return a point of a body, by its name or position; a body alone means its mass centre."""
+        if self.require_body(name) == GROUND and point in self.moving_points:
+            return Point(body=self.moving_points[point].name)
+        body = self.bodies.get(name)
+        named_points = self.ground if body is None else body.named_points
+        position = position or named_points.get(point or ("origin" if body is None else "centre"))
+        if position is None:
+            known_names = [*named_points, *(self.moving_points if body is None else ())]
+            location = "[ground]" if body is None else f"the points of body {format_value(name)}"
+            text = (
+                f"{KEY} names the unknown point {format_value(point)} of {format_value(name)}; "
+                f"known are {', '.join(known_names)}; add others to {location}."
+            )
+            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(point, known_names))
+        return Point(body=GROUND, x=position[0], y=position[1]) if body is None else body.point(position)
+
+    def reserve_name(self, base_name: str) -> str:
+        """Return a name that is not used, with a number at its end if necessary, and reserve it."""
+        name = make_unique_name(base_name, self.used_names, " ")
+        self.used_names.add(name)
+        return name
+
+
+def make_unique_name(base_name: str, used_names: Collection[str], separator: str) -> str:
+    """Return a name that is not used, with the lowest possible number from 2 on at its end if necessary."""
+    numbered_names = (f"{base_name}{separator}{number}" for number in count(2))
+    return next(name for name in chain([base_name], numbered_names) if name not in used_names)
+
+
+def _parse_point(value: object, info: ValidationInfo[PointRegistry], *, allow_body: bool = False) -> Point:
+    """Return a point of the registry that is the context."""
+    if isinstance(value, str):
+        body, dot, point = value.strip().partition(".")
+        if body and (point if dot else allow_body):
+            return info.context.find_point(body, point)
+        if body and not dot:
+            text = f'{KEY} {format_value(value)} names no point; write "{value}.origin", or ["{value}", "10 mm", 0]'
+            raise mistake(ProblemCode.WRONG_TYPE, text)
+    elif isinstance(value, list | tuple) and len(value) == 3 and isinstance(value[0], str):
+        return info.context.find_point(value[0], position=parse_position(value[1:]))
+    raise wrong_value(value, 'must be "body.point" or ["body", x, y]')
+
+
+def _parse_two_points(value: object, info: ValidationInfo[PointRegistry]) -> list[Point]:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise wrong_value(value, 'must be two points, as ["ground.O", "crank.A"]')
+    return parse_each(lambda point: _parse_point(point, info), value)
+
+
+def _parse_body(value: object, info: ValidationInfo[PointRegistry]) -> str:
+    return info.context.require_body(check_label(value))
+
+
+def _parse_body_name(value: object) -> str:
+    body = parse_name(value)
+    if body == GROUND:
+        text = f"{KEY} must not be {GROUND!r}, which is the fixed plane; its points are in [ground]"
+        raise mistake(ProblemCode.DUPLICATE, text)
+    return body
+
+
+def parse_named_points(value: object) -> dict[str, FloatPair]:
+    """Return named points of a body or of the ground, m; report every wrong one."""
+    if not isinstance(value, Mapping):
+        raise wrong_value(value, 'must be a table, as { A = ["10 mm", 0] }')
+
+    def parse_point(name: object, position: object) -> tuple[str, FloatPair]:
+        return parse_name(name, f"the name of a point in {KEY}"), parse_position(position, f"{KEY}.{name}")
+
+    return dict(parse_each(parse_point, value, value.values()))
+
+
+def _parse_curve(value: object) -> Curve:
+    keys = list(value) if isinstance(value, Mapping) else []
+    if not isinstance(value, Mapping) or keys not in (["coefficients"], ["points"]):
+        raise wrong_value(value, "must be { coefficients = [c0, c1, ...] } or { points = [[x, y], ...] }")
+    (curve,) = parse_each(_parse_spline if keys == ["points"] else _parse_polynomial, value.values(), paths=[f"{KEY}.{keys[0]}"])
+    return curve
+
+
+def _parse_spline(value: object) -> Curve:
+    points = parse_pairs(value, ("length", "length"), ("x", "y"))
+    return SplineCurve(x=tuple(x for x, _ in points), y=tuple(y for _, y in points))
+
+
+def _parse_polynomial(value: object) -> Curve:
+    if not isinstance(value, list | tuple):
+        raise wrong_value(value, "must be a list of numbers")
+    kinds = chain(["length"], repeat("number"))
+    numbers = (parse_si(item, kind, f"{KEY}, c{power}") for power, (item, kind) in enumerate(zip(value, kinds, strict=False)))
+    return PolynomialCurve(coefficients=tuple(numbers))
+
+
+def table_list(model: type[SceneFileTable], noun: str) -> PlainValidator:
+    """Return the validator of a list of tables; `noun` is what one of them is."""
+
+    def check(value: object) -> tuple[SceneFileTable, ...]:
+        if not isinstance(value, list | tuple):
+            raise wrong_value(value, f"must be a list, as [{model.example}]")
+        return tuple(parse_each(lambda item, number: validate(model, item, f"{KEY}, {noun} {number}:"), value, count(1)))
+
+    return PlainValidator(check)
+
+
+MotionBuilder = Callable[[float], PrescribedMotion]
+"""Return the motion, for its value at 0 s (rad or m) where the file leaves the start out."""
+
+
+class DisplacementHarmonicTable(SceneFileTable):
+    """A harmonic of a displacement."""
+
+    example = '{ amplitude = "10 mm", frequency = "2 Hz" }'
+    amplitude: Annotated[float, quantity("length")] = Field(description='the amplitude, as "10 mm"')
+    frequency: Annotated[float, quantity("frequency", "positive")] = Field(
+        description='the frequency in cycles, as "2 Hz" or "120 rpm", or the angular frequency, as "3 rad/s"'
+    )
+    phase: Angle = 0.0
+
+
+class AngleHarmonicTable(DisplacementHarmonicTable):
+    """A harmonic of an angle."""
+
+    example = '{ amplitude = "10 deg", frequency = "2 Hz" }'
+    amplitude: Annotated[float, quantity("angle")] = Field(description='the amplitude, as "10 deg"')
+
+
+class DisplacementFormulaTable(SceneFileTable):
+    """A displacement start + rate * t + the sum of amplitude * sin(2 pi * frequency * t + phase)."""
+
+    start: Annotated[float | None, quantity("length")] = None
+    rate: Annotated[float, quantity("speed")] = 0.0
+    harmonics: Annotated[tuple[Any, ...], table_list(DisplacementHarmonicTable, "harmonic")] = ()
+
+    def build(self, value_at_zero: float) -> PrescribedMotion:
+        """Return the motion; without a start it has the given value at 0 s."""
+        harmonics = tuple(Harmonic(**table.given_values()) for table in self.harmonics)
+        harmonics_at_zero = sum(item.amplitude * math.sin(item.phase) for item in harmonics)
+        return PrescribedMotion.constant_rate(value_at_zero - harmonics_at_zero if self.start is None else self.start, self.rate, harmonics)
+
+
+class AngleFormulaTable(DisplacementFormulaTable):
+    """An angle by the same formula."""
+
+    start: Annotated[float | None, quantity("angle")] = None
+    rate: Annotated[float, quantity("angular_speed")] = 0.0
+    harmonics: Annotated[tuple[Any, ...], table_list(AngleHarmonicTable, "harmonic")] = ()
+
+
+def _parse_motion_table(value: object, kind: str, name: str) -> PrescribedMotion:
+    points = parse_pairs(value, ("time", kind), ("time", name))
+    return PrescribedMotion(times=tuple(time for time, _ in points), values=tuple(number for _, number in points))
+
+
+def _motion_validator(kind: str, name: str, formula: type[DisplacementFormulaTable]) -> PlainValidator:
+    """Return the validator of a motion given by points of [time, value] or by a formula."""
+
+    def check(value: object) -> MotionBuilder:
+        if isinstance(value, Mapping):
+            return validate(formula, value).build
+        if not isinstance(value, list | tuple):
+            raise wrong_value(value, f"must be a list of [time, {name}], or a formula {{ start, rate, harmonics = [...] }}")
+        motion = _parse_motion_table(value, kind, name)
+        return lambda _: motion
+
+    return PlainValidator(check)
+
+
+def is_moving(position: object) -> bool:
+    """Return whether a point of the ground is written with a coordinate that is a motion."""
+    return isinstance(position, list | tuple) and any(isinstance(coordinate, Mapping | list | tuple) for coordinate in position)
+
+
+def parse_moving_point(name: str, position: object) -> tuple[SketchedBody, list[Joint]]:
+    """Return a moving point of the ground: a massless body, and the drivers of its coordinates.
+
+    Parameters
+    ----------
+    name
+        Name of the body.
+    position
+        Both coordinates as written: a length, a table or a formula.
+
+    Returns
+    -------
+    SketchedBody
+        The body where it is at 0 s.
+    list of Joint
+        Its drivers along x and y.
+    """
+    if not isinstance(position, list | tuple) or len(position) != 2:
+        raise wrong_value(position, "must be [x, y], each a length or a motion")
+    motions = parse_each(_parse_coordinate, position, paths=[f"{KEY} x:", f"{KEY} y:"])
+    x, y = (float(MotionFunction(motion)(np.zeros(1))[0]) for motion in motions)
+    starts, angles = (Point(body=GROUND, y=y), Point(body=GROUND, x=x)), (0.0, math.pi / 2)
+    drivers: list[Joint] = [
+        TranslationalDriver(name=f"{axis} of {name}", first=start, second=Point(body=name), motion=motion, angle=angle)
+        for axis, start, motion, angle in zip("xy", starts, motions, angles, strict=True)
+    ]
+    return SketchedBody(name=name, mass=0.0, shape=BodyShape(second_moments=SecondMoments()), can_rotate=False, origin=(x, y)), drivers
+
+
+def _parse_coordinate(value: object) -> PrescribedMotion:
+    """Return the motion of a coordinate; a length is at rest."""
+    if isinstance(value, Mapping):
+        return validate(DisplacementFormulaTable, {"start": 0.0, **value}).build(0.0)
+    if isinstance(value, list | tuple):
+        return _parse_motion_table(value, "length", "displacement")
+    return PrescribedMotion.constant_rate(parse_si(value, "length"), 0.0)
+
+
+PointRef = Annotated[Point, PlainValidator(_parse_point)]
+PointOrBodyRef = Annotated[Point, PlainValidator(partial(_parse_point, allow_body=True))]
+TwoPointRefs = Annotated[list[Point], PlainValidator(_parse_two_points)]
+BodyRef = Annotated[str, PlainValidator(_parse_body)]
+NewBodyName = Annotated[str, PlainValidator(_parse_body_name)]
+NamedPoints = Annotated[dict[str, FloatPair] | None, PlainValidator(parse_named_points)]
+CurveValue = Annotated[Any, PlainValidator(_parse_curve)]
+AngleMotion = Annotated[Any, _motion_validator("angle", "angle", AngleFormulaTable)]
+DisplacementMotion = Annotated[Any, _motion_validator("length", "displacement", DisplacementFormulaTable)]
+"""Types of fields; the values of motions are `MotionBuilder`. The validation context of references is the `PointRegistry`."""
