@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -131,13 +131,15 @@ def find_folds(reduction: SingleDofReduction, coefficients: PathCoefficients) ->
         speed_squared = float(equilibrium_speed_squared(local_coefficients, reduction.coordinate_scale)[0])
         if speed_squared > 0.0 and not _is_touching_pole(coefficients, local_coefficients, low, high, reduction.coordinate_scale):
             folds.append((value, float(np.sqrt(speed_squared))))
-    return tuple(folds[k] for k in _without_periodic_duplicates(reduction, [value for value, _ in folds]))
+    tolerance = PERIOD_END_TOLERANCE * reduction.coordinate_scale
+    return tuple(folds[k] for k in reduction.range_of_motion.find_distinct([(value, value) for value, _ in folds], tolerance))
 
 
 def find_poles(reduction: SingleDofReduction, coefficients: PathCoefficients) -> tuple[float, ...]:
     """Return coordinates at which J' changes its sign while V' is not zero: the equilibrium speed tends to infinity there."""
     poles = [place for place, met in _find_spindle_gradient_zeros(reduction, coefficients) if not met]
-    return tuple(poles[k] for k in _without_periodic_duplicates(reduction, poles))
+    tolerance = PERIOD_END_TOLERANCE * reduction.coordinate_scale
+    return tuple(poles[k] for k in reduction.range_of_motion.find_distinct([(pole, pole) for pole in poles], tolerance))
 
 
 def _find_spindle_gradient_zeros(reduction: SingleDofReduction, coefficients: PathCoefficients) -> Iterator[tuple[float, bool]]:
@@ -169,17 +171,6 @@ def _sign_changes(values: FloatArray) -> Iterator[tuple[int, int]]:
     for low, high in zip(significant[:-1].tolist(), significant[1:].tolist(), strict=True):
         if values[low] * values[high] < 0.0 and high - low - 1 <= MAX_ZERO_RUN:
             yield low, high
-
-
-def _without_periodic_duplicates(reduction: SingleDofReduction, candidates: Sequence[float]) -> list[int]:
-    """Return the indices of candidates within the travel; one at both ends of a periodic travel is returned once."""
-    travel, tolerance = reduction.range_of_motion, PERIOD_END_TOLERANCE * reduction.coordinate_scale
-    in_travel = [k for k, place in enumerate(candidates) if travel.low - tolerance < place < travel.high + tolerance]
-    return [k for k in in_travel if not (travel.period and _is_near_any(candidates[k] + travel.period, candidates, tolerance))]
-
-
-def _is_near_any(value: float, candidates: Sequence[float], tolerance: float) -> bool:
-    return any(abs(value - other) < tolerance for other in candidates)
 
 
 def validate_coordinate_values(reduction: SingleDofReduction, values: object) -> FloatArray:

@@ -178,26 +178,18 @@ def compute_speed_curve(
     reduction = SingleDofReduction(scene)
     resistance_and_reading = None if resistance is None else validate_resistance(reduction.mechanism, resistance, against)
     travel = reduction.range_of_motion
-    coefficients, refined_coefficients = (
-        reduction.evaluate(np.linspace(travel.low, travel.high, int(points))),
-        sample_range_of_motion(reduction).sorted_coefficients,
-    )
+    coefficients = reduction.evaluate(np.linspace(travel.low, travel.high, int(points)))
+    refined_coefficients = sample_range_of_motion(reduction).sorted_coefficients
     speed_squared = equilibrium_speed_squared(coefficients, reduction.coordinate_scale)
     has_equilibrium = speed_squared > 0.0
     speed_squared = np.where(has_equilibrium, speed_squared, 0.0)
-    stiffness = coefficients.potential_second_derivative - 0.5 * speed_squared * coefficients.spindle_inertia_second_derivative
-    stiffness_magnitude = np.abs(coefficients.potential_second_derivative) + np.abs(
-        0.5 * speed_squared * coefficients.spindle_inertia_second_derivative
-    )
+    load_stiffness, centrifugal_stiffness = coefficients.stiffness_terms(speed_squared)
+    stiffness, stiffness_magnitude = load_stiffness + centrifugal_stiffness, np.abs(load_stiffness) + np.abs(centrifugal_stiffness)
     astatic = has_equilibrium & (np.abs(stiffness) <= ASTATIC_TOLERANCE * stiffness_magnitude)
     frequency_squared = stiffness / coefficients.inertia
     inertia_product = (reduction.free_spindle_inertia + coefficients.spindle_inertia) * coefficients.inertia
-    free_spindle_term = np.divide(
-        speed_squared * coefficients.spindle_inertia_derivative**2,
-        inertia_product,
-        out=np.zeros_like(speed_squared),
-        where=inertia_product > 0.0,
-    )
+    free_spindle_term, is_defined = np.zeros_like(speed_squared), inertia_product > 0.0
+    np.divide(speed_squared * coefficients.spindle_inertia_derivative**2, inertia_product, out=free_spindle_term, where=is_defined)
     return SpeedCurve(
         coordinate_name=reduction.mechanism.coordinate,
         coordinate=coefficients.coordinate,
