@@ -175,7 +175,7 @@ class SceneDynamics:
         name, is_rate = output_of_reading(reading)
         poses, velocities = self.mass_centre_motion(z, rates)
         output = evaluate_output(self._mechanism, name, poses)
-        return float(np.sum(output.gradient * velocities)) if is_rate else float(output.value)
+        return float(output.rate(velocities) if is_rate else output.value)
 
     def drop_quadratic_damping(self, z: FloatArray, rates: FloatArray) -> bool:
         """Leave out quadratic dashpots at rest, where they have no effect on small motions; return whether there are any."""

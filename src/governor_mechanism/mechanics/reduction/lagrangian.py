@@ -160,9 +160,7 @@ class SingleDofReduction:
 
     def output_derivative(self, coefficients: PathCoefficients, name: str) -> FloatArray:
         """Return the derivative (n,) of a reading by the coordinate."""
-        gradient = evaluate_output(self.mechanism, name, coefficients.poses).gradient
-        derivative: FloatArray = np.sum(gradient * coefficients.tangents, axis=(-2, -1))
-        return derivative
+        return evaluate_output(self.mechanism, name, coefficients.poses).rate(coefficients.tangents)
 
     def _reduced_inertia(self, path: FloatArray) -> FloatArray:
         """Return the inertia and its derivative (2, n) along a path (3, n, bodies, 3): poses, tangents and curvatures."""
@@ -233,10 +231,9 @@ class SingleDofReduction:
 
     def _output_derivatives(self, reading: Reading, path: FloatArray) -> FloatArray:
         """Return the value of an output and its two derivatives (3, n) along a path."""
-        (poses, tangents, curvatures), axes = path, (-2, -1)
+        poses, tangents, curvatures = path
         output = evaluate_output_variable(reading, self.mechanism, poses, tangents)
-        second_derivative = np.sum(output.gradient * curvatures, axis=axes) + output.quadratic_velocity_term
-        return np.array([output.value, np.sum(output.gradient * tangents, axis=axes), second_derivative])
+        return np.array([output.value, output.rate(tangents), output.acceleration(curvatures)])
 
 
 def _initial_value(program: InputFunction) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field, PlainValidator
 
 from governor_mechanism.machines.custom import BodyShape, SketchedBody
-from governor_mechanism.mechanics.kinematics.time_functions import MotionFunction
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalDriver
 from governor_mechanism.model.mechanism import SecondMoments
 from governor_mechanism.model.time_functions import Harmonic, PrescribedMotion
@@ -113,7 +113,7 @@ def parse_moving_point(name: str, position: object) -> tuple[SketchedBody, list[
         with collector.at(f"{KEY} {axis}:"):
             motions.append(_parse_coordinate(coordinate))
     collector.raise_if_failed()
-    x, y = (float(MotionFunction(motion)(np.zeros(1))[0]) for motion in motions)
+    x, y = (float(CubicTimeFunction(motion)(np.zeros(1))[0]) for motion in motions)
     starts, angles = (Point(body=GROUND, y=y), Point(body=GROUND, x=x)), (0.0, math.pi / 2)
     drivers: list[Joint] = [
         TranslationalDriver(name=f"{axis} of {name}", first=start, second=Point(body=name), motion=motion, angle=angle)
