@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -98,18 +98,11 @@ def equilibrium_speed_squared(coefficients: PathCoefficients, coordinate_scale: 
 
     Where V' and J' vanish together, the result is the limit 2 V'' / J''. coordinate_scale is the scale of the coordinate in SI.
     """
-    load_force, spindle_gradient = (coefficients.potential_derivative + extra_force, coefficients.spindle_inertia_derivative)
-    is_removable = (
-        np.abs(load_force) <= REMOVABLE_SINGULARITY_TOLERANCE * coordinate_scale * np.abs(coefficients.potential_second_derivative)
-    ) & (
-        np.abs(spindle_gradient)
-        <= REMOVABLE_SINGULARITY_TOLERANCE * coordinate_scale * np.abs(coefficients.spindle_inertia_second_derivative)
-    )
-    load_force, spindle_gradient = (
-        np.where(is_removable, coefficients.potential_second_derivative, load_force),
-        np.where(is_removable, coefficients.spindle_inertia_second_derivative, spindle_gradient),
-    )
-    return np.where(spindle_gradient != 0.0, 2 * load_force / np.where(spindle_gradient != 0.0, spindle_gradient, 1.0), -1.0)
+    values = np.array([coefficients.potential_derivative + extra_force, coefficients.spindle_inertia_derivative])
+    derivatives = np.array([coefficients.potential_second_derivative, coefficients.spindle_inertia_second_derivative])
+    is_removable = np.all(np.abs(values) <= REMOVABLE_SINGULARITY_TOLERANCE * coordinate_scale * np.abs(derivatives), axis=0)
+    force, gradient = np.where(is_removable, derivatives, values)
+    return np.divide(2 * force, gradient, out=np.full_like(gradient, -1.0), where=gradient != 0.0)
 
 
 def find_folds(reduction: SingleDofReduction, coefficients: PathCoefficients) -> tuple[tuple[float, float], ...]:
@@ -121,11 +114,7 @@ def find_folds(reduction: SingleDofReduction, coefficients: PathCoefficients) ->
     for low, high in _sign_changes(np.where(np.abs(speed_slope) <= ASTATIC_TOLERANCE * speed_slope_scale, 0.0, speed_slope)):
         if not has_speed[low : high + 1].all():
             continue
-        value = find_root(
-            lambda value: float(equilibrium_speed_slope_numerator(reduction.evaluate([value]))[0][0]),
-            coefficients.coordinate[low],
-            coefficients.coordinate[high],
-        )
+        value = _find_root_between(reduction, coefficients, (low, high), lambda local: equilibrium_speed_slope_numerator(local)[0])
         value = next((place for place in removable_points if abs(place - value) < FOLD_MERGE_TOLERANCE * reduction.coordinate_scale), value)
         local_coefficients = reduction.evaluate([value])
         speed_squared = float(equilibrium_speed_squared(local_coefficients, reduction.coordinate_scale)[0])
@@ -145,13 +134,17 @@ def find_poles(reduction: SingleDofReduction, coefficients: PathCoefficients) ->
 def _find_spindle_gradient_zeros(reduction: SingleDofReduction, coefficients: PathCoefficients) -> Iterator[tuple[float, bool]]:
     """Return coordinates at which J' changes its sign, and whether V' vanishes there too."""
     for low, high in _sign_changes(coefficients.spindle_inertia_derivative):
-        zero = find_root(
-            lambda value: float(reduction.evaluate([value]).spindle_inertia_derivative[0]),
-            coefficients.coordinate[low],
-            coefficients.coordinate[high],
-        )
+        zero = _find_root_between(reduction, coefficients, (low, high), lambda local: local.spindle_inertia_derivative)
         neighbouring_force = max(abs(coefficients.potential_derivative[low]), abs(coefficients.potential_derivative[high]))
         yield (zero, bool(abs(reduction.evaluate([zero]).potential_derivative[0]) <= ZERO_FORCE_RATIO * neighbouring_force))
+
+
+def _find_root_between(
+    reduction: SingleDofReduction, coefficients: PathCoefficients, ends: tuple[int, int], quantity: Callable[[PathCoefficients], FloatArray]
+) -> float:
+    """Return the coordinate at which a quantity vanishes between two grid values."""
+    low, high = coefficients.coordinate[list(ends)]
+    return find_root(lambda value: float(quantity(reduction.evaluate([value]))[0]), low, high)
 
 
 def _is_touching_pole(

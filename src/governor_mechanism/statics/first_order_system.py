@@ -89,9 +89,8 @@ class FirstOrderSystem:
         left_size, right_size = np.linalg.norm(left, axis=0), np.abs(right).T @ column_errors
         products = np.abs(np.sum(left.conj() * right, axis=0))
         errors = (left_size * right_size + rounding * left_size * np.linalg.norm(right, axis=0)) / np.maximum(products, 1e-300)
-        errors = np.minimum(
-            errors, np.sqrt(float(np.linalg.norm(column_errors)) + rounding) * np.sqrt(float(np.linalg.norm(matrix)) or 1.0)
-        )
+        largest_error = np.sqrt(float(np.linalg.norm(column_errors)) + rounding) * np.sqrt(float(np.linalg.norm(matrix)) or 1.0)
+        errors = np.minimum(errors, largest_error)
         order = np.lexsort((-values.imag, -np.abs(values.imag), -np.round(values.real / (np.max(np.abs(values)) or 1.0), 9)))
         return values[order], left[:, order], right[:, order], errors[order]
 
