@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.kinematics.time_functions import MotionFunction, make_time_function, stack_local_cubics
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, stack_local_cubics
 from governor_mechanism.model.time_functions import Harmonic, InputFunction, PrescribedMotion
 
 INSIDE = np.linspace(0.0, 1.6, 33)
@@ -17,7 +17,7 @@ KNOTS = (0.0, 0.3, 0.7, 1.2, 1.6)
 def test_a_table_reproduces_polynomials_up_to_the_third_degree(degree, n_points):
     polynomial = np.polynomial.Polynomial((0.4, -1.3, 2.1, 0.9)[: degree + 1])
     times = (*KNOTS[: n_points - 1], KNOTS[-1])
-    motion = MotionFunction(PrescribedMotion(times=times, values=tuple(polynomial(np.array(times)).tolist())))
+    motion = CubicTimeFunction(PrescribedMotion(times=times, values=tuple(polynomial(np.array(times)).tolist())))
     # Rounding of values near 10, divided by squares of intervals of 0.3 s in second derivatives.
     np.testing.assert_allclose(motion(INSIDE), polynomial(INSIDE), atol=1e-13)
     np.testing.assert_allclose(motion.derivative(INSIDE[:-1]), polynomial.deriv()(INSIDE[:-1]), atol=1e-12)
@@ -26,7 +26,7 @@ def test_a_table_reproduces_polynomials_up_to_the_third_degree(degree, n_points)
 
 def test_a_formula_and_its_derivatives_have_no_interpolation_error():
     harmonics = (Harmonic(amplitude=0.3, frequency=2.0, phase=0.5), Harmonic(amplitude=-0.1, frequency=7.0))
-    motion = MotionFunction(PrescribedMotion.constant_rate(0.2, 1.5, harmonics))
+    motion = CubicTimeFunction(PrescribedMotion.constant_rate(0.2, 1.5, harmonics))
     waves = 0.3 * np.exp(1j * (4 * np.pi * INSIDE + 0.5)), -0.1 * np.exp(14j * np.pi * INSIDE)
     derivatives = [sum((1j * w) ** k * wave for w, wave in zip((4 * np.pi, 14 * np.pi), waves, strict=True)).imag for k in range(3)]
     # Rounding of the values times the squared angular frequency of 44 rad/s in second derivatives.
@@ -39,7 +39,7 @@ def test_a_formula_and_its_derivatives_have_no_interpolation_error():
 
 def test_rows_of_inputs_without_harmonics_are_filled_with_zeros():
     wave = PrescribedMotion.constant_rate(0.0, 0.0, (Harmonic(amplitude=0.3, frequency=2.0, phase=0.5),))
-    rows = stack_local_cubics([make_time_function(InputFunction(values=(4.0,))), make_time_function(wave)], np.array([0.0, 0.25]))
+    rows = stack_local_cubics([CubicTimeFunction(InputFunction(values=(4.0,))), CubicTimeFunction(wave)], np.array([0.0, 0.25]))
     np.testing.assert_array_equal(rows[:, 0], [[0, 0, 0, 4, 0, 0, 0, 0], [0, 0, 0, 4, 1, 0, 0, 0]])
     np.testing.assert_allclose(rows[:, 1, 5:], [[0.3, 4 * np.pi, 0.5], [0.3, 4 * np.pi, 0.5 + np.pi]], rtol=1e-15)
 

@@ -75,8 +75,7 @@ class SampledReading:
         values = unwrap_output(mechanism.reading(name), output.value)
         shift = start_values.get(name, 0.0) - float(np.interp(start_time, motion.times, values))
         self._values = values + (math.tau * round(shift / math.tau) if self._is_wrapped else 0.0)
-        self._rates = np.sum(output.gradient * motion.velocities, axis=(-2, -1))
-        self._accelerations = np.sum(output.gradient * motion.accelerations, axis=(-2, -1)) + output.quadratic_velocity_term
+        self._rates, self._accelerations = output.rate(motion.velocities), output.acceleration(motion.accelerations)
 
     def find_times(self, value: float, direction: str, tolerance: float) -> list[float]:
         """Return the times, s, at which the reading passes a value (SI) in a direction, from beyond the tolerance to beyond it."""
@@ -149,7 +148,7 @@ class SampledReading:
         """Return the deviation of the reading from a value, SI, and its rate; of an angle that wraps, the deviation within half a turn."""
         output = evaluate_output(self._mechanism, self._name, state[0])
         deviation = float(output.value) - value
-        return math.remainder(deviation, math.tau) if self._is_wrapped else deviation, float(np.sum(output.gradient * state[1]))
+        return math.remainder(deviation, math.tau) if self._is_wrapped else deviation, float(output.rate(state[1]))
 
     def _locate(self, value: float, low: float, high: float) -> float:
         """Return the time, s, between two points at which the reading passes a value."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,7 +18,6 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.force_elements import Spring, TorsionSpring
-from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.scene import Scene
@@ -80,13 +81,16 @@ class ReadingEvaluator:
         mechanism = self.mechanism
         scales = {reading.name: mechanism.output_scale(reading.name) for reading in mechanism.readings}
         scales |= {output.name: self.energy_scale / mechanism.length_scale for output in mechanism.derived_forces}
-        for plane in self.planes:
-            scales[f"{plane.prefix}{SPINDLE_SPEED}"] = 1.0 / self.time_scale
+        return scales | {name: scale for name, _, scale, _ in self._spindle_outputs()}
+
+    def _spindle_outputs(self) -> Iterator[tuple[str, str, float, Callable[[StateHistory], FloatArray]]]:
+        """Yield name, unit and scale of each output of a spindle, and the function that evaluates it."""
+        for index, plane in enumerate(self.planes):
+            yield f"{plane.prefix}{SPINDLE_SPEED}", "rad/s", 1.0 / self.time_scale, partial(self.evaluate_speed, index)
             if plane.given_speed and plane.is_loaded:
-                scales[f"{plane.prefix}{SPINDLE_TORQUE}"] = self.energy_scale
+                yield f"{plane.prefix}{SPINDLE_TORQUE}", "N m", self.energy_scale, partial(self._evaluate_spindle_torque, index)
             elif not plane.given_speed and not plane.has_reaction:
-                scales[f"{plane.prefix}{SPINDLE_ANGLE}"] = 1.0
-        return scales
+                yield f"{plane.prefix}{SPINDLE_ANGLE}", "rad", 1.0, partial(self._evaluate_spindle_angle, index)
 
     def evaluate(self, history: StateHistory) -> Observables:
         """Return all observables at the states of a history."""
@@ -94,14 +98,8 @@ class ReadingEvaluator:
         units = {reading.name: READING_UNITS[reading.quantity] for reading in self.mechanism.readings}
         readings |= evaluate_derived_forces(self.scene, history.poses)
         units |= {output.name: "N" for output in self.mechanism.derived_forces}
-        for index, plane in enumerate(self.planes):
-            names = {name: f"{plane.prefix}{name}" for name in (SPINDLE_SPEED, SPINDLE_ANGLE, SPINDLE_TORQUE)}
-            readings[names[SPINDLE_SPEED]], units[names[SPINDLE_SPEED]] = self.evaluate_speed(index, history), "rad/s"
-            if plane.given_speed and plane.is_loaded:
-                readings[names[SPINDLE_TORQUE]], units[names[SPINDLE_TORQUE]] = self._evaluate_spindle_torque(index, history), "N m"
-            elif not plane.given_speed and not plane.has_reaction:
-                angle = plane.ratio * history.poses[:, self._shaft_indices[index], 2]
-                readings[names[SPINDLE_ANGLE]], units[names[SPINDLE_ANGLE]] = angle, "rad"
+        for name, unit, _, evaluate_output_of in self._spindle_outputs():
+            readings[name], units[name] = evaluate_output_of(history), unit
         return Observables(
             readings=readings,
             rates=rates,
@@ -147,11 +145,17 @@ class ReadingEvaluator:
 
     def evaluate_speed(self, index: int, history: StateHistory) -> FloatArray:
         """Return the speed (n,) rad/s of a plane at the states of a history."""
-        speed_function, plane = self.speed_functions[index], self.planes[index]
-        if speed_function is not None:
-            return speed_function(history.times)
-        speed: FloatArray = plane.ratio * history.velocities[:, self._shaft_indices[index], 2]
-        return speed
+        speed_function = self.speed_functions[index]
+        return self._shaft_column(index, history.velocities) if speed_function is None else speed_function(history.times)
+
+    def _evaluate_spindle_angle(self, index: int, history: StateHistory) -> FloatArray:
+        """Return the angle (n,) rad of a plane that turns with a shaft."""
+        return self._shaft_column(index, history.poses)
+
+    def _shaft_column(self, index: int, motion: FloatArray) -> FloatArray:
+        """Return the angles or angular velocities (n,) of a plane from those of its shaft."""
+        column: FloatArray = self.planes[index].ratio * motion[:, self._shaft_indices[index], 2]
+        return column
 
     def evaluate_spindle_speeds(self, times: FloatArray, poses: FloatArray) -> FloatArray:
         """Return the speed (n,) rad/s of the only spindle at times (n,) s and poses (n, bodies, 3), free ones by their momentum."""
@@ -178,7 +182,7 @@ class ReadingEvaluator:
 
         It is integrated from their power between the times of the history; None if nothing does such work.
         """
-        has_drives = any(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in self.mechanism.joints)
+        has_drives = bool(self._constraint_equations.is_driven.any())
         has_nonconservative_loads = any(not isinstance(load, Spring | TorsionSpring) for load in self.mechanism.force_elements)
         if not (has_drives or has_nonconservative_loads) or len(history.times) < 2:
             return None
@@ -195,10 +199,10 @@ class ReadingEvaluator:
 
     def compare_observables(self, better: Observables, worse: Observables) -> dict[str, float]:
         """Return the largest difference of each reading and rate (named 'rate of ...') and the largest joint gap, in SI."""
-        differences = {name: _largest_difference(values, worse.readings[name]) for name, values in better.readings.items()}
-        differences |= {f"rate of {name}": _largest_difference(values, worse.rates[name]) for name, values in better.rates.items()}
-        differences["joint_gap"] = float(np.max(better.joint_gap, initial=0.0))
-        return differences
+        pairs = {name: (values, worse.readings[name]) for name, values in better.readings.items()}
+        pairs |= {f"rate of {name}": (values, worse.rates[name]) for name, values in better.rates.items()}
+        pairs["joint_gap"] = better.joint_gap, np.zeros_like(better.joint_gap)
+        return {name: float(np.max(np.abs(first - second), initial=0.0)) for name, (first, second) in pairs.items()}
 
     def to_relative_error(self, errors: dict[str, float]) -> float:
         """Return the largest of these errors relative to its scale, and at least the rounding error that all runs share."""
@@ -221,9 +225,8 @@ class ReadingEvaluator:
         """Return readings and their rates by name."""
         readings, rates = {}, {}
         for reading in self.mechanism.readings:
-            derivatives = evaluate_output(self.mechanism, reading.name, history.poses)
-            readings[reading.name] = unwrap_output(reading, derivatives.value)
-            rates[reading.name] = np.sum(derivatives.gradient * history.velocities, axis=(-2, -1))
+            output = evaluate_output(self.mechanism, reading.name, history.poses)
+            readings[reading.name], rates[reading.name] = unwrap_output(reading, output.value), output.rate(history.velocities)
         return readings, rates
 
     def _evaluate_spindle_torque(self, index: int, history: StateHistory) -> FloatArray:
@@ -232,10 +235,8 @@ class ReadingEvaluator:
         speed, inertia_rate = self.evaluate_speed(index, history), np.zeros(len(history.times))
         acceleration = np.zeros_like(speed) if speed_function is None else speed_function.derivative(history.times)
         for k in self.planes[index].bodies:
-            body, pose, velocity = self.mechanism.bodies[k], history.poses[:, k], history.velocities[:, k]
-            inertia_rate += spindle_inertia_rate(
-                body.mass, *body.second_moments.in_plane, pose[:, 0], pose[:, 2], velocity[:, 0], velocity[:, 2]
-            )
+            body, (x, _, angle), (x_rate, _, angular_velocity) = self.mechanism.bodies[k], history.poses[:, k].T, history.velocities[:, k].T
+            inertia_rate += spindle_inertia_rate(body.mass, *body.second_moments.in_plane, x, angle, x_rate, angular_velocity)
         torque: FloatArray = inertia_rate * speed + self.evaluate_spindle_inertia(index, history.poses) * acceleration
         return torque
 
@@ -264,9 +265,8 @@ class ReadingEvaluator:
         for index, plane in enumerate(self.planes):
             if plane.is_loaded:
                 own_inertia = self.mechanism.bodies[self._shaft_indices[index]].planar_inertia if plane.has_reaction else 0.0
-                energy = (
-                    0.5 * (own_inertia + self.evaluate_spindle_inertia(index, history.poses)) * self.evaluate_speed(index, history) ** 2
-                )
+                inertia = own_inertia + self.evaluate_spindle_inertia(index, history.poses)
+                energy = 0.5 * inertia * self.evaluate_speed(index, history) ** 2
                 rotation += energy
                 work += energy if plane.has_reaction else -energy
         return Energy(
@@ -277,8 +277,3 @@ class ReadingEvaluator:
             dissipated_energy=history.dissipated_energy,
             scale=self.energy_scale,
         )
-
-
-def _largest_difference(first: FloatArray, second: FloatArray) -> float:
-    """Return the largest absolute difference of two arrays, 0 if they are empty."""
-    return float(np.max(np.abs(first - second), initial=0.0))

@@ -105,7 +105,7 @@ def _find_turning_points(mechanism: Mechanism, motion: SampledMotion) -> list[Ev
     speed = _overall_speed(mechanism, velocities)
     events = []
     for reading in mechanism.readings:
-        rates = np.sum(evaluate_output(mechanism, reading.name, poses).gradient * velocities, axis=(-2, -1))
+        rates = evaluate_output(mechanism, reading.name, poses).rate(velocities)
         for k in np.flatnonzero(rates[:-1] * rates[1:] < 0).tolist():
             reversal_speed = REVERSAL_SPEED_RATIO * float(np.max(speed[k : k + 2]))
             fraction = rates[k] / (rates[k] - rates[k + 1])
@@ -127,7 +127,7 @@ def _locate_turning_point(mechanism: Mechanism, name: str, motion: SampledMotion
     path = motion.quintic_interpolant(k)
 
     def rate(state: BodyState) -> float:
-        return float(np.sum(evaluate_output(mechanism, name, state[0]).gradient * state[1]))
+        return float(evaluate_output(mechanism, name, state[0]).rate(state[1]))
 
     start, end = float(motion.times[k]), float(motion.times[k + 1])
     start_rate, end_rate = rate(path(start)), rate(path(end))
@@ -135,8 +135,8 @@ def _locate_turning_point(mechanism: Mechanism, name: str, motion: SampledMotion
         slow_end, fast_end = sorted((start, end), key=lambda time: abs(rate(path(time))))
         if abs(rate(path(slow_end))) < ZERO_RATE_RATIO * abs(rate(path(fast_end))):
             return slow_end, path(slow_end)[1]
-        # The interpolant is too inaccurate to show the sign change of its end rates.
-        return 0.5 * (start + end), path(0.5 * (start + end))[1]
+        middle = 0.5 * (start + end)  # the interpolant is too inaccurate to show the sign change of its end rates
+        return middle, path(middle)[1]
     time = float(brentq(lambda time: rate(path(time)), start, end, xtol=1e-12 * (end - start)))
     time_offset = 1e-3 * (end - start)
     rate_derivative = (rate(path(time + time_offset)) - rate(path(time - time_offset))) / (2 * time_offset)
@@ -150,14 +150,11 @@ def _find_change_points(mechanism: Mechanism, motion: SampledMotion) -> list[Eve
     singularity_angle = np.sqrt(motion.pivot_ratios)
     events = []
     for k in range(1, len(times) - 1):
-        if not (
-            singularity_angle[k] < NEAR_CHANGE_POINT_ANGLE and singularity_angle[k - 1] >= singularity_angle[k] < singularity_angle[k + 1]
-        ):
+        before, here, after = singularity_angle[k - 1 : k + 2]
+        if not (here < NEAR_CHANGE_POINT_ANGLE and before >= here < after):
             continue
-        paths = (
-            motion.quintic_interpolant(k - 1),
-            motion.quintic_interpolant(k),
-        )  # engines avoid stopping at a change point, so there is no dense output
+        # Engines avoid stopping at a change point, so there is no dense output.
+        paths = motion.quintic_interpolant(k - 1), motion.quintic_interpolant(k)
 
         def singular_value_ratio(time: float, middle: float = times[k], paths: tuple[MotionPath, MotionPath] = paths) -> float:
             poses, _ = paths[int(time >= middle)](time)

@@ -37,10 +37,4 @@ class StateHistory:
 
     def at(self, indices: slice | IntArray) -> StateHistory:
         """Return the states at some of the times."""
-        arrays = (self.times, self.poses, self.velocities, self.work, self.dissipated_energy, self.lags)
-        times, poses, velocities, work, dissipated_energy, lags = (array[indices] for array in arrays)
-        return StateHistory(times=times, poses=poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, lags=lags)
-
-    def first(self, count: int) -> StateHistory:
-        """Return the states at the first `count` times."""
-        return self.at(slice(count))
+        return StateHistory(**{name: states[indices] for name, states in vars(self).items()})

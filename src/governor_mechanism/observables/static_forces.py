@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
@@ -24,17 +24,14 @@ def evaluate_derived_forces(scene: Scene, poses: FloatArray) -> dict[str, FloatA
     """Return the derived forces (n,), N, by name at poses (n, bodies, 3) that close the joints. Raise as `compute_static_force` does."""
     mechanism = scene.mechanism
 
-    @cache
-    def cached_static_force(reading: str) -> FloatArray:
-        return compute_static_force(scene, reading, poses)
-
+    static_force = cache(partial(compute_static_force, scene, poses=poses))
     forces: dict[str, FloatArray] = {}
     for output in mechanism.derived_forces:
         match output:
             case SpringForce():
                 forces[output.name] = _spring_force(mechanism, output.spring, poses)
             case StaticForce():
-                forces[output.name] = output.fraction * cached_static_force(output.reading)
+                forces[output.name] = output.fraction * static_force(output.reading)
             case _:
                 raise TypeError(f"no equation is known for derived forces of type {type(output).__name__}")
     return forces
@@ -74,10 +71,8 @@ def compute_static_force(scene: Scene, reading: str, poses: FloatArray) -> Float
     reduction = SingleDofReduction(Scene(title=scene.title, parts=(replace(part, mechanism=mechanism),)))
     coefficients = reduction.evaluate_at_poses(poses, evaluate_output_value(mechanism, mechanism.coordinate, poses))
     reading_derivative = reduction.output_derivative(coefficients, reading)
-    force: FloatArray = np.divide(
-        coefficients.potential_derivative, reading_derivative, out=np.full_like(reading_derivative, np.inf), where=reading_derivative != 0.0
-    )
-    return force
+    force = np.full_like(reading_derivative, np.inf)
+    return np.divide(coefficients.potential_derivative, reading_derivative, out=force, where=reading_derivative != 0.0)
 
 
 def _spring_force(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatArray:

@@ -52,7 +52,7 @@ def valve_setting(scene: Scene) -> str:
     str
         The rule, or an empty string for a scene without a file.
     """
-    dimensions = dict(scene.document.get("dimensions", {}))
+    dimensions = scene.document.get("dimensions", {})
     return str(dimensions.get("setting", SlideValve.setting)) if dimensions else ""
 
 
@@ -75,17 +75,7 @@ def port_reading_name(end: str, port: str) -> str:
 
 
 class ValveKinematics(NamedTuple):
-    """Readings and their derivatives with respect to the crank angle.
-
-    Attributes
-    ----------
-    readings
-        Readings by name, SI; shape (n,).
-    derivatives
-        First derivatives, SI/rad; shape (n,).
-    second_derivatives
-        Second derivatives, SI/rad2; shape (n,).
-    """
+    """Readings and their first two derivatives (n,) with respect to the crank angle, by name, SI and rad."""
 
     readings: Mapping[str, FloatArray]
     derivatives: Mapping[str, FloatArray]
@@ -108,15 +98,9 @@ def evaluate_at_crank_angles(scene: Scene, angles: FloatArray) -> ValveKinematic
         Readings and derivatives in the order of the angles.
     """
     order = np.argsort(angles)
-    solution = solve_kinematics(scene, "crank_angle", angles[order])
-    inverse_order = np.argsort(order)
-
-    def in_given_order(sorted_arrays: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-        return {name: values[inverse_order] for name, values in sorted_arrays.items()}
-
-    return ValveKinematics(
-        in_given_order(solution.readings), in_given_order(solution.rates), in_given_order(solution.reading_accelerations)
-    )
+    solution, given_order = solve_kinematics(scene, "crank_angle", angles[order]), np.argsort(order)
+    motions = solution.readings, solution.rates, solution.reading_accelerations
+    return ValveKinematics(*({name: values[given_order] for name, values in motion.items()} for motion in motions))
 
 
 def find_event_angles(scene: Scene) -> dict[str, float]:

@@ -78,15 +78,13 @@ def _compute_dissipated_power(
     """Return the power (n,) W dissipated by dashpots and sliding friction."""
     dissipated_power = np.zeros(len(times))
 
-    def evaluate_reading(reading: str) -> tuple[FloatArray, FloatArray]:
-        output = evaluate_output(scene.mechanism, reading, poses)
-        return output.value, np.sum(output.gradient * velocities, axis=(-2, -1))
-
     for effect in (effect for effect in output_forces_of(scene) if effect.dissipates):
-        value, rate = evaluate_reading(effect.reading)
-        dissipated_power -= effect.evaluate(value, rate) * rate
+        output = evaluate_output(scene.mechanism, effect.reading, poses)
+        rate = output.rate(velocities)
+        dissipated_power -= effect.evaluate(output.value, rate) * rate
     for k, contact in enumerate(contacts_of(scene) if contact_modes else ()):
         if contact.friction is not None:
             sliding_signs = np.array([mode.sliding_signs[k] for mode in contact_modes[: len(times)]])
-            dissipated_power += CubicTimeFunction(contact.friction)(times) * sliding_signs * evaluate_reading(contact.output_name)[1]
+            rate = evaluate_output(scene.mechanism, contact.output_name, poses).rate(velocities)
+            dissipated_power += CubicTimeFunction(contact.friction)(times) * sliding_signs * rate
     return dissipated_power

@@ -72,11 +72,9 @@ def sample_range_of_motion(reduction: SingleDofReduction) -> AdaptiveGrid:
     A closed motion gets one more interval at each end, so that the seam is in the interior.
     """
     range_of_motion = reduction.range_of_motion
-    n_extra = 1 if range_of_motion.period else 0
-    width = (range_of_motion.high - range_of_motion.low) / N_INITIAL_INTERVALS
-    values = np.linspace(
-        range_of_motion.low - n_extra * width, range_of_motion.high + n_extra * width, 2 * (N_INITIAL_INTERVALS + 2 * n_extra) + 1
-    )
+    low, high, n_extra = range_of_motion.low, range_of_motion.high, 1 if range_of_motion.period else 0
+    width = (high - low) / N_INITIAL_INTERVALS
+    values = np.linspace(low - n_extra * width, high + n_extra * width, 2 * (N_INITIAL_INTERVALS + 2 * n_extra) + 1)
     starts = np.arange(0, len(values) - 1, 2)
     intervals = np.stack([starts, starts + 1, starts + 2], axis=-1)
     return AdaptiveGrid(reduction, reduction.evaluate(values), intervals).refine(_is_unresolved)
@@ -99,32 +97,24 @@ def interpolation_error_exceeds(
 
 def _is_unresolved(coefficients: PathCoefficients, intervals: IntArray) -> BoolArray:
     """Return where V', J' or V'' J' - V' J'' (its sign says whether the equilibrium speed rises) is not interpolated accurately."""
-    potential, spindle = (
-        (coefficients.potential_derivative, coefficients.potential_second_derivative),
-        (coefficients.spindle_inertia_derivative, coefficients.spindle_inertia_second_derivative),
-    )
-    floors = [1e-12 * np.max(np.abs(quantity[0]), initial=0.0) for quantity in (potential, spindle)]
-    unresolved = interpolation_error_exceeds(coefficients, intervals, *potential, floors[0]) | interpolation_error_exceeds(
-        coefficients, intervals, *spindle, floors[1]
-    )
-    (potential_middle, potential_second), (spindle_middle, spindle_second) = (
-        _hermite_midpoint(coefficients, intervals, *quantity) for quantity in (potential, spindle)
-    )
+    potential = coefficients.potential_derivative, coefficients.potential_second_derivative
+    spindle = coefficients.spindle_inertia_derivative, coefficients.spindle_inertia_second_derivative
+    unresolved = np.zeros(len(intervals), dtype=np.bool_)
+    for value, derivative in (potential, spindle):
+        floor = 1e-12 * np.max(np.abs(value), initial=0.0)
+        unresolved |= interpolation_error_exceeds(coefficients, intervals, value, derivative, floor)
+    potential_middle, potential_second = _hermite_midpoint(coefficients, intervals, *potential)
+    spindle_middle, spindle_second = _hermite_midpoint(coefficients, intervals, *spindle)
     numerator, magnitude = equilibrium_speed_slope_numerator(coefficients)
-    largest = np.max(np.abs(numerator[intervals]), axis=1)
-    floor = ASTATIC_TOLERANCE * np.max(magnitude[intervals], axis=1)
-    unresolved |= np.abs(potential_second * spindle_middle - potential_middle * spindle_second - numerator[intervals[:, 1]]) > np.maximum(
-        100 * INTERPOLATION_TOLERANCE * largest, floor
-    )
-    return unresolved
+    error = np.abs(potential_second * spindle_middle - potential_middle * spindle_second - numerator[intervals[:, 1]])
+    tolerance = 100 * INTERPOLATION_TOLERANCE * np.max(np.abs(numerator[intervals]), axis=1)
+    return unresolved | (error > np.maximum(tolerance, ASTATIC_TOLERANCE * np.max(magnitude[intervals], axis=1)))
 
 
 def equilibrium_speed_slope_numerator(coefficients: PathCoefficients) -> tuple[FloatArray, FloatArray]:
     """Return V'' J' - V' J'' (n,), which has the sign of d(w^2)/dq in equilibrium, and the sum of its terms' magnitudes."""
-    first_product, second_product = (
-        coefficients.potential_second_derivative * coefficients.spindle_inertia_derivative,
-        coefficients.potential_derivative * coefficients.spindle_inertia_second_derivative,
-    )
+    first_product = coefficients.potential_second_derivative * coefficients.spindle_inertia_derivative
+    second_product = coefficients.potential_derivative * coefficients.spindle_inertia_second_derivative
     return first_product - second_product, np.abs(first_product) + np.abs(second_product)
 
 

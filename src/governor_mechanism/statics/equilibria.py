@@ -16,7 +16,7 @@ from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, 
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.model.part import MAX_SPINDLE_SPEED
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, AdaptiveGrid, interpolation_error_exceeds, sample_range_of_motion
+from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, interpolation_error_exceeds, sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import (
     evaluate_readings,
     format_coordinate,
@@ -138,24 +138,8 @@ def find_equilibria(scene: Scene, spindle_speed: float | str | None = None) -> t
 
 def find_equilibria_or_empty(scene: Scene, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
     """Return all equilibria as `find_equilibria` does, or an empty tuple if there is none."""
-    reduction = SingleDofReduction(scene)
-    speed = _requested_speed(scene, spindle_speed)
-    speed_squared = speed**2 if has_spindle_dependent_loads(scene) else 0.0
-
-    def needs_refinement(coefficients: PathCoefficients, parts: IntArray) -> BoolArray:
-        force, force_scale = _generalised_force(coefficients, speed_squared)
-        return interpolation_error_exceeds(
-            coefficients, parts, force, _stiffness(coefficients, speed_squared), ASTATIC_TOLERANCE * np.max(force_scale[parts], axis=1)
-        )
-
-    grid = sample_range_of_motion(reduction).refine(needs_refinement)
-    for _ in range(MAX_REFINEMENTS):
-        equilibria = _find_in_grid(reduction, grid, speed_squared)
-        missing_ranges = _find_missing_ranges(grid, equilibria, speed_squared)
-        if not missing_ranges:
-            break
-        grid = grid.bisect_ranges(missing_ranges).refine(needs_refinement)
-    return tuple(_without_periodic_duplicates(reduction, equilibria))
+    reduction, speed = SingleDofReduction(scene), _requested_speed(scene, spindle_speed)
+    return tuple(_EquilibriumSearch(reduction, speed**2 if has_spindle_dependent_loads(scene) else 0.0).find())
 
 
 def _requested_speed(scene: Scene, spindle_speed: object) -> float:
@@ -172,64 +156,120 @@ def _requested_speed(scene: Scene, spindle_speed: object) -> float:
     return speed
 
 
-def _find_in_grid(reduction: SingleDofReduction, grid: AdaptiveGrid, speed_squared: float) -> list[Equilibrium]:
-    """Return the equilibria between the values of a grid, in ascending order."""
-    coefficients = grid.sorted_coefficients
-    force, force_scale = _generalised_force(coefficients, speed_squared)
-    zero_force_ranges = _zero_force_ranges(coefficients.coordinate, np.abs(force) <= ASTATIC_TOLERANCE * force_scale)
-    equilibria = [_astatic_equilibrium(reduction, coefficients, span, speed_squared) for span in zero_force_ranges]
-    for index, guess in _cubic_root_guesses(coefficients.coordinate, force, _stiffness(coefficients, speed_squared)):
-        if any(first - 1 <= index <= last for first, last in zero_force_ranges):
-            continue
-        equilibrium = _refine_equilibrium(reduction, coefficients, speed_squared, index, guess)
-        if equilibrium is not None and not _is_known(
-            equilibria, equilibrium.coordinate, MIN_EQUILIBRIUM_SEPARATION * reduction.coordinate_scale
-        ):
-            equilibria.append(equilibrium)
-    return sorted(equilibria, key=lambda equilibrium: equilibrium.coordinate)
+@dataclass(frozen=True)
+class _EquilibriumSearch:
+    """Search for the equilibria of a mechanism at a squared spindle speed."""
 
+    reduction: SingleDofReduction
+    speed_squared: float
 
-def _is_known(equilibria: list[Equilibrium], value: float, tolerance: float) -> bool:
-    return any(equilibrium.extent[0] - tolerance < value < equilibrium.extent[1] + tolerance for equilibrium in equilibria)
+    def find(self) -> list[Equilibrium]:
+        """Return all equilibria in ascending order."""
+        reduction = self.reduction
+        grid, travel = sample_range_of_motion(reduction).refine(self._needs_refinement), reduction.range_of_motion
+        for _ in range(MAX_REFINEMENTS):
+            equilibria = self._find_in_grid(grid.sorted_coefficients)
+            missing_ranges = self._find_missing_ranges(grid.sorted_coefficients, equilibria)
+            if not missing_ranges:
+                break
+            grid = grid.bisect_ranges(missing_ranges).refine(self._needs_refinement)
+        if not travel.period:
+            return equilibria
+        tolerance = 10 * MIN_EQUILIBRIUM_SEPARATION * reduction.coordinate_scale
+        return [equilibria[k] for k in travel.find_distinct([equilibrium.extent for equilibrium in equilibria], tolerance)]
 
+    def _force(self, coefficients: PathCoefficients) -> tuple[FloatArray, FloatArray]:
+        """Return the generalised force (n,) and the sum of the magnitudes of its terms."""
+        terms = coefficients.force_terms(self.speed_squared)
+        return terms[0] + terms[1], np.abs(terms[0]) + np.abs(terms[1])
 
-def _without_periodic_duplicates(reduction: SingleDofReduction, equilibria: list[Equilibrium]) -> list[Equilibrium]:
-    """Return the equilibria within the travel; one at both ends of a periodic travel is returned once."""
-    travel, tolerance = reduction.range_of_motion, 10 * MIN_EQUILIBRIUM_SEPARATION * reduction.coordinate_scale
-    if not travel.period:
-        return equilibria
-    in_travel = [equilibrium for equilibrium in equilibria if travel.low - tolerance < equilibrium.coordinate < travel.high + tolerance]
-    return [equilibrium for equilibrium in in_travel if not _is_known(in_travel, equilibrium.coordinate + travel.period, tolerance)]
+    def _stiffness(self, coefficients: PathCoefficients) -> FloatArray:
+        """Return the stiffness K (n,)."""
+        first, second = coefficients.stiffness_terms(self.speed_squared)
+        stiffness: FloatArray = first + second
+        return stiffness
 
+    def _needs_refinement(self, coefficients: PathCoefficients, parts: IntArray) -> BoolArray:
+        force, force_scale = self._force(coefficients)
+        floor = ASTATIC_TOLERANCE * np.max(force_scale[parts], axis=1)
+        return interpolation_error_exceeds(coefficients, parts, force, self._stiffness(coefficients), floor)
 
-def _find_missing_ranges(grid: AdaptiveGrid, equilibria: list[Equilibrium], speed_squared: float) -> list[tuple[float, float]]:
-    """Return ranges of the coordinate in which an equilibrium is missing, since stable and unstable ones alternate.
+    def _find_in_grid(self, coefficients: PathCoefficients) -> list[Equilibrium]:
+        """Return the equilibria between the values of a grid, in ascending order."""
+        force, force_scale = self._force(coefficients)
+        zero_force_ranges = _zero_force_ranges(coefficients.coordinate, np.abs(force) <= ASTATIC_TOLERANCE * force_scale)
+        equilibria = [self._astatic_equilibrium(coefficients, first, last) for first, last in zero_force_ranges]
+        tolerance = MIN_EQUILIBRIUM_SEPARATION * self.reduction.coordinate_scale
+        for index, guess in _cubic_root_guesses(coefficients.coordinate, force, self._stiffness(coefficients)):
+            if any(first - 1 <= index <= last for first, last in zero_force_ranges):
+                continue
+            found = self._refine_equilibrium(coefficients.select(slice(index, index + 2)), guess)
+            if found and not any(one.extent[0] - tolerance < found.coordinate < one.extent[1] + tolerance for one in equilibria):
+                equilibria.append(found)
+        return sorted(equilibria, key=lambda equilibrium: equilibrium.coordinate)
 
-    The force next to a stable equilibrium restores, so its sign at the ends of the travel counts as well.
-    """
-    coefficients = grid.sorted_coefficients
-    end_forces = (
-        _generalised_force(coefficients.select(slice(0, 1)), speed_squared)[0][0],
-        _generalised_force(coefficients.select(slice(-1, None)), speed_squared)[0][0],
-    )
-    force_signs = [
-        (float(coefficients.coordinate[0]), 0.0, float(end_forces[0])),
-        *((equilibrium.coordinate, -equilibrium.stiffness, equilibrium.stiffness) for equilibrium in equilibria),
-        (float(coefficients.coordinate[-1]), float(end_forces[1]), 0.0),
-    ]
-    return [(here[0], there[0]) for here, there in pairwise(force_signs) if here[2] * there[1] < 0.0]
+    def _find_missing_ranges(self, coefficients: PathCoefficients, equilibria: list[Equilibrium]) -> list[tuple[float, float]]:
+        """Return ranges of the coordinate in which an equilibrium is missing, since stable and unstable ones alternate.
 
+        The force next to a stable equilibrium restores, so its sign at the ends of the travel counts as well.
+        """
+        force = self._force(coefficients)[0].tolist()
+        force_signs = [
+            (float(coefficients.coordinate[0]), 0.0, force[0]),
+            *((equilibrium.coordinate, -equilibrium.stiffness, equilibrium.stiffness) for equilibrium in equilibria),
+            (float(coefficients.coordinate[-1]), force[-1], 0.0),
+        ]
+        return [(here[0], there[0]) for here, there in pairwise(force_signs) if here[2] * there[1] < 0.0]
 
-def _generalised_force(coefficients: PathCoefficients, speed_squared: float) -> tuple[FloatArray, FloatArray]:
-    """Return the generalised force (n,) and the sum of the magnitudes of its terms."""
-    load_force, centrifugal_force = (coefficients.potential_derivative, 0.5 * speed_squared * coefficients.spindle_inertia_derivative)
-    return load_force - centrifugal_force, np.abs(load_force) + np.abs(centrifugal_force)
+    def _astatic_equilibrium(self, coefficients: PathCoefficients, first: int, last: int) -> Equilibrium:
+        """Return the neutral equilibrium over a range of grid indices."""
+        travel, middle, values = self.reduction.range_of_motion, (first + last) // 2, coefficients.coordinate
+        extent = max(float(values[first]), travel.low), min(float(values[last]), travel.high)
+        return self._build_equilibrium(coefficients.select(slice(middle, middle + 1)), extent)
 
+    def _refine_equilibrium(self, ends: PathCoefficients, guess: float) -> Equilibrium | None:
+        """Return the equilibrium that Newton's method finds from a guess between two grid values, or None.
 
-def _stiffness(coefficients: PathCoefficients, speed_squared: float) -> FloatArray:
-    """Return the stiffness K (n,)."""
-    stiffness: FloatArray = coefficients.potential_second_derivative - 0.5 * speed_squared * coefficients.spindle_inertia_second_derivative
-    return stiffness
+        If the force changes sign there, bisection safeguards the steps.
+        """
+        force, force_scales = self._force(ends)
+        (low, high), value = ends.coordinate.tolist(), guess
+        is_bracketed, interval_width = force[0] * force[1] < 0.0, high - low
+        for _ in range(MAX_EQUILIBRIUM_ITERATIONS):
+            local_coefficients = self.reduction.evaluate([value])
+            local_force, stiffness = float(self._force(local_coefficients)[0][0]), float(self._stiffness(local_coefficients)[0])
+            if is_bracketed:
+                low, high = (value, high) if local_force * force[0] > 0.0 else (low, value)
+            step = local_force / stiffness if stiffness else math.inf
+            next_value = value - step
+            if is_bracketed and not low <= next_value <= high:
+                next_value = 0.5 * (low + high)
+            elif not is_bracketed and abs(step) > interval_width:
+                return None
+            change, value = abs(next_value - value), next_value
+            if change < FORCE_ROUNDING * max(self.reduction.coordinate_scale, abs(value)):
+                break
+        local_coefficients, max_force_scale = self.reduction.evaluate([value]), float(np.max(force_scales))
+        if abs(float(self._force(local_coefficients)[0][0])) > 1e3 * FORCE_ROUNDING * max_force_scale:
+            return None  # no root near a fold, or a discontinuous force
+        return self._build_equilibrium(local_coefficients, (value, value), max_force_scale)
+
+    def _build_equilibrium(self, coefficients: PathCoefficients, extent: tuple[float, float], force_scale: float = 0.0) -> Equilibrium:
+        stiffness = 0.0 if extent[1] > extent[0] else float(self._stiffness(coefficients)[0])
+        frequency_squared = stiffness / float(coefficients.inertia[0])
+        force_per_relative_speed = abs(self.speed_squared * float(coefficients.spindle_inertia_derivative[0]))
+        return Equilibrium(
+            coordinate=float(coefficients.coordinate[0]),
+            extent=extent,
+            readings={name: float(values[0]) for name, values in evaluate_readings(self.reduction.mechanism, coefficients).items()},
+            stiffness=stiffness,
+            frequency=math.sqrt(max(frequency_squared, 0.0)),
+            divergence_rate=math.sqrt(max(-frequency_squared, 0.0)),
+            sensitivity=force_per_relative_speed / abs(stiffness) if stiffness else math.inf,
+            uncertainty=FORCE_ROUNDING * force_scale / abs(stiffness) if stiffness else 0.5 * (extent[1] - extent[0]),
+            stable=stiffness > 0,
+            poses=coefficients.poses[0],
+        )
 
 
 def _zero_force_ranges(values: FloatArray, is_zero_force: BoolArray) -> list[tuple[int, int]]:
@@ -237,18 +277,6 @@ def _zero_force_ranges(values: FloatArray, is_zero_force: BoolArray) -> list[tup
     edges = np.flatnonzero(np.diff(np.concatenate([[0], is_zero_force.astype(int), [0]])))
     runs = [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 3]
     return [(a, b) for a, b in runs if values[b] - values[a] > MIN_ASTATIC_RANGE_RATIO * (values[-1] - values[0])]
-
-
-def _astatic_equilibrium(
-    reduction: SingleDofReduction, coefficients: PathCoefficients, index_range: tuple[int, int], speed_squared: float
-) -> Equilibrium:
-    """Return the neutral equilibrium over a range of grid indices."""
-    travel, middle = reduction.range_of_motion, (index_range[0] + index_range[1]) // 2
-    extent = (
-        max(float(coefficients.coordinate[index_range[0]]), travel.low),
-        min(float(coefficients.coordinate[index_range[1]]), travel.high),
-    )
-    return _build_equilibrium(reduction, coefficients.select(slice(middle, middle + 1)), speed_squared, extent)
 
 
 def _cubic_root_guesses(values: FloatArray, force: FloatArray, force_derivative: FloatArray) -> Iterator[tuple[int, float]]:
@@ -261,64 +289,6 @@ def _cubic_root_guesses(values: FloatArray, force: FloatArray, force_derivative:
         for root in np.roots(cubic):
             if abs(root.imag) < 1e-6 and -ROOT_INTERVAL_MARGIN <= root.real <= 1 + ROOT_INTERVAL_MARGIN:
                 yield k, float(values[k] + root.real * h[k])
-
-
-def _refine_equilibrium(
-    reduction: SingleDofReduction, coefficients: PathCoefficients, speed_squared: float, index: int, guess: float
-) -> Equilibrium | None:
-    """Return the equilibrium that Newton's method finds from a guess in an interval, or None.
-
-    If the force changes sign in the interval, bisection safeguards the steps.
-    """
-    force, force_scales = _generalised_force(coefficients.select(slice(index, index + 2)), speed_squared)
-    low, high = float(coefficients.coordinate[index]), float(coefficients.coordinate[index + 1])
-    is_bracketed, value, interval_width = force[0] * force[1] < 0.0, guess, high - low
-    for _ in range(MAX_EQUILIBRIUM_ITERATIONS):
-        local_coefficients = reduction.evaluate([value])
-        local_force, stiffness = (
-            float(_generalised_force(local_coefficients, speed_squared)[0][0]),
-            float(_stiffness(local_coefficients, speed_squared)[0]),
-        )
-        if is_bracketed:
-            low, high = (value, high) if local_force * force[0] > 0.0 else (low, value)
-        step = local_force / stiffness if stiffness else math.inf
-        next_value = value - step
-        if is_bracketed and not low <= next_value <= high:
-            next_value = 0.5 * (low + high)
-        elif not is_bracketed and abs(step) > interval_width:
-            return None
-        is_converged, value = (abs(next_value - value) < FORCE_ROUNDING * max(reduction.coordinate_scale, abs(value)), next_value)
-        if is_converged:
-            break
-    local_coefficients, max_force_scale = reduction.evaluate([value]), float(np.max(force_scales))
-    if abs(float(_generalised_force(local_coefficients, speed_squared)[0][0])) > 1e3 * FORCE_ROUNDING * max_force_scale:
-        return None  # no root near a fold, or a discontinuous force
-    return _build_equilibrium(reduction, local_coefficients, speed_squared, (value, value), max_force_scale)
-
-
-def _build_equilibrium(
-    reduction: SingleDofReduction,
-    coefficients: PathCoefficients,
-    speed_squared: float,
-    extent: tuple[float, float],
-    force_scale: float = 0.0,
-) -> Equilibrium:
-    is_astatic = extent[1] > extent[0]
-    stiffness = 0.0 if is_astatic else float(_stiffness(coefficients, speed_squared)[0])
-    frequency_squared = stiffness / float(coefficients.inertia[0])
-    force_per_relative_speed = abs(speed_squared * float(coefficients.spindle_inertia_derivative[0]))
-    return Equilibrium(
-        coordinate=float(coefficients.coordinate[0]),
-        extent=extent,
-        readings={name: float(values[0]) for name, values in evaluate_readings(reduction.mechanism, coefficients).items()},
-        stiffness=stiffness,
-        frequency=math.sqrt(frequency_squared) if frequency_squared > 0 else 0.0,
-        divergence_rate=math.sqrt(-frequency_squared) if frequency_squared < 0 else 0.0,
-        sensitivity=force_per_relative_speed / abs(stiffness) if stiffness else math.inf,
-        uncertainty=FORCE_ROUNDING * force_scale / abs(stiffness) if stiffness else 0.5 * (extent[1] - extent[0]),
-        stable=stiffness > 0,
-        poses=coefficients.poses[0],
-    )
 
 
 def _no_equilibrium_message(reduction: SingleDofReduction, speed: float) -> str:

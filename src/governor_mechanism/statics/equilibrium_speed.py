@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -98,18 +98,11 @@ def equilibrium_speed_squared(coefficients: PathCoefficients, coordinate_scale: 
 
     Where V' and J' vanish together, the result is the limit 2 V'' / J''. coordinate_scale is the scale of the coordinate in SI.
     """
-    load_force, spindle_gradient = (coefficients.potential_derivative + extra_force, coefficients.spindle_inertia_derivative)
-    is_removable = (
-        np.abs(load_force) <= REMOVABLE_SINGULARITY_TOLERANCE * coordinate_scale * np.abs(coefficients.potential_second_derivative)
-    ) & (
-        np.abs(spindle_gradient)
-        <= REMOVABLE_SINGULARITY_TOLERANCE * coordinate_scale * np.abs(coefficients.spindle_inertia_second_derivative)
-    )
-    load_force, spindle_gradient = (
-        np.where(is_removable, coefficients.potential_second_derivative, load_force),
-        np.where(is_removable, coefficients.spindle_inertia_second_derivative, spindle_gradient),
-    )
-    return np.where(spindle_gradient != 0.0, 2 * load_force / np.where(spindle_gradient != 0.0, spindle_gradient, 1.0), -1.0)
+    values = np.array([coefficients.potential_derivative + extra_force, coefficients.spindle_inertia_derivative])
+    derivatives = np.array([coefficients.potential_second_derivative, coefficients.spindle_inertia_second_derivative])
+    is_removable = np.all(np.abs(values) <= REMOVABLE_SINGULARITY_TOLERANCE * coordinate_scale * np.abs(derivatives), axis=0)
+    force, gradient = np.where(is_removable, derivatives, values)
+    return np.divide(2 * force, gradient, out=np.full_like(gradient, -1.0), where=gradient != 0.0)
 
 
 def find_folds(reduction: SingleDofReduction, coefficients: PathCoefficients) -> tuple[tuple[float, float], ...]:
@@ -121,35 +114,37 @@ def find_folds(reduction: SingleDofReduction, coefficients: PathCoefficients) ->
     for low, high in _sign_changes(np.where(np.abs(speed_slope) <= ASTATIC_TOLERANCE * speed_slope_scale, 0.0, speed_slope)):
         if not has_speed[low : high + 1].all():
             continue
-        value = find_root(
-            lambda value: float(equilibrium_speed_slope_numerator(reduction.evaluate([value]))[0][0]),
-            coefficients.coordinate[low],
-            coefficients.coordinate[high],
-        )
+        value = _find_root_between(reduction, coefficients, (low, high), lambda local: equilibrium_speed_slope_numerator(local)[0])
         value = next((place for place in removable_points if abs(place - value) < FOLD_MERGE_TOLERANCE * reduction.coordinate_scale), value)
         local_coefficients = reduction.evaluate([value])
         speed_squared = float(equilibrium_speed_squared(local_coefficients, reduction.coordinate_scale)[0])
         if speed_squared > 0.0 and not _is_touching_pole(coefficients, local_coefficients, low, high, reduction.coordinate_scale):
             folds.append((value, float(np.sqrt(speed_squared))))
-    return tuple(folds[k] for k in _without_periodic_duplicates(reduction, [value for value, _ in folds]))
+    tolerance = PERIOD_END_TOLERANCE * reduction.coordinate_scale
+    return tuple(folds[k] for k in reduction.range_of_motion.find_distinct([(value, value) for value, _ in folds], tolerance))
 
 
 def find_poles(reduction: SingleDofReduction, coefficients: PathCoefficients) -> tuple[float, ...]:
     """Return coordinates at which J' changes its sign while V' is not zero: the equilibrium speed tends to infinity there."""
     poles = [place for place, met in _find_spindle_gradient_zeros(reduction, coefficients) if not met]
-    return tuple(poles[k] for k in _without_periodic_duplicates(reduction, poles))
+    tolerance = PERIOD_END_TOLERANCE * reduction.coordinate_scale
+    return tuple(poles[k] for k in reduction.range_of_motion.find_distinct([(pole, pole) for pole in poles], tolerance))
 
 
 def _find_spindle_gradient_zeros(reduction: SingleDofReduction, coefficients: PathCoefficients) -> Iterator[tuple[float, bool]]:
     """Return coordinates at which J' changes its sign, and whether V' vanishes there too."""
     for low, high in _sign_changes(coefficients.spindle_inertia_derivative):
-        zero = find_root(
-            lambda value: float(reduction.evaluate([value]).spindle_inertia_derivative[0]),
-            coefficients.coordinate[low],
-            coefficients.coordinate[high],
-        )
+        zero = _find_root_between(reduction, coefficients, (low, high), lambda local: local.spindle_inertia_derivative)
         neighbouring_force = max(abs(coefficients.potential_derivative[low]), abs(coefficients.potential_derivative[high]))
         yield (zero, bool(abs(reduction.evaluate([zero]).potential_derivative[0]) <= ZERO_FORCE_RATIO * neighbouring_force))
+
+
+def _find_root_between(
+    reduction: SingleDofReduction, coefficients: PathCoefficients, ends: tuple[int, int], quantity: Callable[[PathCoefficients], FloatArray]
+) -> float:
+    """Return the coordinate at which a quantity vanishes between two grid values."""
+    low, high = coefficients.coordinate[list(ends)]
+    return find_root(lambda value: float(quantity(reduction.evaluate([value]))[0]), low, high)
 
 
 def _is_touching_pole(
@@ -169,17 +164,6 @@ def _sign_changes(values: FloatArray) -> Iterator[tuple[int, int]]:
     for low, high in zip(significant[:-1].tolist(), significant[1:].tolist(), strict=True):
         if values[low] * values[high] < 0.0 and high - low - 1 <= MAX_ZERO_RUN:
             yield low, high
-
-
-def _without_periodic_duplicates(reduction: SingleDofReduction, candidates: Sequence[float]) -> list[int]:
-    """Return the indices of candidates within the travel; one at both ends of a periodic travel is returned once."""
-    travel, tolerance = reduction.range_of_motion, PERIOD_END_TOLERANCE * reduction.coordinate_scale
-    in_travel = [k for k, place in enumerate(candidates) if travel.low - tolerance < place < travel.high + tolerance]
-    return [k for k in in_travel if not (travel.period and _is_near_any(candidates[k] + travel.period, candidates, tolerance))]
-
-
-def _is_near_any(value: float, candidates: Sequence[float], tolerance: float) -> bool:
-    return any(abs(value - other) < tolerance for other in candidates)
 
 
 def validate_coordinate_values(reduction: SingleDofReduction, values: object) -> FloatArray:

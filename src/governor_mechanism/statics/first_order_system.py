@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
 
@@ -59,10 +59,10 @@ class FirstOrderSystem:
         Number of quantities, such as momenta, that stay constant. Each brings an eigenvalue zero.
     """
 
-    derivative: VectorFunction
-    state: FloatArray
-    scales: FloatArray
-    n_conserved: int = 0
+    derivative: VectorFunction = field(repr=False)
+    state: FloatArray = field(repr=False)
+    scales: FloatArray = field(repr=False)
+    n_conserved: int = field(default=0, repr=False)
 
     def _scaled_derivative(self, displacement: FloatArray) -> FloatArray:
         """Return f, for a displacement from the steady state, in units of the scales."""
@@ -89,9 +89,8 @@ class FirstOrderSystem:
         left_size, right_size = np.linalg.norm(left, axis=0), np.abs(right).T @ column_errors
         products = np.abs(np.sum(left.conj() * right, axis=0))
         errors = (left_size * right_size + rounding * left_size * np.linalg.norm(right, axis=0)) / np.maximum(products, 1e-300)
-        errors = np.minimum(
-            errors, np.sqrt(float(np.linalg.norm(column_errors)) + rounding) * np.sqrt(float(np.linalg.norm(matrix)) or 1.0)
-        )
+        largest_error = np.sqrt(float(np.linalg.norm(column_errors)) + rounding) * np.sqrt(float(np.linalg.norm(matrix)) or 1.0)
+        errors = np.minimum(errors, largest_error)
         order = np.lexsort((-values.imag, -np.abs(values.imag), -np.round(values.real / (np.max(np.abs(values)) or 1.0), 9)))
         return values[order], left[:, order], right[:, order], errors[order]
 
@@ -177,26 +176,21 @@ class FirstOrderSystem:
 
         def derivative_along(direction: FloatArray, order: int) -> FloatArray:
             size = float(np.max(np.abs(direction)))
-            if size == 0.0:
-                return np.zeros_like(direction)
-            unit = directional_derivative(self._scaled_derivative, np.zeros(len(direction)), direction / size, order)[0]
-            derivative: FloatArray = unit * size**order
-            return derivative
+            unit_direction = direction / (size or 1.0)
+            return size**order * directional_derivative(self._scaled_derivative, np.zeros(len(direction)), unit_direction, order)[0]
 
         def bilinear(u: ComplexArray, v: ComplexArray) -> ComplexArray:
             parts = [[derivative_along(a + b, 2) - derivative_along(a - b, 2) for b in (v.real, v.imag)] for a in (u.real, u.imag)]
             return 0.25 * (parts[0][0] - parts[1][1]) + 0.25j * (parts[0][1] + parts[1][0])
 
-        cubic: ComplexArray
         a, b = q.real, q.imag
         sums, differences, third = derivative_along(a + b, 3), derivative_along(a - b, 3), [derivative_along(x, 3) for x in (a, b)]
         cubic = third[0] + (sums + differences - 2 * third[0]) / 6 + 1j * (third[1] + (sums - differences - 2 * third[1]) / 6)
-        identity = np.eye(len(q))
         steady = bilinear(q, np.linalg.solve(matrix, bilinear(q, q.conj())))
-        double = bilinear(q.conj(), np.linalg.solve(2j * frequency * identity - matrix, bilinear(q, q)))
+        double = bilinear(q.conj(), np.linalg.solve(2j * frequency * np.eye(len(q)) - matrix, bilinear(q, q)))
         return float((np.vdot(p, cubic) - 2 * np.vdot(p, steady) + np.vdot(p, double)).real / (2 * frequency))
 
-    @property
+    @cached_property
     def onset(self) -> Onset:
         """Onset of oscillations if the critical eigenvalues are on the imaginary axis."""
         if self.n_conserved or self.critical_frequency == 0.0:

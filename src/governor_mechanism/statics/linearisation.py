@@ -79,9 +79,8 @@ class StateSpace:
         MechanismError
             If a frequency is exactly that of an undamped mode.
         """
-        identity = np.eye(len(self.A))
         try:
-            columns = np.array([np.linalg.solve(1j * float(w) * identity - self.A, self.B) for w in frequencies])
+            columns = np.array([np.linalg.solve(1j * float(w) * np.eye(len(self.A)) - self.A, self.B) for w in frequencies])
         except np.linalg.LinAlgError as error:
             raise MechanismError(
                 "a frequency is that of an undamped mode, where the response is infinite; take another frequency"
@@ -91,7 +90,7 @@ class StateSpace:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Linearisation:
+class Linearisation(FirstOrderSystem):
     """Linearised equations of a scene about a steady state, in first-order form.
 
     Attributes
@@ -100,8 +99,6 @@ class Linearisation:
         Readings in the steady state, SI; without those that turn steadily.
     rates
         Rates of the readings that turn steadily, and the speed of a free spindle, SI/s.
-    modes
-        Modes in descending order of the growth rate.
     state_names
         Names of the states: positions of bodies, their rates, and speeds of cyclic coordinates.
     notes
@@ -110,36 +107,17 @@ class Linearisation:
 
     readings: Mapping[str, float]
     rates: Mapping[str, float]
-    modes: tuple[Mode, ...]
     state_names: tuple[str, ...]
     notes: tuple[str, ...]
     _dynamics: SceneDynamics = field(repr=False)
     _state: SteadyState = field(repr=False)
-    _system: FirstOrderSystem = field(repr=False)
-    _output_rows: Mapping[str, FloatArray] = field(repr=False)
 
     def __str__(self) -> str:
         """Return the steady state and its stability, a table of the modes, and the notes."""
-        mechanism = self._dynamics.scene.mechanism
-        units = {reading.name: READING_UNITS[reading.quantity] for reading in mechanism.readings}
+        units = {reading.name: READING_UNITS[reading.quantity] for reading in self._dynamics.scene.mechanism.readings}
         state = [f"{format_reading_name(name)} {format_quantity(value, units[name])}" for name, value in self.readings.items()]
         state += [format_rate(name, value, units.get(name, "rad")) for name, value in self.rates.items()]
         return "\n".join([f"{', '.join(state)}: {self.stability}", format_modes(self.modes), *self.notes])
-
-    @property
-    def matrix(self) -> FloatArray:
-        """System matrix A of x' = A x, SI; shape (states, states)."""
-        return self._system.matrix
-
-    @property
-    def eigenvalues(self) -> ComplexArray:
-        """Eigenvalues, 1/s, in descending order of the real part; shape (states,)."""
-        return self._system.eigenvalues
-
-    @property
-    def stability(self) -> Stability:
-        """Stability of small motions; conserved quantities do not count."""
-        return self._system.stability
 
     @property
     def stable(self) -> bool:
@@ -149,27 +127,64 @@ class Linearisation:
     @property
     def error_estimate(self) -> float:
         """Largest estimated error of an eigenvalue, 1/s."""
-        return float(np.max(self._system.errors))
-
-    @property
-    def growth_rate(self) -> float:
-        """Largest growth rate, 1/s; 0 if it is within its error."""
-        return self._system.growth_rate
-
-    @property
-    def critical_real_part(self) -> float:
-        """Largest real part of an eigenvalue, 1/s, with its error."""
-        return self._system.critical_real_part
-
-    @property
-    def critical_frequency(self) -> float:
-        """Frequency of the mode with the largest real part, rad/s; 0 if it does not oscillate."""
-        return self._system.critical_frequency
+        return float(np.max(self.errors))
 
     @cached_property
     def onset(self) -> Onset:
         """How self-excited oscillations begin, at a limit of stability."""
-        return Onset.UNKNOWN if any("quadratic" in note for note in self.notes) else self._system.onset
+        return Onset.UNKNOWN if any("quadratic" in note for note in self.notes) else super().onset
+
+    @cached_property
+    def modes(self) -> tuple[Mode, ...]:
+        """Modes in descending order of the growth rate."""
+        scales = self._amplitude_scales()
+        modes = []
+        for value, vector, error, growth_rate, is_conserved in zip(
+            self.eigenvalues, self.eigenvectors.T, self.errors, self.growth_rates, self.is_conserved, strict=True
+        ):
+            if value.imag < 0.0:
+                continue  # the conjugate of the one before
+            amplitudes = {name: complex(self._output_rows[name] @ vector) for name in scales}
+            largest = max(amplitudes, key=lambda name: abs(amplitudes[name]) / scales[name], default=None)
+            factor = amplitudes[largest] / scales[largest] if largest and amplitudes[largest] else 1.0
+            modes.append(
+                Mode(
+                    eigenvalue=complex(value),
+                    error_estimate=float(error),
+                    natural_frequency=float(abs(value)),
+                    damping_ratio=float(-growth_rate / abs(value)) if growth_rate else 0.0,
+                    amplitudes={name: amplitude / factor for name, amplitude in amplitudes.items()},
+                    is_conserved=bool(is_conserved),
+                )
+            )
+        return tuple(modes)
+
+    def _amplitude_scales(self) -> dict[str, float]:
+        """Return the scales of the outputs whose amplitudes describe a mode: readings, and the rates of those that turn."""
+        dynamics = self._dynamics
+        scales = {name: dynamics.reading_scale(name) for name in dynamics.reading_names}
+        shown = {name: scale for name, scale in scales.items() if name not in self.rates}
+        shown |= {f"{RATE_PREFIX}{name}": scale / dynamics.time_scale for name, scale in scales.items() if name in self.rates}
+        return shown | dict.fromkeys(dynamics.spindle_speeds, 1 / dynamics.time_scale)
+
+    @cached_property
+    def _output_rows(self) -> dict[str, FloatArray]:
+        """Derivatives of all outputs with respect to the state, by name of output."""
+        dynamics, state, m = self._dynamics, self._state, len(self._state.positions)
+        reading_jacobian = dynamics.reading_jacobian(state.z)
+
+        def reading_rates(displacement: FloatArray) -> FloatArray:
+            z, rates = state.expand(np.concatenate([self.scales[:m] * displacement, self.state[m:]]))
+            values: FloatArray = dynamics.reading_jacobian(z) @ rates
+            return values
+
+        by_position = jacobian(reading_rates, np.zeros(m), np.ones(m), tolerance=OUTPUT_TOLERANCE)[0] / self.scales[:m]
+        value_rows = np.hstack([reading_jacobian[:, state.positions], np.zeros((len(reading_jacobian), len(self.state) - m))])
+        rate_rows = np.hstack([by_position, reading_jacobian @ state.basis])
+        rows = {name: row for name, row in zip(dynamics.reading_names, value_rows, strict=True) if name not in self.rates}
+        rows |= {f"{RATE_PREFIX}{name}": row for name, row in zip(dynamics.reading_names, rate_rows, strict=True)}
+        speed_rows = {name: dynamics.spindle_speed_row(name) @ state.basis for name in dynamics.spindle_speeds}
+        return rows | {name: np.append(np.zeros(m), row) for name, row in speed_rows.items()}
 
     @property
     def input_names(self) -> tuple[str, ...]:
@@ -257,9 +272,9 @@ def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spi
         If there is no steady state near the start, it is periodic, or it has no linear equations.
     """
     if spindle_speed is not None:
-        scene = scene.with_changes(
-            spindle=_with_speed(scene.spindle, parse_quantity(spindle_speed, "angular_speed", "the spindle's speed"))
-        )
+        speed, spindle = parse_quantity(spindle_speed, "angular_speed", "the spindle's speed"), scene.spindle
+        given = replace(spindle, start_speed=speed) if isinstance(spindle, FreeSpindle) else Spindle(speeds=(speed,))
+        scene = scene.with_changes(spindle=given)
     dynamics, state = settle(scene, poses, velocities)
     dynamics.move_reference(state.z)
     notes = dynamics.notes(state.z, state.rates)
@@ -296,7 +311,7 @@ def settle(scene: Scene, poses: FloatArray, velocities: FloatArray, time: float 
     """
     for _ in range(MAX_RESTARTS):
         dynamics = SceneDynamics(scene, poses, velocities, time)
-        _require_no_periodic_motion(dynamics)
+        dynamics.require_no_uneven_turning()
         dynamics.set_contact_mode(dynamics.start, dynamics.start_rates)
         state = find_steady_state(dynamics.accelerations, dynamics.start, dynamics.start_rates, dynamics.scales, dynamics.time_scale)
         # Coordinates that describe the start well may not do so at the steady state, and springs may have become slack.
@@ -338,9 +353,8 @@ def linearise_from_start(
         try:
             return linearise_scene(scene, poses, velocities, spindle_speed)
         except MechanismError as other_error:
-            raise (
-                other_error if NO_STEADY_STATE not in other_error.problems else MechanismError(*error.problems, *other_error.problems)
-            ) from None
+            earlier_problems = error.problems if NO_STEADY_STATE in other_error.problems else ()
+            raise MechanismError(*earlier_problems, *other_error.problems) from None
     start = float(evaluate_output_value(scene.part.mechanism, scene.part.mechanism.coordinate, poses))
     nearest = min(equilibria, key=lambda one: abs(one.coordinate - start))
     return linearise_scene(scene, poses_at(scene, nearest), velocities, spindle_speed)
@@ -381,23 +395,8 @@ def last_spindle_speed(scene: Scene) -> float | None:
     return scene.spindle.speeds[-1] if isinstance(scene.spindle, Spindle) and has_spindle_dependent_loads(scene) else None
 
 
-def _require_no_periodic_motion(dynamics: SceneDynamics) -> None:
-    turning = [name for name, is_turning in zip(dynamics.names, dynamics.is_turning_unevenly(), strict=True) if is_turning]
-    if turning:
-        raise MechanismError(
-            f"the steady state is periodic: {turning[0]} turns, and forces or inertias depend on it, so accelerations cannot vanish; "
-            "use the mean torque and a flywheel instead of the mechanism"
-        )
-
-
-def _with_speed(spindle: Spindle | FreeSpindle, speed: float) -> Spindle | FreeSpindle:
-    return replace(spindle, start_speed=speed) if isinstance(spindle, FreeSpindle) else Spindle(speeds=(speed,))
-
-
 def _build_linearisation(dynamics: SceneDynamics, state: SteadyState, notes: tuple[str, ...]) -> Linearisation:
-    if not np.all(np.isfinite(state.first_order_system.matrix)):
-        raise MechanismError("the steady state is a singular configuration, about which the mechanism cannot move freely")
-    system, values, reading_rates = state.first_order_system, dynamics.readings(state.z), dynamics.reading_jacobian(state.z) @ state.rates
+    values, reading_rates = dynamics.readings(state.z), dynamics.reading_jacobian(state.z) @ state.rates
     readings, rates = {}, {}
     for name, value, rate in zip(dynamics.reading_names, values, reading_rates, strict=True):
         if abs(rate) * dynamics.time_scale > TURNING_TOLERANCE * dynamics.reading_scale(name):
@@ -405,68 +404,17 @@ def _build_linearisation(dynamics: SceneDynamics, state: SteadyState, notes: tup
         else:
             readings[name] = float(value)
     rates |= {name: float(dynamics.spindle_speed_row(name) @ state.rates) for name in dynamics.spindle_speeds}
-    output_rows = _make_output_rows(dynamics, state, system, set(rates))
-    names, m = dynamics.names, len(state.positions)
-    positions = [names[k] for k in state.positions]
-    cyclic = [" + ".join(names[k] for k in np.flatnonzero(direction)) for direction in state.cyclic.T]
-    return Linearisation(
+    positions = [dynamics.names[k] for k in state.positions]
+    cyclic = [" + ".join(dynamics.names[k] for k in np.flatnonzero(direction)) for direction in state.cyclic.T]
+    linearisation = Linearisation(
+        **vars(state.first_order_system),
         readings=readings,
         rates=rates,
-        modes=_make_modes(dynamics, system, output_rows, set(rates)),
-        state_names=(*positions[:m], *(f"{RATE_PREFIX}{name}" for name in [*positions, *cyclic])),
+        state_names=(*positions, *(f"{RATE_PREFIX}{name}" for name in [*positions, *cyclic])),
         notes=notes,
         _dynamics=dynamics,
         _state=state,
-        _system=system,
-        _output_rows=output_rows,
     )
-
-
-def _make_output_rows(dynamics: SceneDynamics, state: SteadyState, system: FirstOrderSystem, turning: set[str]) -> dict[str, FloatArray]:
-    """Return the derivatives of all outputs with respect to the state, by name of output."""
-    reading_jacobian, m = dynamics.reading_jacobian(state.z), len(state.positions)
-
-    def reading_rates(displacement: FloatArray) -> FloatArray:
-        z, rates = state.expand(np.concatenate([system.scales[:m] * displacement, system.state[m:]]))
-        values: FloatArray = dynamics.reading_jacobian(z) @ rates
-        return values
-
-    by_position = jacobian(reading_rates, np.zeros(m), np.ones(m), tolerance=OUTPUT_TOLERANCE)[0] / system.scales[:m]
-    value_rows = np.hstack([reading_jacobian[:, state.positions], np.zeros((len(reading_jacobian), len(system.state) - m))])
-    rate_rows = np.hstack([by_position, reading_jacobian @ state.basis])
-    rows = {name: row for name, row in zip(dynamics.reading_names, value_rows, strict=True) if name not in turning}
-    rows |= {f"{RATE_PREFIX}{name}": row for name, row in zip(dynamics.reading_names, rate_rows, strict=True)}
-    for name in dynamics.spindle_speeds:
-        row = dynamics.spindle_speed_row(name) @ state.basis
-        rows[name] = np.append(np.zeros(m), row)
-    return rows
-
-
-def _make_modes(
-    dynamics: SceneDynamics, system: FirstOrderSystem, output_rows: Mapping[str, FloatArray], turning: set[str]
-) -> tuple[Mode, ...]:
-    shown = {name: dynamics.reading_scale(name) for name in dynamics.reading_names if name not in turning}
-    shown |= {
-        f"{RATE_PREFIX}{name}": dynamics.reading_scale(name) / dynamics.time_scale for name in dynamics.reading_names if name in turning
-    }
-    shown |= dict.fromkeys(dynamics.spindle_speeds, 1 / dynamics.time_scale)
-    modes = []
-    for value, vector, error, growth_rate, is_conserved in zip(
-        system.eigenvalues, system.eigenvectors.T, system.errors, system.growth_rates, system.is_conserved, strict=True
-    ):
-        if value.imag < 0.0:
-            continue  # the conjugate of the one before
-        amplitudes = {name: complex(output_rows[name] @ vector) for name in shown}
-        largest = max(amplitudes, key=lambda name: abs(amplitudes[name]) / shown[name], default=None)
-        factor = amplitudes[largest] / shown[largest] if largest and amplitudes[largest] else 1.0
-        modes.append(
-            Mode(
-                eigenvalue=complex(value),
-                error_estimate=float(error),
-                natural_frequency=float(abs(value)),
-                damping_ratio=float(-growth_rate / abs(value)) if growth_rate else 0.0,
-                amplitudes={name: amplitude / factor for name, amplitude in amplitudes.items()},
-                is_conserved=bool(is_conserved),
-            )
-        )
-    return tuple(modes)
+    if not np.all(np.isfinite(linearisation.matrix)):
+        raise MechanismError("the steady state is a singular configuration, about which the mechanism cannot move freely")
+    return linearisation

@@ -38,7 +38,7 @@ from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPIN
 from governor_mechanism.model.force_elements import Force, Torque
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
-from governor_mechanism.types import BoolArray, FloatArray, IntArray
+from governor_mechanism.types import FloatArray, IntArray
 
 KINK_TOLERANCE = 1e-9
 """Distance from a point of a table, relative to its largest point, within which the steady state is at the kink."""
@@ -175,7 +175,7 @@ class SceneDynamics:
         name, is_rate = output_of_reading(reading)
         poses, velocities = self.mass_centre_motion(z, rates)
         output = evaluate_output(self._mechanism, name, poses)
-        return float(np.sum(output.gradient * velocities)) if is_rate else float(output.value)
+        return float(output.rate(velocities) if is_rate else output.value)
 
     def drop_quadratic_damping(self, z: FloatArray, rates: FloatArray) -> bool:
         """Leave out quadratic dashpots at rest, where they have no effect on small motions; return whether there are any."""
@@ -226,19 +226,21 @@ class SceneDynamics:
         accelerations: FloatArray = np.concatenate([derivative[poses.size + self._independent], derivative[len(state) - len(lags) :]])
         return accelerations
 
-    def is_turning_unevenly(self) -> BoolArray:
-        """Return which angles start so fast that they make full turns, although forces depend on them; shape (n,).
+    def require_no_uneven_turning(self) -> None:
+        """Raise MechanismError if an angle starts so fast that it makes full turns, although forces depend on it.
 
         An angle passes over a potential if half its squared rate exceeds the work per inertia between two extrema, at most
         twice the largest acceleration.
         """
-        result = np.zeros(len(self.names), dtype=np.bool_)
         for k in np.flatnonzero([name.endswith(".angle") for name in self.names]):
             turned = [self.start + angle * np.eye(len(self.start))[k] for angle in np.linspace(0.0, 2 * np.pi, 16, endpoint=False)]
             accelerations = np.array([self.accelerations(z, np.zeros_like(z))[k] for z in turned])
             is_uneven = np.ptp(accelerations) > 1e-9 * np.max(np.abs(accelerations))
-            result[k] = is_uneven and self.start_rates[k] ** 2 > 4 * np.max(np.abs(accelerations))  # False where NaN
-        return result
+            if is_uneven and self.start_rates[k] ** 2 > 4 * np.max(np.abs(accelerations)):  # False where NaN
+                raise MechanismError(
+                    f"the steady state is periodic: {self.names[k]} turns, and forces or inertias depend on it, so accelerations cannot "
+                    "vanish; use the mean torque and a flywheel instead of the mechanism"
+                )
 
     @property
     def reading_names(self) -> tuple[str, ...]:

@@ -176,28 +176,20 @@ def compute_speed_curve(
     if not isinstance(points, Integral) or isinstance(points, bool) or points < 2:
         raise MechanismError(f"a speed curve needs 2 points or more; got {format_value(points)}")
     reduction = SingleDofReduction(scene)
-    resistance_and_reading = None if resistance is None else validate_resistance(reduction.mechanism, resistance, against)
+    band_arguments = None if resistance is None else validate_resistance(reduction.mechanism, resistance, against)
     travel = reduction.range_of_motion
-    coefficients, refined_coefficients = (
-        reduction.evaluate(np.linspace(travel.low, travel.high, int(points))),
-        sample_range_of_motion(reduction).sorted_coefficients,
-    )
+    coefficients = reduction.evaluate(np.linspace(travel.low, travel.high, int(points)))
+    refined_coefficients = sample_range_of_motion(reduction).sorted_coefficients
     speed_squared = equilibrium_speed_squared(coefficients, reduction.coordinate_scale)
     has_equilibrium = speed_squared > 0.0
     speed_squared = np.where(has_equilibrium, speed_squared, 0.0)
-    stiffness = coefficients.potential_second_derivative - 0.5 * speed_squared * coefficients.spindle_inertia_second_derivative
-    stiffness_magnitude = np.abs(coefficients.potential_second_derivative) + np.abs(
-        0.5 * speed_squared * coefficients.spindle_inertia_second_derivative
-    )
+    load_stiffness, centrifugal_stiffness = coefficients.stiffness_terms(speed_squared)
+    stiffness, stiffness_magnitude = load_stiffness + centrifugal_stiffness, np.abs(load_stiffness) + np.abs(centrifugal_stiffness)
     astatic = has_equilibrium & (np.abs(stiffness) <= ASTATIC_TOLERANCE * stiffness_magnitude)
     frequency_squared = stiffness / coefficients.inertia
     inertia_product = (reduction.free_spindle_inertia + coefficients.spindle_inertia) * coefficients.inertia
-    free_spindle_term = np.divide(
-        speed_squared * coefficients.spindle_inertia_derivative**2,
-        inertia_product,
-        out=np.zeros_like(speed_squared),
-        where=inertia_product > 0.0,
-    )
+    free_spindle_term, is_defined = np.zeros_like(speed_squared), inertia_product > 0.0
+    np.divide(speed_squared * coefficients.spindle_inertia_derivative**2, inertia_product, out=free_spindle_term, where=is_defined)
     return SpeedCurve(
         coordinate_name=reduction.mechanism.coordinate,
         coordinate=coefficients.coordinate,
@@ -213,9 +205,7 @@ def compute_speed_curve(
         poles=find_poles(reduction, refined_coefficients),
         low_end_message=travel.low_message,
         high_end_message=travel.high_message,
-        insensitivity_band=None
-        if resistance_and_reading is None
-        else _insensitivity_band(reduction, coefficients, *resistance_and_reading),
+        insensitivity_band=_insensitivity_band(reduction, coefficients, *band_arguments) if band_arguments else None,
     )
 
 
@@ -249,13 +239,10 @@ def compute_insensitivity_band(
     reduction = SingleDofReduction(scene)
     resistance_and_reading = validate_resistance(reduction.mechanism, resistance, against)
     coefficients = reduction.evaluate(validate_coordinate_values(reduction, values))
-    is_zero_speed = np.abs(coefficients.potential_derivative) <= ZERO_SPEED_TOLERANCE * reduction.coordinate_scale * np.abs(
-        coefficients.potential_second_derivative
-    )
-    is_undefined = (coefficients.spindle_inertia_derivative == 0.0) | ~(
-        (equilibrium_speed_squared(coefficients, reduction.coordinate_scale) >= 0.0) | is_zero_speed
-    )
-    for k in np.flatnonzero(is_undefined):
+    zero_force = ZERO_SPEED_TOLERANCE * reduction.coordinate_scale * np.abs(coefficients.potential_second_derivative)
+    speed_squared = equilibrium_speed_squared(coefficients, reduction.coordinate_scale)
+    has_speed = (speed_squared >= 0.0) | (np.abs(coefficients.potential_derivative) <= zero_force)
+    for k in np.flatnonzero((coefficients.spindle_inertia_derivative == 0.0) | ~has_speed):
         raise MechanismError(_no_equilibrium_speed_message(reduction, coefficients, int(k)))
     return _insensitivity_band(reduction, coefficients, *resistance_and_reading)
 
@@ -264,24 +251,17 @@ def _insensitivity_band(
     reduction: SingleDofReduction, coefficients: PathCoefficients, resistance: float, against: str
 ) -> InsensitivityBand:
     resistance_force = resistance * np.abs(reduction.output_derivative(coefficients, against))
-    squared_speeds = [equilibrium_speed_squared(coefficients, reduction.coordinate_scale, sign * resistance_force) for sign in (-1.0, 1.0)]
-    falling_speed, rising_speed = (
-        np.sqrt(np.maximum(square, 0.0)) for square in (np.minimum(*squared_speeds), np.maximum(*squared_speeds))
-    )
+    forces = np.array([-resistance_force, np.zeros_like(resistance_force), resistance_force])
+    squared_speeds = [equilibrium_speed_squared(coefficients, reduction.coordinate_scale, force) for force in forces]
+    low_speed, frictionless_speed, high_speed = np.sqrt(np.maximum(squared_speeds, 0.0))
     is_spindle_decoupled = (coefficients.spindle_inertia_derivative == 0.0) & (resistance_force > 0.0)
-    falling_speed = np.where(is_spindle_decoupled, 0.0, falling_speed)
-    rising_speed = np.where(
-        is_spindle_decoupled, np.where(np.abs(coefficients.potential_derivative) <= resistance_force, np.inf, 0.0), rising_speed
-    )
-    frictionless_speed = np.sqrt(np.maximum(equilibrium_speed_squared(coefficients, reduction.coordinate_scale), 0.0))
+    decoupled_speed = np.where(np.abs(coefficients.potential_derivative) <= resistance_force, np.inf, 0.0)
+    falling_speed = np.where(is_spindle_decoupled, 0.0, np.minimum(low_speed, high_speed))
+    rising_speed = np.where(is_spindle_decoupled, decoupled_speed, np.maximum(low_speed, high_speed))
+    insensitivity, has_speed = np.full_like(frictionless_speed, np.inf), frictionless_speed > 0
+    np.divide(rising_speed - falling_speed, frictionless_speed, out=insensitivity, where=has_speed)
     return InsensitivityBand(
-        resistance=resistance,
-        against=against,
-        falling_speed=falling_speed,
-        rising_speed=rising_speed,
-        insensitivity=np.divide(
-            rising_speed - falling_speed, frictionless_speed, out=np.full_like(frictionless_speed, np.inf), where=frictionless_speed > 0
-        ),
+        resistance=resistance, against=against, falling_speed=falling_speed, rising_speed=rising_speed, insensitivity=insensitivity
     )
 
 
@@ -289,12 +269,9 @@ def _no_equilibrium_speed_message(reduction: SingleDofReduction, coefficients: P
     """Return a sentence on why no equilibrium speed exists at a position."""
     scene, value = reduction.scene, float(coefficients.coordinate[index])
     position = f"{reduction.mechanism.coordinate} = {format_coordinate(scene, value)}"
-    if (
-        coefficients.spindle_inertia_derivative[index] == 0.0
-        and equilibrium_speed_squared(coefficients, reduction.coordinate_scale)[index] >= 0.0
-    ):
-        return f"the mechanism is in equilibrium at {position} at every spindle speed: no load or centrifugal force moves it"
     if coefficients.spindle_inertia_derivative[index] == 0.0:
+        if equilibrium_speed_squared(coefficients, reduction.coordinate_scale)[index] >= 0.0:
+            return f"the mechanism is in equilibrium at {position} at every spindle speed: no load or centrifugal force moves it"
         return f"no spindle speed balances the mechanism at {position}: the centrifugal forces have no effect there, and the loads act"
     poles = sorted(find_poles(reduction, sample_range_of_motion(reduction).sorted_coefficients), key=lambda pole: abs(pole - value))
     pole_clause = "".join(f", beyond the pole of the speed curve at {format_coordinate(scene, pole)}" for pole in poles[:1])

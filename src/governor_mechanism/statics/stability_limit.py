@@ -4,42 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 from scipy.optimize import brentq
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.statics.first_order_system import Onset, Stability
+from governor_mechanism.statics.first_order_system import FirstOrderSystem, Onset
 
 RELATIVE_TOLERANCE = 1e-12
 """Tolerance of the value at the limit, relative to the ends of its range."""
 
 
-class SteadyStateStability(Protocol):
-    """Stability of a steady state, as of `Linearisation` and `FirstOrderSystem`."""
-
-    @property
-    def stability(self) -> Stability:
-        """Stability of small motions."""
-
-    @property
-    def growth_rate(self) -> float:
-        """Largest growth rate, 1/s; 0 if it is within its error."""
-
-    @property
-    def critical_real_part(self) -> float:
-        """Largest real part of an eigenvalue, 1/s, with its error."""
-
-    @property
-    def critical_frequency(self) -> float:
-        """Frequency of that eigenvalue, rad/s."""
-
-    @property
-    def onset(self) -> Onset:
-        """Onset of oscillations if that eigenvalue is on the imaginary axis."""
-
-
-Linearised = TypeVar("Linearised", bound=SteadyStateStability)
+Linearised = TypeVar("Linearised", bound=FirstOrderSystem)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -123,13 +99,12 @@ def find_stability_limit(
     tolerance = RELATIVE_TOLERANCE * max(abs(low), abs(high))
     value = float(brentq(growth_rate, low, high, xtol=tolerance, rtol=RELATIVE_TOLERANCE))
     linearisation = linearise_at(value)
-    is_stable_at_low = rates[0] < 0.0
     return StabilityLimit(
         key=key,
         unit=unit,
         value=value,
         frequency=linearisation.critical_frequency,
-        stable_below=is_stable_at_low == (low < high),
+        stable_below=(rates[0] < 0.0) == (low < high),
         onset=linearisation.onset,
         linearisation=linearisation,
     )

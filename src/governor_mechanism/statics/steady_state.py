@@ -87,8 +87,7 @@ class SteadyState:
     def is_steady(self) -> bool:
         """Whether no acceleration remains but rounding."""
         sensitivity = _size(_residual_jacobian(self))
-        remaining = _size(_residual(self))
-        return bool(np.isfinite(sensitivity)) and remaining <= RESIDUAL_TOLERANCE * max(1.0, sensitivity)
+        return bool(np.isfinite(sensitivity)) and _size(_residual(self)) <= RESIDUAL_TOLERANCE * max(1.0, sensitivity)
 
     @property
     def direction_of_acceleration(self) -> FloatArray:
@@ -105,12 +104,11 @@ class SteadyState:
 
     def expand(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return coordinates and rates for positions (m,), their rates (m,) and speeds of the cyclic coordinates (n - m,)."""
-        m = len(self.positions)
-        displacement = np.zeros(len(self.z))
-        displacement[self.positions] = state[:m]
+        m, z = len(self.positions), self.z.copy()
+        z[self.positions] += state[:m]
         rates = self.cyclic @ state[2 * m :]
         rates[self.positions] += state[m : 2 * m]
-        return self.z + displacement, rates
+        return z, rates
 
     @property
     def first_order_system(self) -> FirstOrderSystem:
@@ -131,9 +129,8 @@ class SteadyState:
     @property
     def unknown_scales(self) -> FloatArray:
         """Scales of the positions and of the cyclic coordinates; shape (n,)."""
-        ratios = np.divide(
-            self.scales[:, np.newaxis], np.abs(self.cyclic), out=np.full(self.cyclic.shape, np.inf), where=self.cyclic != 0.0
-        )
+        ratios = np.full(self.cyclic.shape, np.inf)
+        np.divide(self.scales[:, np.newaxis], np.abs(self.cyclic), out=ratios, where=self.cyclic != 0.0)
         return np.append(self.scales[self.positions], np.min(ratios, axis=0))
 
     def _count_conserved(self) -> int:
@@ -249,10 +246,8 @@ def find_steady_state(accelerations: Accelerations, z: FloatArray, rates: FloatA
         # Rows are scaled, so that the rank does not depend on stiffness; the shortest step keeps speeds that nothing determines.
         row_sizes = np.max(np.abs(matrix), axis=1)
         row_factors = np.divide(1.0, row_sizes, out=np.zeros(len(row_sizes)), where=row_sizes > MIN_ROW_SIZE)
-        step = (
-            unknown_weights
-            * np.linalg.lstsq(matrix * unknown_weights * row_factors[:, np.newaxis], -residual * row_factors, rcond=1e-13)[0]
-        )
+        weighted_rows = matrix * unknown_weights * row_factors[:, np.newaxis]
+        step = unknown_weights * np.linalg.lstsq(weighted_rows, -residual * row_factors, rcond=1e-13)[0]
         if _size(step[:m]) > MAX_DISTANCE:
             break
         damping = min(1.0, MAX_STEP / max(_size(step[:m]), 1e-300))

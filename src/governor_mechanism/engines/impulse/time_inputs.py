@@ -11,7 +11,7 @@ import numpy as np
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed
-from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, MotionFunction, SpindleSpeedFunction
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.force_elements import Force, ForceElement, Torque
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.part import FreeSpindle
@@ -39,7 +39,7 @@ class TimeInputs:
             CubicTimeFunction(program) for element in mechanism.force_elements for program in _element_programs(element)
         ]
         drives = [joint for joint in mechanism.joints if isinstance(joint, RotationalDriver | TranslationalDriver)]
-        self._drive_functions = [MotionFunction(joint.motion) for joint in drives]
+        self._drive_functions = [CubicTimeFunction(joint.motion) for joint in drives]
         self._friction_functions = [CubicTimeFunction(contact.friction or InputFunction()) for contact in contacts_of(scene)]
         self._has_varying_speed = not self._speed_program.is_constant
         self._start_speed_squared = self._speed_program.start_speed**2

@@ -104,7 +104,7 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
         reported_states = history.at(reported_indices)
         return MultibodyResult(
             reported_states=reported_states,
-            monitor_states=history.first(n_kept),
+            monitor_states=history.at(slice(n_kept)),
             observables=self.evaluator.evaluate(reported_states),
             outcome=outcome,
             detail=detail,

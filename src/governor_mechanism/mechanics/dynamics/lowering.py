@@ -36,7 +36,7 @@ from governor_mechanism.mechanics.kinematics.constraint_equations import Constra
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import CONSTANT_PARAMETER, make_output_rows
 from governor_mechanism.mechanics.kinematics.points import Origins, rotate_vector
-from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, make_time_function
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import GROUND, Pin
 from governor_mechanism.model.mechanism import Body, Mechanism, Shaft
 from governor_mechanism.model.part import Spindle
@@ -246,7 +246,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
         n_inputs=len(inputs),
         first_friction_input=first_friction_input,
     )
-    return system, tuple(map(make_time_function, inputs))
+    return system, tuple(map(CubicTimeFunction, inputs))
 
 
 def _make_body_records(scene: Scene, origins: Origins) -> RecordArray:

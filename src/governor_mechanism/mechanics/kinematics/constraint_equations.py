@@ -20,7 +20,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import (
     evaluate_residuals,
 )
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
-from governor_mechanism.mechanics.kinematics.time_functions import MotionFunction
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import (
     ArcSlot,
@@ -64,16 +64,12 @@ def _constraint_rows(joint: Joint, length_scale: float) -> list[ConstraintRow]:
             return _coincidence_rows()
         case Weld():
             return [*_coincidence_rows(), _relative_angle_row(joint.relative_angle, length_scale)]
-        case Distance():
-            return [ConstraintRow(RowKind.DISTANCE, (joint.length,))]
-        case ArcSlot():
-            return [ConstraintRow(RowKind.DISTANCE, (joint.radius,))]
+        case Distance() | ArcSlot():
+            return [ConstraintRow(RowKind.DISTANCE, (joint.length if isinstance(joint, Distance) else joint.radius,))]
         case Prismatic():  # a kind of slider
             return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,)), _relative_angle_row(joint.relative_angle, length_scale)]
-        case Slider():
-            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,))]
-        case CurveSlot():
-            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,), curve=joint.curve)]
+        case Slider() | CurveSlot():
+            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,), curve=joint.curve if isinstance(joint, CurveSlot) else None)]
         case Gear():
             angle_terms = -length_scale * joint.ratio, length_scale, length_scale * joint.offset
             return [ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 0.0, *angle_terms))]
@@ -243,7 +239,7 @@ class ConstraintEquations:
         self.joints = mechanism.joints
         table = make_constraint_table(mechanism)
         self._rows, self.joint_indices = table.rows, table.joint_indices
-        self._drive_functions = [MotionFunction(motion) for motion in table.motions]
+        self._drive_functions = [CubicTimeFunction(motion) for motion in table.motions]
 
     @property
     def is_driven(self) -> NDArray[np.bool_]:
@@ -253,14 +249,13 @@ class ConstraintEquations:
 
     def prescribed_motion(self, times: FloatArray) -> FloatArray:
         """Return the prescribed value (m), rate (m/s) and acceleration (m/s2) of each row; shape (..., rows, 3)."""
-        flat_times = np.atleast_1d(np.asarray(times, dtype=np.float64)).ravel()
+        flat_times = np.asarray(times, dtype=np.float64).ravel()
         result = np.zeros((flat_times.size, len(self.joint_indices), 3))
         for row in np.flatnonzero(self.is_driven):
-            time_function, drive_scale = self._drive_functions[self._rows.table[row]["drive"]], self._rows.table[row]["drive_scale"]
-            result[:, row] = drive_scale * np.stack(
-                [time_function(flat_times), time_function.derivative(flat_times), time_function.second_derivative(flat_times)], axis=-1
-            )
-        return result.reshape(*np.shape(times), len(self.joint_indices), 3)
+            motion, drive_scale = self._drive_functions[self._rows.table[row]["drive"]], self._rows.table[row]["drive_scale"]
+            values = [motion(flat_times), motion.derivative(flat_times), motion.second_derivative(flat_times)]
+            result[:, row] = drive_scale * np.stack(values, axis=-1)
+        return result.reshape(*np.shape(times), *result.shape[1:])
 
     def residuals(self, poses: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
         """Return the signed residuals (m); shape (..., rows)."""
@@ -274,9 +269,8 @@ class ConstraintEquations:
 
     def gamma(self, poses: FloatArray, velocities: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
         """Return the right-hand side of J * accelerations = gamma (m/s2); shape (..., rows)."""
-        result = evaluate_gamma(
-            self._rows, _flatten_poses(poses), _flatten_poses(velocities), self._prescribed_motion_per_pose(poses, times)
-        )
+        drive_values = self._prescribed_motion_per_pose(poses, times)
+        result = evaluate_gamma(self._rows, _flatten_poses(poses), _flatten_poses(velocities), drive_values)
         return result.reshape(*poses.shape[:-2], len(self.joint_indices))
 
     def largest_gap(self, poses: FloatArray, time: float = 0.0) -> tuple[Joint, float]:
@@ -288,8 +282,7 @@ class ConstraintEquations:
 
     def _prescribed_motion_per_pose(self, poses: FloatArray, times: FloatArray | float) -> FloatArray:
         """Return the prescribed motion at each of the flattened poses; shape (n, rows, 3)."""
-        all_times = np.broadcast_to(np.asarray(times, dtype=np.float64), poses.shape[:-2])
-        return self.prescribed_motion(all_times).reshape(all_times.size, len(self.joint_indices), 3)
+        return self.prescribed_motion(np.broadcast_to(times, poses.shape[:-2]).ravel())
 
 
 def _flatten_poses(poses: FloatArray) -> FloatArray:

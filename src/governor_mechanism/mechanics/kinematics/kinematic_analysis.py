@@ -11,7 +11,6 @@ from governor_mechanism.errors import MechanismError, require_finite
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
-from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray
@@ -87,72 +86,56 @@ def solve_kinematics(
     samples = _validate_samples(over, values, rate, acceleration)
     # Alone, a part is studied without the shaft of a free spindle.
     mechanism = scene.part.mechanism if len(scene.parts) == 1 else scene.mechanism
-    if over == TIME_VARIABLE:
-        kinematic_solver = _KinematicSolver(mechanism, [], {})
-        required, reason = 0, "over 'time' the drivers must determine the motion"
-    else:
+    driving_readings, start_values, reason = list[str](), dict[str, float](), "over 'time' the drivers must determine the motion"
+    if over != TIME_VARIABLE:
         mechanism.reading(over)
+        driving_readings, reason = [over], f"over {over!r} one reading must determine the motion"
         joints = tuple(joint for joint in mechanism.joints if not isinstance(joint, RotationalDriver | TranslationalDriver))
         mechanism = replace(mechanism, joints=joints)
-        start_values = {name: value for name, value in scene.start.values.items() if isinstance(value, float | int)}
-        kinematic_solver = _KinematicSolver(mechanism, [over], start_values)
-        required, reason = 1, f"over {over!r} one reading must determine the motion"
-    degrees_of_freedom = kinematic_solver.degrees_of_freedom
+        start_values = {name: float(value) for name, value in scene.start.values.items() if isinstance(value, float | int)}
+    position_solver, required = PositionSolver(mechanism), len(driving_readings)
+    poses = position_solver.solve(start_values)
+    degrees_of_freedom = position_solver.count_degrees_of_freedom(poses)
     if degrees_of_freedom != required:
         raise MechanismError(f"a kinematic analysis needs {required} degrees of freedom: {reason}; this mechanism has {degrees_of_freedom}")
-    states = [kinematic_solver.solve_at(float(value), rate, acceleration) for value in samples]
+    states = []
+    for value in samples.tolist():  # each assembly starts from the previous one
+        position_solver.time = 0.0 if driving_readings else value
+        states.append(_solve_motion(position_solver, driving_readings, value, (rate, acceleration), states[-1][0] if states else poses))
     poses, velocities, accelerations = (np.array(column) for column in zip(*states, strict=True))
-    output_derivatives = {reading.name: evaluate_output(mechanism, reading.name, poses, velocities) for reading in mechanism.readings}
-    axes = (-2, -1)
+    outputs = {reading.name: evaluate_output(mechanism, reading.name, poses, velocities) for reading in mechanism.readings}
     return Kinematics(
         over=over,
         values=samples,
         poses=poses,
         velocities=velocities,
         accelerations=accelerations,
-        readings={name: one.value for name, one in output_derivatives.items()},
-        rates={name: np.sum(one.gradient * velocities, axis=axes) for name, one in output_derivatives.items()},
-        reading_accelerations={
-            name: np.sum(one.gradient * accelerations, axis=axes) + one.quadratic_velocity_term for name, one in output_derivatives.items()
-        },
+        readings={name: output.value for name, output in outputs.items()},
+        rates={name: output.rate(velocities) for name, output in outputs.items()},
+        reading_accelerations={name: output.acceleration(accelerations) for name, output in outputs.items()},
     )
 
 
-class _KinematicSolver:
-    """Kinematic solver. Each assembly starts from the previous one."""
+def _solve_motion(
+    position_solver: PositionSolver, driving_readings: list[str], value: float, rates: tuple[float, float], guess: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return poses, velocities and accelerations (bodies, 3) at a value of the driving reading or at the time of the solver."""
+    mechanism, equations, time = position_solver.mechanism, position_solver.equations, position_solver.time
+    try:
+        poses = position_solver.solve(dict.fromkeys(driving_readings, value), guess)
+    except MechanismError as error:
+        time_clause = "" if driving_readings else f"at t = {value:.6g} s, at the positions of its drivers: "
+        raise MechanismError(f"{time_clause}{error}") from error
+    jacobian = position_solver.jacobian(poses, driving_readings)
+    _require_nonsingular(position_solver, jacobian, driving_readings, value)
 
-    def __init__(self, mechanism: Mechanism, driving_readings: list[str], start_values: Mapping[str, float | str]) -> None:
-        self._mechanism, self._driving_readings = mechanism, driving_readings
-        position_solver = PositionSolver(mechanism)
-        self._guess = position_solver.solve({name: float(value) for name, value in start_values.items()})
-        self.degrees_of_freedom = position_solver.count_degrees_of_freedom(self._guess)
-        """Number of degrees of freedom without the driving readings."""
+    def solve_free_coordinates(joint_terms: FloatArray, output_terms: list[float]) -> FloatArray:
+        return position_solver.expand_free(np.linalg.lstsq(jacobian, np.append(joint_terms, output_terms), rcond=None)[0])
 
-    def solve_at(self, value: float, rate: float, acceleration: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return poses, velocities and accelerations (bodies, 3) at one value or time."""
-        mechanism, driving_readings = self._mechanism, self._driving_readings
-        time = 0.0 if driving_readings else value
-        position_solver = PositionSolver(mechanism, time)
-        try:
-            poses = position_solver.solve(dict.fromkeys(driving_readings, value), self._guess)
-        except MechanismError as error:
-            time_clause = "" if driving_readings else f"at t = {value:.6g} s, at the positions of its drivers: "
-            raise MechanismError(f"{time_clause}{error}") from error
-        self._guess = poses
-        jacobian = position_solver.jacobian(poses, driving_readings)
-        _require_nonsingular(position_solver, jacobian, driving_readings, value)
-
-        def solve_free_coordinates(joint_terms: FloatArray, output_terms: list[float]) -> FloatArray:
-            solution = np.linalg.lstsq(jacobian, np.append(joint_terms, output_terms), rcond=None)[0]
-            return position_solver.expand_free(solution)
-
-        drive_rates = position_solver.equations.prescribed_motion(np.array(time))[:, 1]
-        velocities = solve_free_coordinates(drive_rates, [rate] * len(driving_readings))
-        gamma = position_solver.equations.gamma(poses, velocities, time)
-        driving_gamma = [
-            acceleration - float(evaluate_output(mechanism, name, poses, velocities).quadratic_velocity_term) for name in driving_readings
-        ]
-        return poses, velocities, solve_free_coordinates(gamma, driving_gamma)
+    velocities = solve_free_coordinates(equations.prescribed_motion(np.array(time))[:, 1], [rates[0]] * len(driving_readings))
+    quadratic_terms = [evaluate_output(mechanism, name, poses, velocities).quadratic_velocity_term for name in driving_readings]
+    accelerations = solve_free_coordinates(equations.gamma(poses, velocities, time), [rates[1] - float(term) for term in quadratic_terms])
+    return poses, velocities, accelerations
 
 
 def _require_nonsingular(position_solver: PositionSolver, jacobian: FloatArray, driving_readings: list[str], value: float) -> None:

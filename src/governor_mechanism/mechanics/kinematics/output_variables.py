@@ -25,6 +25,15 @@ class OutputDerivatives:
     gradient: FloatArray
     quadratic_velocity_term: FloatArray
 
+    def rate(self, velocities: FloatArray) -> FloatArray:
+        """Return the rate (...) in SI/s at velocities (..., bodies, 3)."""
+        rate: FloatArray = np.sum(self.gradient * velocities, axis=(-2, -1))
+        return rate
+
+    def acceleration(self, accelerations: FloatArray) -> FloatArray:
+        """Return the second time derivative (...) in SI/s2 at the velocities of the evaluation and accelerations (..., bodies, 3)."""
+        return self.rate(accelerations) + self.quadratic_velocity_term
+
 
 def evaluate_output(mechanism: Mechanism, name: str, poses: FloatArray, velocities: FloatArray | None = None) -> OutputDerivatives:
     """Evaluate a reading and its derivatives.

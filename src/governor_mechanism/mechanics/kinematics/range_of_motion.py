@@ -7,7 +7,7 @@ Without a given limit of the leading coordinate the motion is traced from the in
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -61,6 +61,14 @@ class RangeOfMotion:
         is_unchanged = ((low <= values) & (values <= high)) | (shifted > high) | (np.abs(shifted - values) > MAX_PATH_LENGTH)
         unwrapped: FloatArray = np.where(is_unchanged, values, shifted)
         return unwrapped
+
+    def find_distinct(self, extents: Sequence[tuple[float, float]], tolerance: float) -> list[int]:
+        """Return the indices of extents of the coordinate in the range; one at both ends of a period counts once, at the high end."""
+        middles = [0.5 * (low + high) for low, high in extents]
+        inside = [k for k, middle in enumerate(middles) if self.low - tolerance < middle < self.high + tolerance]
+        if not self.period:
+            return inside
+        return [k for k in inside if not any(low - tolerance < middles[k] + self.period < high + tolerance for low, high in extents)]
 
     def contains(self, values: FloatArray) -> NDArray[np.bool_]:
         """Return which of the values (n,) lie in the range."""

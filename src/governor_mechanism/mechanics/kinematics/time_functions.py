@@ -31,10 +31,11 @@ def fluctuating_speed(
 
 
 class CubicTimeFunction:
-    """An input as a function of time (s).
+    """An input or a prescribed motion as a function of time (s).
 
-    It is a monotone piecewise cubic through its points; two points at one time are a jump; outside its points it is
-    constant. At a jump, the value is the right limit unless the left limit is requested.
+    An input is a monotone piecewise cubic through its points; two points at one time are a jump; outside its points it is
+    constant. At a jump, the value is the right limit unless the left limit is requested. A prescribed motion is a not-a-knot cubic
+    spline that continues at its end rates, plus harmonics.
 
     Parameters
     ----------
@@ -51,58 +52,66 @@ class CubicTimeFunction:
 
     def __init__(self, function: InputFunction | PrescribedMotion) -> None:
         times, values = np.array(function.times), np.array(function.values)
-        is_motion = isinstance(function, PrescribedMotion)
+        motion = function if isinstance(function, PrescribedMotion) else None
+        harmonics = [(item.amplitude, 2 * np.pi * item.frequency, item.phase) for item in motion.harmonics] if motion else []
+        self._harmonics: FloatArray = np.array(harmonics).reshape(-1, 3)
         self._is_level = len(set(function.values)) == 1
-        self.is_constant = self._is_level
+        self.is_constant = self._is_level and not harmonics
         jumps = np.flatnonzero(np.diff(times) == 0.0) + 1
         segments = list(zip(np.split(times, jumps), np.split(values, jumps), strict=True))
-        self._segments = [_make_piecewise_cubic(t, v, is_motion) for t, v in segments]
+        self._segments = [_make_piecewise_cubic(t, v, motion is not None) for t, v in segments]
         self._segment_starts = np.array([t[0] for t, _ in segments])
-        is_single_cubic = self.is_constant or (is_motion and len(times) == 2)
+        is_single_cubic = self._is_level or (motion is not None and len(times) == 2)
         self.breakpoints: FloatArray = np.array([]) if is_single_cubic else np.unique(times)
 
     def __call__(self, times: FloatArray, *, left_limit: bool = False) -> FloatArray:
         """Return values (n,); at a jump the right limit, or the left limit if requested."""
-        return self._evaluate(times, left_limit, 0)
+        return self._evaluate(times, 0, left_limit=left_limit)
 
     def derivative(self, times: FloatArray) -> FloatArray:
         """Return time derivatives (n,); at a breakpoint the right limit."""
-        return self._evaluate(times, False, 1)
+        return self._evaluate(times, 1)
 
     def second_derivative(self, times: FloatArray) -> FloatArray:
         """Return second time derivatives (n,); at a breakpoint the right limit."""
-        return self._evaluate(times, False, 2)
+        return self._evaluate(times, 2)
 
     def integral(self, start: float, end: float) -> float:
-        """Return the integral over time from start to end (s)."""
+        """Return the integral over time from start to end (s), without harmonics."""
         knots = [start, *(float(knot) for knot in self._segment_starts if start < knot < end), end]
-        return sum(float(self._segments[self._segment_index(a)].integrate(a, b)) for a, b in pairwise(knots))
-
-    def _segment_index(self, time: float) -> int:
-        """Return the index of the segment between jumps that contains a time."""
-        return max(int(np.searchsorted(self._segment_starts, time, side="right")) - 1, 0)
+        segments = [max(int(np.searchsorted(self._segment_starts, knot, side="right")) - 1, 0) for knot in knots[:-1]]
+        return sum(float(self._segments[k].integrate(a, b)) for k, (a, b) in zip(segments, pairwise(knots), strict=True))
 
     def local_cubics(self, times: FloatArray) -> FloatArray:
-        """Return the function after each time, up to the next breakpoint, as cubics in the local time since then; shape (n, 5).
+        """Return the function after each time, up to the next breakpoint, in the local time since then; shape (n, columns).
 
-        Coefficients come with the highest power first; the fifth number is the integral from 0 s to the time.
+        First four coefficients of a cubic, highest power first, then its integral from 0 s to the time; then amplitude, angular
+        frequency (rad/s) and phase of each harmonic at the time.
         """
         derivative_orders = ((3, 6), (2, 2), (1, 1), (0, 1))
-        cubics = [self._evaluate_cubics(times, False, order) / factorial for order, factorial in derivative_orders]
-        return np.stack([*cubics, self.integrals_from_zero(times)], axis=-1)
+        cubics = [self._evaluate_cubics(times, order, left_limit=False) / factorial for order, factorial in derivative_orders]
+        harmonics = np.tile(self._harmonics, (len(times), 1, 1))
+        harmonics[:, :, 2] += np.multiply.outer(times, self._harmonics[:, 1])
+        cubics.append(self.integrals_from_zero(times))
+        return np.hstack([np.stack(cubics, axis=-1), harmonics.reshape(len(times), self._harmonics.size)])
 
     def integrals_from_zero(self, times: FloatArray) -> FloatArray:
-        """Return the integrals (n,) from 0 s to each time."""
+        """Return the integrals (n,) from 0 s to each time, without harmonics."""
         if self._is_level:
             level: FloatArray = times * float(self._segments[0](0.0))
             return level
         return np.array([self.integral(0.0, float(time)) for time in times])
 
-    def _evaluate(self, times: FloatArray, left_limit: bool, derivative_order: int) -> FloatArray:
+    def _evaluate(self, times: FloatArray, derivative_order: int, *, left_limit: bool = False) -> FloatArray:
         """Return the derivative of the given order (n,); at a breakpoint the right limit, or the left limit if requested."""
-        return self._evaluate_cubics(times, left_limit, derivative_order)
+        result = self._evaluate_cubics(times, derivative_order, left_limit=left_limit)
+        for amplitude, angular_frequency, phase in self._harmonics:
+            sine_or_cosine = np.cos if derivative_order == 1 else np.sin
+            factor = amplitude * angular_frequency**derivative_order * (-1.0 if derivative_order == 2 else 1.0)
+            result += factor * sine_or_cosine(angular_frequency * times + phase)
+        return result
 
-    def _evaluate_cubics(self, times: FloatArray, left_limit: bool, derivative_order: int) -> FloatArray:
+    def _evaluate_cubics(self, times: FloatArray, derivative_order: int, *, left_limit: bool) -> FloatArray:
         """Return the derivative of the piecewise cubic (n,)."""
         segment_indices = np.searchsorted(self._segment_starts, times, side="left" if left_limit else "right") - 1
         result = np.empty_like(times)
@@ -121,41 +130,6 @@ def _make_piecewise_cubic(times: FloatArray, values: FloatArray, is_motion: bool
     end_derivatives = [float(interpolant(time, 1)) if is_motion else 0.0 for time in (times[0], times[-1])]
     end_segments = np.array([[0.0, 0.0], [0.0, 0.0], end_derivatives, [values[0] - end_derivatives[0], values[-1]]])
     return PPoly(np.hstack([end_segments[:, :1], interpolant.c, end_segments[:, 1:]]), np.concatenate([[start], interpolant.x, [end]]))
-
-
-class MotionFunction(CubicTimeFunction):
-    """A prescribed motion as a function of time (s): a not-a-knot cubic spline that continues at its end rates, plus harmonics.
-
-    Parameters
-    ----------
-    motion
-        The prescribed motion.
-    """
-
-    def __init__(self, motion: PrescribedMotion) -> None:
-        super().__init__(motion)
-        harmonics = [(item.amplitude, 2 * np.pi * item.frequency, item.phase) for item in motion.harmonics]
-        self._harmonics: FloatArray = np.array(harmonics).reshape(-1, 3)
-        self.is_constant = self._is_level and not harmonics
-
-    def local_cubics(self, times: FloatArray) -> FloatArray:
-        """Return the cubics as for an input, then amplitude, angular frequency (rad/s) and phase of each harmonic at the time."""
-        harmonics = np.tile(self._harmonics, (len(times), 1, 1))
-        harmonics[:, :, 2] += np.multiply.outer(times, self._harmonics[:, 1])
-        return np.hstack([super().local_cubics(times), harmonics.reshape(len(times), -1)])
-
-    def _evaluate(self, times: FloatArray, left_limit: bool, derivative_order: int) -> FloatArray:
-        result = self._evaluate_cubics(times, left_limit, derivative_order)
-        for amplitude, angular_frequency, phase in self._harmonics:
-            sine_or_cosine = np.cos if derivative_order == 1 else np.sin
-            factor = amplitude * angular_frequency**derivative_order * (-1.0 if derivative_order == 2 else 1.0)
-            result += factor * sine_or_cosine(angular_frequency * times + phase)
-        return result
-
-
-def make_time_function(function: InputFunction | PrescribedMotion) -> CubicTimeFunction:
-    """Return an input or a prescribed motion as a function of time."""
-    return MotionFunction(function) if isinstance(function, PrescribedMotion) else CubicTimeFunction(function)
 
 
 def stack_local_cubics(functions: Sequence[CubicTimeFunction], times: FloatArray) -> FloatArray:

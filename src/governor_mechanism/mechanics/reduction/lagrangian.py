@@ -5,10 +5,9 @@ They follow from joints, bodies and force elements of any machine. A prime is a 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +19,6 @@ from governor_mechanism.mechanics.dynamics.force_laws import (
     spindle_inertia,
     spindle_inertia_rate,
     spindle_inertia_second_derivative,
-    spring_energy,
     spring_force,
 )
 from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPositionSolver
@@ -65,10 +63,8 @@ class PathCoefficients:
         J'; shape (n,).
     spindle_inertia_second_derivative
         J''; shape (n,).
-    potential
-        Potential energy V, J; shape (n,).
     potential_derivative
-        V'; shape (n,).
+        V' of the potential energy V; shape (n,).
     potential_second_derivative
         V''; shape (n,).
     """
@@ -82,9 +78,16 @@ class PathCoefficients:
     spindle_inertia: FloatArray
     spindle_inertia_derivative: FloatArray
     spindle_inertia_second_derivative: FloatArray
-    potential: FloatArray
     potential_derivative: FloatArray
     potential_second_derivative: FloatArray
+
+    def force_terms(self, speed_squared: FloatArray | float) -> FloatArray:
+        """Return V' and -J' w^2 / 2 (2, n), which sum up to the generalised force against the coordinate."""
+        return np.array([self.potential_derivative, -0.5 * speed_squared * self.spindle_inertia_derivative])
+
+    def stiffness_terms(self, speed_squared: FloatArray | float) -> FloatArray:
+        """Return V'' and -J'' w^2 / 2 (2, n), which sum up to the stiffness."""
+        return np.array([self.potential_second_derivative, -0.5 * speed_squared * self.spindle_inertia_second_derivative])
 
     def concatenate(self, other: PathCoefficients) -> PathCoefficients:
         """Return these values followed by those of another."""
@@ -132,8 +135,7 @@ class SingleDofReduction:
             )
         self.coordinate_scale = self._position_solver.coordinate_scale
         """SI value of a radian, or of a length scale, of the coordinate."""
-        free_spindle = scene.spindle if isinstance(scene.spindle, FreeSpindle) else None
-        self.free_spindle_inertia = free_spindle.inertia if free_spindle else 0.0
+        self.free_spindle_inertia = scene.spindle.inertia if isinstance(scene.spindle, FreeSpindle) else 0.0
         """Moment of inertia of a free spindle itself, kg m2; else 0."""
 
     @cached_property
@@ -147,11 +149,7 @@ class SingleDofReduction:
         Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
         """
         coordinates = np.asarray(values, dtype=np.float64)
-        guesses = (
-            self.range_of_motion.path.predict_poses(coordinates)
-            if guess is None
-            else np.repeat(guess[np.newaxis], len(coordinates), axis=0)
-        )
+        guesses = self.range_of_motion.path.predict_poses(coordinates) if guess is None else np.stack([guess] * len(coordinates))
         return self.evaluate_at_poses(self._position_solver.solve(guesses, coordinates), coordinates)
 
     def evaluate_at_poses(self, poses: FloatArray, values: FloatArray) -> PathCoefficients:
@@ -162,9 +160,7 @@ class SingleDofReduction:
 
     def output_derivative(self, coefficients: PathCoefficients, name: str) -> FloatArray:
         """Return the derivative (n,) of a reading by the coordinate."""
-        gradient = evaluate_output(self.mechanism, name, coefficients.poses).gradient
-        derivative: FloatArray = np.sum(gradient * coefficients.tangents, axis=(-2, -1))
-        return derivative
+        return evaluate_output(self.mechanism, name, coefficients.poses).rate(coefficients.tangents)
 
     def _reduced_inertia(self, path: FloatArray) -> FloatArray:
         """Return the inertia and its derivative (2, n) along a path (3, n, bodies, 3): poses, tangents and curvatures."""
@@ -190,32 +186,34 @@ class SingleDofReduction:
         return total
 
     def _potential(self, path: FloatArray) -> FloatArray:
-        """Return the potential and its two derivatives (3, n) along a path."""
-        total = np.zeros(path.shape[:2])
+        """Return the first two derivatives (2, n) of the potential along a path."""
+        total = np.zeros((2, path.shape[1]))
         for index, body in enumerate(self.mechanism.bodies):
-            total += gravitational_energy(body.mass, self.scene.gravity, path[:, :, index, 1])
+            total += gravitational_energy(body.mass, self.scene.gravity, path[1:, :, index, 1])
         for element in self.mechanism.force_elements:
             total += self._element_potential(element, path)
         for effect in output_forces_of(self.scene):
             output = self._output_derivatives(self.mechanism.reading(effect.reading), path)
-            total += _derivatives_along_path(potential_derivatives(effect, output[0]), output)
+            total += _derivatives_along_path(*potential_derivatives(effect, output[0])[1:], output)
         return total
 
     def _element_potential(self, element: ForceElement, path: FloatArray) -> FloatArray:
-        """Return the potential of a force element and its derivatives; zero for dampers, forces and torques as at t = 0."""
+        """Return the first two derivatives of the potential of a force element; zero for dampers, forces and torques as at t = 0."""
         if isinstance(element, Spring):
-            return _spring_energy_derivatives(element.stiffness, element.free_length, self._spring_length(element, path))
+            length = self._spring_length(element, path)
+            return _derivatives_along_path(spring_force(element.stiffness, element.free_length, length[0]), element.stiffness, length)
         if isinstance(element, TorsionSpring | Torque):
             angle = BodyAngle(name="", quantity="angle", body=element.second, reference_body=element.first)
             relative_angle = self._output_derivatives(angle, path)
             if isinstance(element, TorsionSpring):
-                return _spring_energy_derivatives(element.stiffness, element.free_angle, relative_angle)
-            return -_initial_value(element.moment) * relative_angle
+                moment = spring_force(element.stiffness, element.free_angle, relative_angle[0])
+                return _derivatives_along_path(moment, element.stiffness, relative_angle)
+            return -_initial_value(element.moment) * relative_angle[1:]
         if isinstance(element, Force):
             force = np.array([_initial_value(element.x), _initial_value(element.y)])
-            energy: FloatArray = -self._point_derivatives(element.point, path) @ force
-            return energy
-        return np.zeros(path.shape[:2])
+            derivatives: FloatArray = -self._point_derivatives(element.point, path)[1:] @ force
+            return derivatives
+        return np.zeros((2, path.shape[1]))
 
     def _point_derivatives(self, location: Point, path: FloatArray) -> FloatArray:
         """Return the position of a point and its two derivatives (3, n, 2) along a path."""
@@ -233,10 +231,9 @@ class SingleDofReduction:
 
     def _output_derivatives(self, reading: Reading, path: FloatArray) -> FloatArray:
         """Return the value of an output and its two derivatives (3, n) along a path."""
-        (poses, tangents, curvatures), axes = path, (-2, -1)
+        poses, tangents, curvatures = path
         output = evaluate_output_variable(reading, self.mechanism, poses, tangents)
-        second_derivative = np.sum(output.gradient * curvatures, axis=axes) + output.quadratic_velocity_term
-        return np.array([output.value, np.sum(output.gradient * tangents, axis=axes), second_derivative])
+        return np.array([output.value, output.rate(tangents), output.acceleration(curvatures)])
 
 
 def _initial_value(program: InputFunction) -> float:
@@ -244,15 +241,7 @@ def _initial_value(program: InputFunction) -> float:
     return float(CubicTimeFunction(program)(np.array([0.0]))[0])
 
 
-def _spring_energy_derivatives(stiffness: float, free_value: float, displacement: FloatArray) -> FloatArray:
-    """Return the energy of a spring and its two derivatives (3, n) from those of its length or angle."""
-    value = displacement[0]
-    energy, force = spring_energy(stiffness, free_value, value), spring_force(stiffness, free_value, value)
-    return _derivatives_along_path((energy, force, stiffness), displacement)
-
-
-def _derivatives_along_path(potential: Iterable[Any], displacement: FloatArray) -> FloatArray:
-    """Return a potential and its two derivatives (3, n) along a path from its derivatives by a displacement (3, n)."""
-    energy, force, stiffness = potential
+def _derivatives_along_path(force: FloatArray, stiffness: FloatArray | float, displacement: FloatArray) -> FloatArray:
+    """Return the derivatives (2, n) of a potential along a path from those by a displacement, given with its derivatives (3, n)."""
     _, derivative, second_derivative = displacement
-    return np.array([energy, force * derivative, stiffness * derivative**2 + force * second_derivative])
+    return np.array([force * derivative, stiffness * derivative**2 + force * second_derivative])

@@ -13,7 +13,7 @@ from pydantic import Field, PlainValidator, ValidationInfo
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.custom import BodyShape, InitialConfiguration, SketchedBody
-from governor_mechanism.mechanics.kinematics.time_functions import MotionFunction
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalDriver
 from governor_mechanism.model.mechanism import SecondMoments
@@ -257,7 +257,7 @@ def parse_moving_point(name: str, position: object) -> tuple[SketchedBody, list[
     if not isinstance(position, list | tuple) or len(position) != 2:
         raise wrong_value(position, "must be [x, y], each a length or a motion")
     motions = parse_each(_parse_coordinate, position, paths=[f"{KEY} x:", f"{KEY} y:"])
-    x, y = (float(MotionFunction(motion)(np.zeros(1))[0]) for motion in motions)
+    x, y = (float(CubicTimeFunction(motion)(np.zeros(1))[0]) for motion in motions)
     starts, angles = (Point(body=GROUND, y=y), Point(body=GROUND, x=x)), (0.0, math.pi / 2)
     drivers: list[Joint] = [
         TranslationalDriver(name=f"{axis} of {name}", first=start, second=Point(body=name), motion=motion, angle=angle)
