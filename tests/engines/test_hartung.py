@@ -17,7 +17,7 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ENGINES, ImpulseEngine
 from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
-from governor_mechanism.machines.hartung.bodies import SLEEVE
+from governor_mechanism.machines.hartung.machine import SLEEVE
 from governor_mechanism.model.joints import GROUND, Point, TranslationalDriver
 from governor_mechanism.model.part import FreeSpindle, Spindle, Start
 from governor_mechanism.model.time_functions import PrescribedMotion

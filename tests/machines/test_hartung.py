@@ -271,7 +271,7 @@ def test_a_spring_over_its_limit_is_told_with_the_figure() -> None:
 
 
 def test_the_hangers_stand_beside_the_axis_as_the_paper_has_them() -> None:
-    way = HartungGovernor(**PAPER_DIMENSIONS).lever_geometry
+    way = HartungGovernor(**PAPER_DIMENSIONS)
     for lever, printed in zip((SWING, 0.0, -SWING), hartung.HANGER_OFFSETS_MM, strict=True):
         assert 1e3 * way.hanger_top(lever)[0] == pytest.approx(printed, abs=1e-6)  # eight digits
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.rod_masses import RodMasses
-from governor_mechanism.machines.pendulum.bodies import PendulumBuilder
-from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.machines.pendulum.machine import PendulumBuilder, PendulumGovernor
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.trajectory import Trajectory
@@ -35,7 +34,7 @@ def fake_run_with_effects(dimensions: dict[str, float], effects: Sequence[Effect
     run = fake_run(dimensions, **options)
     governor = PendulumGovernor(**dimensions)
     rods, clearance = (next((effect for effect in effects if isinstance(effect, kind)), None) for kind in (RodMasses, Clearance))
-    builder = PendulumBuilder(governor=governor, rod_masses=rods, clearance=clearance)
+    builder = PendulumBuilder(governor=governor, clearance=clearance, **(dataclasses.asdict(rods) if rods else {}))
     angles = run.readings["arm_angle"]
     poses = np.array([builder.poses(float(angle)) for angle in angles])
     readings = dict(run.readings)

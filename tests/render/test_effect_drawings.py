@@ -25,7 +25,7 @@ from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.writer import render_frames
 from governor_mechanism.render.geometry.primitives import Circle, Lines, bounding_box
 from governor_mechanism.render.machines.pendulum.clearance import clearance_magnification
-from governor_mechanism.render.machines.pendulum.proportions import pendulum_proportions
+from governor_mechanism.render.machines.pendulum.proportions import PendulumProportions
 from governor_mechanism.render.machines.registry import background_shapes, drawing_bounds, moving_shapes, plan_shapes
 from governor_mechanism.render.run_extents import measure_run_extents
 from render.stub_effects import ListedEvents, fake_run_with_effects
@@ -246,7 +246,7 @@ def test_a_slowed_film_flashes_for_the_same_film_time():
 def test_the_clearance_is_drawn_with_the_stated_magnification():
     run = fake_run_with_effects(PORTER, [Clearance(width=5e-4)], duration=1.0)
     _, moving = shapes_of(run)
-    magnification = clearance_magnification(pendulum_proportions(run.scene.part, effect_state_of(run, run.scene.part)))
+    magnification = clearance_magnification(PendulumProportions.from_part(run.scene.part, effect_state_of(run, run.scene.part)))
     assert magnification == 50.0
     eyes = np.array([of_role(shapes, "eyelet")[0].y for shapes in moving])
     # A sleeve high in its clearance has the eye low in its slot.

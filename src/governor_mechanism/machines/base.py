@@ -10,7 +10,9 @@ from typing import Any, ClassVar
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.joints import Point
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import Limit, PointCoordinate
 from governor_mechanism.types import Vector2
 
 MIN_DIMENSION, MAX_DIMENSION = 1e-9, 1e9
@@ -119,18 +121,15 @@ def unit_hint(angle: float, max_angle: float, example: str) -> str:
     return f"; a bare number is in rad, so write it with its unit: {example}" if abs(angle) > max_angle else ""
 
 
-def travel_problems(
-    values: Mapping[str, float | str], reading: str, travel: tuple[float, float, str, str], max_angle: float, example: str
-) -> tuple[str, ...]:
-    """Return a sentence about a start angle (rad) outside the travel: its ends, and what happens there."""
-    angle = values.get(reading)
-    low, high, low_message, high_message = travel
-    if not isinstance(angle, float) or low < angle < high:
+def travel_problems(values: Mapping[str, float | str], travel: Limit, max_angle: float, example: str) -> tuple[str, ...]:
+    """Return a sentence about a start angle (rad) outside the travel."""
+    angle = values.get(travel.reading)
+    if not isinstance(angle, float) or travel.low < angle < travel.high:
         return ()
     return (
-        f"start.{reading} ({math.degrees(angle):g} deg) lies outside the travel of this governor, "
-        f"{math.degrees(low):.6g} to {math.degrees(high):.6g} deg: "
-        f"{low_message if angle <= low else high_message}{unit_hint(angle, max_angle, example)}",
+        f"start.{travel.reading} ({math.degrees(angle):g} deg) lies outside the travel of this governor, "
+        f"{math.degrees(travel.low):.6g} to {math.degrees(travel.high):.6g} deg: "
+        f"{travel.low_message if angle <= travel.low else travel.high_message}{unit_hint(angle, max_angle, example)}",
     )
 
 
@@ -162,3 +161,13 @@ def rotate_point(x: float, y: float, angle: float) -> Vector2:
     """Rotate a point about the origin (m, rad)."""
     cosine, sine = math.cos(angle), math.sin(angle)
     return cosine * x - sine * y, sine * x + cosine * y
+
+
+def x_coordinate(name: str, point: Point, *, sign: float = 1.0, zero: float = 0.0) -> PointCoordinate:
+    """Return the reading of the position of a point along x (along -x for a sign of -1), less `zero` (m)."""
+    return PointCoordinate(name=name, quantity="length", point=point, direction_x=sign, direction_y=0.0, zero=zero)
+
+
+def y_coordinate(name: str, point: Point, *, zero: float = 0.0) -> PointCoordinate:
+    """Return the reading of the height of a point, less `zero` (m)."""
+    return PointCoordinate(name=name, quantity="length", point=point, direction_x=0.0, direction_y=1.0, zero=zero)

@@ -9,6 +9,7 @@ from itertools import combinations
 from typing import Final
 
 from governor_mechanism.machines.base import MIN_DIMENSION, rotate_point
+from governor_mechanism.machines.mass_elements import MassElement, join_elements, slender_rod, solid_ball
 from governor_mechanism.model.curves import SplineCurve
 from governor_mechanism.model.force_elements import Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, Joint, Point, RotationalDriver, TranslationalDriver
@@ -57,12 +58,8 @@ def rod_shape(mass: float, length: float) -> BodyShape:
     BodyShape
         Shape with the points `start` and `end`.
     """
-    return BodyShape(
-        second_moments=SecondMoments(xx=mass * length**2 / 12),
-        mass_centre=(length / 2, 0.0),
-        points={"start": (0.0, 0.0), "end": (length, 0.0)},
-        extent=length,
-    )
+    rod, ends = slender_rod(mass, (length, 0.0)), {"start": (0.0, 0.0), "end": (length, 0.0)}
+    return BodyShape(second_moments=rod.moments, mass_centre=rod.centre, points=ends, extent=length)
 
 
 def disc_shape(mass: float, radius: float, thickness: float = 0.0) -> BodyShape:
@@ -149,22 +146,12 @@ def add_point_masses(mass: float, shape: BodyShape, point_masses: Sequence[Point
     BodyShape
         Shape of the whole.
     """
-    own = shape.second_moments
-    parts = [(mass, shape.mass_centre, own.xx, own.yy, own.xy, own.zz)]
-    for item in point_masses:
-        ball_moment = item.mass * item.radius**2 / 5
-        parts.append((item.mass, item.position, ball_moment, ball_moment, 0.0, ball_moment))
-    total = sum(part[0] for part in parts)
-    x, y = (sum(part[0] * part[1][axis] for part in parts) / total for axis in (0, 1))
-    moments = SecondMoments(
-        xx=sum(xx + m * (px - x) ** 2 for m, (px, _), xx, _, _, _ in parts),
-        yy=sum(yy + m * (py - y) ** 2 for m, (_, py), _, yy, _, _ in parts),
-        xy=sum(xy + m * (px - x) * (py - y) for m, (px, py), _, _, xy, _ in parts),
-        zz=sum(part[5] for part in parts),
-    )
-    distances = [math.dist(one[1], other[1]) for one, other in combinations(parts, 2)]
+    elements = [MassElement(mass=mass, centre=shape.mass_centre, moments=shape.second_moments)]
+    elements += [solid_ball(item.mass, item.position, item.radius) for item in point_masses]
+    whole = join_elements(elements)
+    distances = [math.dist(one.centre, other.centre) for one, other in combinations(elements, 2)]
     extent = max([shape.extent, *distances, *(2 * item.radius for item in point_masses)])
-    return total, replace(shape, second_moments=moments, mass_centre=(x, y), extent=extent)
+    return whole.mass, replace(shape, second_moments=whole.moments, mass_centre=whole.centre, extent=extent)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -265,22 +252,20 @@ def length_scale_of(bodies: Sequence[SketchedBody], joints: Iterable[Joint], for
     float
         Characteristic length, m; 0 if there is none.
     """
-    points_by_body = {body.name: [body.point(place) for place in body.named_points.values()] for body in bodies}
     joints = list(joints)
-    for point in (*_attachment_points(joints), *_attachment_points(force_elements)):
-        if point.body in points_by_body:
-            points_by_body[point.body].append(point)
-    distances_on_body = [math.hypot(p.x - q.x, p.y - q.y) for points in points_by_body.values() for p, q in combinations(points, 2)]
-    max_distance_on_body = max([*distances_on_body, *(joint.length for joint in joints if isinstance(joint, Distance))], default=0.0)
+    attachment_points = [*_attachment_points(joints), *_attachment_points(force_elements)]
+    distances_on_body = [joint.length for joint in joints if isinstance(joint, Distance)]
+    for body in bodies:
+        points = [body.point(place) for place in body.named_points.values()]
+        points += [point for point in attachment_points if point.body == body.name]
+        distances_on_body += [math.hypot(p.x - q.x, p.y - q.y) for p, q in combinations(points, 2)]
     configuration = InitialConfiguration(bodies)
-    positions = [
-        configuration.position(point)
-        for point in (*_attachment_points(joints), *_attachment_points(force_elements), *(body.point((0.0, 0.0)) for body in bodies))
-    ]
-    distances = (math.dist(p, q) for p, q in combinations(set(positions), 2))
-    max_extent = max((body.shape.extent for body in bodies), default=0.0)
+    positions = {configuration.position(point) for point in (*attachment_points, *(body.point((0.0, 0.0)) for body in bodies))}
+    distances = [math.dist(p, q) for p, q in combinations(positions, 2)]
+    extents = [body.shape.extent for body in bodies]
     # Equal positions computed in different ways differ by rounding.
-    return next((size for size in (max_distance_on_body, max_extent, max(distances, default=0.0)) if size >= MIN_DIMENSION), 0.0)
+    sizes = (max(values, default=0.0) for values in (distances_on_body, extents, distances))
+    return next((size for size in sizes if size >= MIN_DIMENSION), 0.0)
 
 
 def _attachment_points(connections: Iterable[Joint | ForceElement]) -> list[Point]:

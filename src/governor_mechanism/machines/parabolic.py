@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, dimension_field
+from governor_mechanism.machines.base import Machine, dimension_field, x_coordinate, y_coordinate
 from governor_mechanism.model.curves import PolynomialCurve
 from governor_mechanism.model.joints import GROUND, CurveSlot, Point, ProportionalDisplacement, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
-from governor_mechanism.model.output_variables import Limit, PointCoordinate
+from governor_mechanism.model.output_variables import Limit
 from governor_mechanism.model.part import TURNING_PLANE
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
@@ -44,46 +44,33 @@ class ParabolicGovernor(Machine):
     def mechanism(self) -> Mechanism:
         """Build the balls on their guides at equal height, and the sleeve on the spindle."""
         curve = PolynomialCurve(coefficients=(0.0, 0.0, 1.0 / self.double_parameter))
-        ground, up = Point(body=GROUND), math.pi / 2
-        right, left, sleeve = (Point(body=name) for name in (RIGHT_BALL, LEFT_BALL, SLEEVE))
+        ground, up, drop = Point(body=GROUND), math.pi / 2, self.sleeve_drop
+        masses = {RIGHT_BALL: self.ball_mass, LEFT_BALL: self.ball_mass, SLEEVE: self.sleeve_mass}
+        right, left, sleeve = (Point(body=name) for name in masses)
         middle_radius = 0.5 * (self.inner_radius + self.outer_radius)
         height = middle_radius**2 / self.double_parameter
+        lowest_sleeve = 2 * self.inner_radius**2 / self.double_parameter - drop
+        travel = Limit(
+            reading="ball_radius",
+            low=self.inner_radius,
+            high=self.outer_radius,
+            low_message="the balls reach the inner end of their guide",
+            high_message="the balls reach the outer end of their guide",
+        )
         return Mechanism(
-            bodies=(
-                Body(name=RIGHT_BALL, mass=self.ball_mass, can_rotate=False),
-                Body(name=LEFT_BALL, mass=self.ball_mass, can_rotate=False),
-                Body(name=SLEEVE, mass=self.sleeve_mass, can_rotate=False),
-            ),
+            bodies=tuple(Body(name=name, mass=mass, can_rotate=False) for name, mass in masses.items()),
             joints=(
                 CurveSlot(name="right guide", first=ground, second=right, curve=curve),
                 CurveSlot(name="left guide", first=ground, second=left, curve=curve),
                 ProportionalDisplacement(name="balls in step", first=right, second=left, ratio=1.0, angle=up),
                 Slider(name="spindle guide", first=ground, second=sleeve, angle=up),
-                ProportionalDisplacement(name="lift", first=right, second=sleeve, ratio=2.0, angle=up, offset=-self.sleeve_drop),
+                ProportionalDisplacement(name="lift", first=right, second=sleeve, ratio=2.0, angle=up, offset=-drop),
             ),
-            readings=(
-                PointCoordinate(name="ball_radius", quantity="length", point=right, direction_x=1.0, direction_y=0.0),
-                PointCoordinate(
-                    name="sleeve_lift",
-                    quantity="length",
-                    point=sleeve,
-                    direction_x=0.0,
-                    direction_y=1.0,
-                    zero=2 * self.inner_radius**2 / self.double_parameter - self.sleeve_drop,
-                ),
-            ),
+            readings=(x_coordinate("ball_radius", right), y_coordinate("sleeve_lift", sleeve, zero=lowest_sleeve)),
             coordinate="ball_radius",
             length_scale=self.outer_radius,
-            initial_guess=((middle_radius, height, 0.0), (-middle_radius, height, 0.0), (0.0, 2 * height - self.sleeve_drop, 0.0)),
-            limits=(
-                Limit(
-                    reading="ball_radius",
-                    low=self.inner_radius,
-                    high=self.outer_radius,
-                    low_message="the balls reach the inner end of their guide",
-                    high_message="the balls reach the outer end of their guide",
-                ),
-            ),
+            initial_guess=((middle_radius, height, 0.0), (-middle_radius, height, 0.0), (0.0, 2 * height - drop, 0.0)),
+            limits=(travel,),
         )
 
     @property

@@ -10,9 +10,5 @@ from governor_mechanism.machines.slide_valve import SlideValve
 from governor_mechanism.machines.slider_crank import SliderCrank
 
 MACHINES: dict[str, type[Machine]] = {
-    "pendulum_governor": PendulumGovernor,
-    "parabolic_governor": ParabolicGovernor,
-    "hartung": HartungGovernor,
-    "slide_valve": SlideValve,
-    "slider_crank": SliderCrank,
+    machine.name: machine for machine in (PendulumGovernor, ParabolicGovernor, HartungGovernor, SlideValve, SliderCrank)
 }

@@ -9,11 +9,12 @@ toward the shaft does. After Müller-Melchiors on Marks' construction, Dinglers 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, choice_field, dimension_field, rotate_point, unit_hint
+from governor_mechanism.machines.base import Machine, choice_field, dimension_field, rotate_point, unit_hint, x_coordinate
 from governor_mechanism.machines.driven_crank import (
     CONNECTING_ROD,
     CRANK,
@@ -24,10 +25,10 @@ from governor_mechanism.machines.driven_crank import (
     driven_crank_joints,
     placeholder_crank,
 )
-from governor_mechanism.machines.slider_crank import rod_length_problem
+from governor_mechanism.machines.slider_crank import rod_length_problems
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
-from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, Reading
+from governor_mechanism.model.output_variables import BodyAngle, Reading
 from governor_mechanism.model.part import FIXED_PLANE
 from governor_mechanism.numerics.roots import find_root
 
@@ -85,38 +86,28 @@ class SlideValve(Machine):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        problems = [*self._rod_problems(), *self._turning_problems()]
+        problems = [*rod_length_problems(self, {"connecting_rod": "crank", "eccentric_rod": "eccentric"}), *self._turning_problems()]
         # The ports can only be tested for valid rods and laps.
-        if problems := problems or self._port_problems():
+        if problems := problems or [*self._port_problems()]:
             raise MechanismError(*problems)
 
-    def _rod_problems(self) -> list[str]:
-        rods = (
-            rod_length_problem(self.connecting_rod, self.crank, "connecting_rod", "crank"),
-            rod_length_problem(self.eccentric_rod, self.eccentric, "eccentric_rod", "eccentric"),
-        )
-        return [sentence for sentence in rods if sentence]
-
-    def _turning_problems(self) -> list[str]:
-        """Return sentences about a wrong angle of advance and laps larger than the travel of the valve."""
-        problems = []
+    def _turning_problems(self) -> Iterator[str]:
+        """Yield sentences about a wrong angle of advance and laps larger than the travel of the valve."""
         if not abs(self.advance) < math.pi / 2:
-            problems.append(
+            yield (
                 f"advance ({math.degrees(self.advance):.6g} deg) must lie between -90 and 90 deg: it is measured from "
                 f"the right angle to the crank{unit_hint(self.advance, math.pi, '30 deg')}"
             )
-        for name in ("outside_lap", "inside_lap"):
-            lap = getattr(self, name)
+        for name, lap in (("outside_lap", self.outside_lap), ("inside_lap", self.inside_lap)):
             if abs(lap) >= self.eccentric:
-                problems.append(
+                yield (
                     f"{name} ({lap * 1e3:.6g} mm) must be smaller than the valve's travel to each side "
                     f"({self.eccentric * 1e3:.6g} mm), or its ports never open or never close; reduce it, or enlarge "
                     "eccentric"
                 )
-        return problems
 
-    def _port_problems(self) -> list[str]:
-        """Return sentences about ports that never open or never close."""
+    def _port_problems(self) -> Iterator[str]:
+        """Yield sentences about ports that never open or never close."""
         # The valve is at its extremes at the dead centres of the eccentric, whatever the rod.
         out, back = self.eccentric - self._centre_offset, self.eccentric + self._centre_offset
         openings = {
@@ -125,15 +116,13 @@ class SlideValve(Machine):
             "crank end's exhaust": (back, out, self.inside_lap),
             "head end's exhaust": (out, back, self.inside_lap),
         }
-        problems = []
         for port, (opening, closing, lap) in openings.items():
             missing_event, displacement = ("opens", opening) if opening <= lap else ("closes", closing)
             if opening <= lap or closing <= -lap:
-                problems.append(
+                yield (
                     f"the {port} never {missing_event}: set for {self.setting}, the valve moves {displacement * 1e3:.6g} mm that way, "
                     f"and its lap is {lap * 1e3:.6g} mm; change the lap, or take another setting"
                 )
-        return problems
 
     @property
     def valve_centre(self) -> float:
@@ -152,16 +141,12 @@ class SlideValve(Machine):
     def _valve_displacement(self, angle: float) -> float:
         """Return the position of the valve relative to the middle of its extremes at a crank angle (rad), m."""
         along, across = rotate_point(0.0, self.eccentric, -angle - self.advance)
-        if self.eccentric_rod is None:
-            return along
-        return along - across**2 / (self.eccentric_rod + math.sqrt(self.eccentric_rod**2 - across**2))
+        return along - _shortening(self.eccentric_rod, across)
 
     def _piston_displacement(self, angle: float) -> float:
         """Return the displacement of the piston from the crank end at a crank angle (rad), m."""
         along, across = rotate_point(self.crank, 0.0, angle)
-        if self.connecting_rod is None:
-            return self.crank - along
-        return self.crank - along - across**2 / (self.connecting_rod + math.sqrt(self.connecting_rod**2 - across**2))
+        return self.crank - along - _shortening(self.connecting_rod, across)
 
     def _offset_for_equal_cut_offs(self) -> float:
         """Return the offset for cut-off after equal parts of the stroke at both ends, m."""
@@ -183,16 +168,15 @@ class SlideValve(Machine):
 
     def mechanism(self) -> Mechanism:
         """Build crank with eccentric, valve and crosshead from placeholder masses. An infinite rod is a crossed slide."""
-        pin, crosshead, valve = Point(body=CRANK, x=-self.crank), Point(body=CROSSHEAD), Point(body=VALVE)
-        sine, cosine = math.sin(self.advance), math.cos(self.advance)
-        eccentric = Point(body=CRANK, x=self.eccentric * sine, y=-self.eccentric * cosine)
-        ground = Point(body=GROUND)
+        ground, pin, crosshead, valve = Point(body=GROUND), Point(body=CRANK, x=-self.crank), Point(body=CROSSHEAD), Point(body=VALVE)
+        eccentric = Point(body=CRANK, x=self.eccentric * math.sin(self.advance), y=-self.eccentric * math.cos(self.advance))
         angle = self.crank_start
+        crosshead_x = (self.connecting_rod or 0.0) + self._piston_displacement(angle) - self.crank
+        valve_x = (self.eccentric_rod or 0.0) + self._valve_displacement(angle)
         return Mechanism(
             bodies=(
                 placeholder_crank(self.crank, 2 * PLACEHOLDER_MASS),
-                Body(name=CROSSHEAD, mass=PLACEHOLDER_MASS, can_rotate=False),
-                Body(name=VALVE, mass=PLACEHOLDER_MASS, can_rotate=False),
+                *(Body(name=name, mass=PLACEHOLDER_MASS, can_rotate=False) for name in (CROSSHEAD, VALVE)),
             ),
             joints=(
                 *driven_crank_joints(self.crank_speed, angle),
@@ -201,28 +185,24 @@ class SlideValve(Machine):
                 _rod_joint(ECCENTRIC_ROD, eccentric, valve, self.eccentric_rod),
                 Slider(name=VALVE_GUIDE, first=ground, second=valve, angle=0.0),
             ),
-            readings=self._readings(),
+            readings=self._readings(crosshead, valve),
             coordinate="crank_angle",
             length_scale=self.crank,
-            initial_guess=(
-                (0.0, 0.0, angle),
-                ((self.connecting_rod or 0.0) + self._piston_displacement(angle) - self.crank, 0.0, 0.0),
-                ((self.eccentric_rod or 0.0) + self._valve_displacement(angle), 0.0, 0.0),
-            ),
+            initial_guess=((0.0, 0.0, angle), (crosshead_x, 0.0, 0.0), (valve_x, 0.0, 0.0)),
         )
 
-    def _readings(self) -> tuple[Reading, ...]:
+    def _readings(self, crosshead: Point, valve: Point) -> tuple[Reading, ...]:
         """Return crank angle, valve displacement, piston displacements and port openings (negative: closed)."""
-        zero = (self.connecting_rod or 0.0) - self.crank
+        crank_end, centre = (self.connecting_rod or 0.0) - self.crank, self.valve_centre
         return (
             BodyAngle(name="crank_angle", quantity="angle", body=CRANK),
-            _axial_coordinate("valve_displacement", VALVE, 1.0, self.valve_centre),
-            _axial_coordinate("crank_end_travel", CROSSHEAD, 1.0, zero),
-            _axial_coordinate("head_end_travel", CROSSHEAD, -1.0, -zero - 2 * self.crank),
-            _axial_coordinate("crank_end_steam", VALVE, 1.0, self.valve_centre + self.outside_lap),
-            _axial_coordinate("crank_end_exhaust", VALVE, -1.0, -self.valve_centre + self.inside_lap),
-            _axial_coordinate("head_end_steam", VALVE, -1.0, -self.valve_centre + self.outside_lap),
-            _axial_coordinate("head_end_exhaust", VALVE, 1.0, self.valve_centre + self.inside_lap),
+            x_coordinate("valve_displacement", valve, zero=centre),
+            x_coordinate("crank_end_travel", crosshead, zero=crank_end),
+            x_coordinate("head_end_travel", crosshead, sign=-1.0, zero=-crank_end - 2 * self.crank),
+            x_coordinate("crank_end_steam", valve, zero=centre + self.outside_lap),
+            x_coordinate("crank_end_exhaust", valve, sign=-1.0, zero=-centre + self.inside_lap),
+            x_coordinate("head_end_steam", valve, sign=-1.0, zero=-centre + self.outside_lap),
+            x_coordinate("head_end_exhaust", valve, zero=centre + self.inside_lap),
         )
 
     def dimensions(self) -> dict[str, float]:
@@ -230,8 +210,9 @@ class SlideValve(Machine):
         return super().dimensions() | {"centre": self.valve_centre}
 
 
-def _axial_coordinate(name: str, body: str, sign: float, zero: float) -> Reading:
-    return PointCoordinate(name=name, quantity="length", point=Point(body=body), direction_x=sign, direction_y=0.0, zero=zero)
+def _shortening(rod: float | None, across: float) -> float:
+    """Return how much nearer its inclination moves the far end of a rod if its near end is `across` beside the line, m."""
+    return 0.0 if rod is None else across**2 / (rod + math.sqrt(rod**2 - across**2))
 
 
 def _rod_joint(name: str, driving: Point, driven: Point, length: float | None) -> Joint:

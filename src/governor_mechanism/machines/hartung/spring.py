@@ -79,11 +79,9 @@ def build_spring_law(governor: HartungDimensions) -> LinearSpringLaw:
     """Return the spring law of a governor. Raise MechanismError if no spring satisfies the two speeds."""
     if governor.inner_speed is not None:
         return _spring_law_from_speeds(governor)
-    rate, preload = governor.spring_rate, governor.spring_preload
-    if rate is None:
-        rate = _wire_rate(governor)
+    rate = _wire_rate(governor) if governor.spring_rate is None else governor.spring_rate
     radius = governor.fulcrum_radius if governor.preload_radius is None else governor.preload_radius
-    return LinearSpringLaw(rate=rate, preload=preload or 0.0, radius=radius)
+    return LinearSpringLaw(rate=rate, preload=governor.spring_preload or 0.0, radius=radius)
 
 
 def _given_dimensions(governor: HartungDimensions) -> set[str]:
@@ -99,13 +97,10 @@ def _wire_rate(governor: HartungDimensions) -> float:
 
 def _spring_law_from_speeds(governor: HartungDimensions) -> LinearSpringLaw:
     """Return the linear law for equilibrium at both ends of the stroke, each at its speed (Doerfel)."""
-    ends = governor.inner_angle, governor.outer_angle
-    inner_radius, outer_radius = (governor.lever_geometry.weight_radius(end) for end in ends if end is not None)
-    inner_force, outer_force = (
-        _holding_force(governor, end, speed)
-        for end, speed in zip(ends, (governor.inner_speed, governor.outer_speed), strict=True)
-        if end is not None and speed is not None
-    )
+    ends = ((governor.inner_angle, governor.inner_speed), (governor.outer_angle, governor.outer_speed))
+    given_ends = [(angle, speed) for angle, speed in ends if angle is not None and speed is not None]
+    inner_radius, outer_radius = (governor.weight_radius(angle) for angle, _ in given_ends)
+    inner_force, outer_force = (_holding_force(governor, angle, speed) for angle, speed in given_ends)
     if outer_force <= inner_force:
         raise MechanismError(
             f"inner_speed and outer_speed require spring forces of {inner_force:.6g} N at the inner and {outer_force:.6g} N at the outer "
@@ -116,30 +111,23 @@ def _spring_law_from_speeds(governor: HartungDimensions) -> LinearSpringLaw:
 
 def _holding_force(governor: HartungDimensions, lever_angle: float, speed: float) -> float:
     """Return the spring force (N) for equilibrium of a weight, by virtual work."""
-    geometry, mass = governor.lever_geometry, governor.weight_mass
+    mass, sleeve_mass = governor.weight_mass, governor.sleeve_mass
     outward_derivative = -governor.weight_arm * math.cos(lever_angle)  # displacement of the weight per rad
     upward_derivative = -governor.weight_arm * math.sin(lever_angle)
-    gravity_work = mass * DEFAULT_GRAVITY * upward_derivative + 0.5 * governor.sleeve_mass * DEFAULT_GRAVITY * geometry.lift_derivative(
-        lever_angle
-    )
-    return mass * speed**2 * geometry.weight_radius(lever_angle) - gravity_work / outward_derivative
+    gravity_work = mass * DEFAULT_GRAVITY * upward_derivative + 0.5 * sleeve_mass * DEFAULT_GRAVITY * governor.lift_derivative(lever_angle)
+    return mass * speed**2 * governor.weight_radius(lever_angle) - gravity_work / outward_derivative
 
 
-def outer_shear_stress(governor: HartungDimensions) -> float | None:
-    """Return the shear stress of the wire at the outer end of the stroke (Pa), or None without wire or stroke."""
-    if governor.spring_wire is None or governor.spring_coil is None or governor.outer_angle is None:
-        return None
-    force = build_spring_law(governor).force(governor.lever_geometry.weight_radius(governor.outer_angle))
-    return 8 * force * governor.spring_coil / (math.pi * governor.spring_wire**3)
-
-
-def stress_warning(governor: HartungDimensions) -> str:
-    """Return a warning if the stress at the outer end of the stroke exceeds its limit, or an empty string."""
-    stress, limit = outer_shear_stress(governor), governor.spring_stress_limit
-    if stress is None or limit is None or stress <= limit:
-        return ""
+def stress_warnings(governor: HartungDimensions) -> tuple[str, ...]:
+    """Return a warning if the shear stress of the wire at the outer end of the stroke exceeds its limit."""
+    wire, coil, outer_angle, limit = governor.spring_wire, governor.spring_coil, governor.outer_angle, governor.spring_stress_limit
+    if wire is None or coil is None or outer_angle is None or limit is None:
+        return ()
+    stress = 8 * build_spring_law(governor).force(governor.weight_radius(outer_angle)) * coil / (math.pi * wire**3)
+    if stress <= limit:
+        return ()
     return (
         f"the springs are stressed over their limit: {stress / PASCAL_PER_KGF_CM2:.4g} kgf/cm^2 ({stress / 1e6:.4g} MPa) at "
         f"the outer end of the stroke, allowed are {limit / PASCAL_PER_KGF_CM2:.4g} kgf/cm^2 ({limit / 1e6:.4g} MPa); take "
-        "a thicker wire or a narrower coil"
+        "a thicker wire or a narrower coil",
     )

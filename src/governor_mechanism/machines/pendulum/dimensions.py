@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine, dimension_field
+from governor_mechanism.model.output_variables import Limit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +62,7 @@ class PendulumDimensions(Machine):
 
     def sleeve_height(self, angle: float) -> float:
         """Return the height of the sleeve on its links above the suspension at an arm angle (rad), m."""
-        reach = self.offset + self.joint_length * math.sin(angle) - self.lug_distance
+        reach = self._link_reach(angle)
         return -self.joint_length * math.cos(angle) - math.sqrt(max(self.link_length**2 - reach**2, 0.0))
 
     def dimensions(self) -> dict[str, float]:
@@ -75,11 +76,15 @@ class PendulumDimensions(Machine):
 
     def _min_link_reach(self, low: float, high: float) -> float:
         """Return the smallest horizontal distance of arm joint and lug over these arm angles (m)."""
-        ends = [self.offset + self.joint_length * math.sin(angle) - self.lug_distance for angle in (low, high)]
-        return 0.0 if ends[0] * ends[1] <= 0 else min(abs(end) for end in ends)
+        ends = self._link_reach(low), self._link_reach(high)
+        return 0.0 if ends[0] * ends[1] <= 0 else min(map(abs, ends))
 
-    def travel_limits(self) -> tuple[float, float, str, str]:
-        """Return the lowest and highest arm angle, and what happens there."""
+    def _link_reach(self, angle: float) -> float:
+        """Return the horizontal distance of the arm joint from the lug at an arm angle (rad), m."""
+        return self.offset + self.joint_length * math.sin(angle) - self.lug_distance
+
+    def travel_limit(self) -> Limit:
+        """Return the range of the arm angle, and what happens at its ends."""
         low, high = self._angle_range_with_ball_off_axis()
         low_message = "the balls meet on the spindle axis"
         high_message = "the arms are at 90 degrees to the spindle (dead centre)"
@@ -90,7 +95,7 @@ class PendulumDimensions(Machine):
         max_sine = (reach + self.link_length) / self.joint_length
         if max_sine < 1.0:
             high, high_message = math.asin(max_sine), "the link is at 90 degrees to the spindle; it is too short"
-        return low, high, low_message, high_message
+        return Limit(reading="arm_angle", low=low, high=high, low_message=low_message, high_message=high_message)
 
 
 def _mm(metres: float) -> str:

@@ -1,25 +1,228 @@
 """Pendulum governors after Watt and Porter: open or crossed arms, extended arms, and separate links.
 
 Geometry after Zehnder, Dinglers Polytechnisches Journal 225 (1877), section 1. The plane turns with the spindle: x is measured from the
-spindle axis, y up from the suspension of the arms.
+spindle axis, y up from the suspension of the arms. The x axis of an arm points from the suspension to the ball, that of a link from the
+knee to the lug of the sleeve.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import ClassVar
 
-from governor_mechanism.effects.clearance import Clearance
+from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.rod_masses import RodMasses
-from governor_mechanism.machines.base import travel_problems
-from governor_mechanism.machines.pendulum.bodies import PendulumBuilder
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.machines.base import travel_problems, x_coordinate, y_coordinate
+from governor_mechanism.machines.mass_elements import MassElement, join_elements, slender_rod, solid_ball
 from governor_mechanism.machines.pendulum.dimensions import PendulumDimensions
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import Limit
+from governor_mechanism.model.joints import GROUND, Distance, Gear, Joint, Pin, Point, Slider
+from governor_mechanism.model.mechanism import Body, Mechanism
+from governor_mechanism.model.output_variables import FollowerHeight, Limit, LineAngle, Reading
 from governor_mechanism.model.part import TURNING_PLANE
+
+RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
+RIGHT_LINK, LEFT_LINK = "right link", "left link"
+
+MAX_FOLLOWER_REACH_RATIO = 0.9999
+"""Largest horizontal reach of a follower, relative to the link length: at 1, its derivatives are infinite."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PendulumBuilder:
+    """Builder of the mechanism. Without rod masses and clearance, it has point masses, a sleeve and distances."""
+
+    governor: PendulumDimensions
+    clearance: Clearance | None = None
+    arm_mass: float = 0.0
+    link_mass: float = 0.0
+    ball_radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        if problems := [*self._find_problems()]:
+            raise MechanismError(*problems)
+
+    def _find_problems(self) -> Iterator[str]:
+        """Yield sentences about rods or clearance that the governor does not support."""
+        has_sleeve, arm = self.governor.sleeve_mass is not None, self.governor.arm
+        if self.link_mass and not has_sleeve:
+            yield (
+                "rods.link_mass needs links that carry a sleeve; a governor without sleeve_mass has none; "
+                "leave link_mass out, or add sleeve_mass to [dimensions]"
+            )
+        if self.ball_radius >= arm:
+            yield (
+                f"rods.ball_radius ({self.ball_radius * 1e3:.6g} mm) must be less than arm ({arm * 1e3:.6g} mm), "
+                "or the ball would contain its suspension"
+            )
+        if self.clearance and not has_sleeve:
+            yield (
+                "clearance is between links and sleeve; a governor without sleeve_mass has no sleeve; "
+                "leave clearance out, or add sleeve_mass to [dimensions]"
+            )
+        elif self.clearance and self.link_mass:
+            text = "rods.link_mass cannot be combined with clearance: links that separate from the sleeve are massless"
+            yield f"{text}; leave one of them out"
+
+    def mechanism(self) -> Mechanism:
+        """Return the mechanism."""
+        travel = self.governor.travel_limit()
+        margin = 0.1 * (travel.high - travel.low)
+        # Lift is measured from hanging arms, or from the low end of the travel if they cannot hang.
+        zero_lift_angle = min(max(0.0, travel.low), travel.high)
+        return Mechanism(
+            bodies=self._bodies(),
+            joints=self._joints(),
+            readings=self._readings(self.governor.sleeve_height(zero_lift_angle)),
+            coordinate="arm_angle",
+            length_scale=self.governor.arm,
+            initial_guess=self.poses(min(max(math.radians(40.0), travel.low + margin), travel.high - margin)),
+            limits=(travel, *self._dead_centre_limits()),
+            internal_outputs=self._internal_outputs(),
+        )
+
+    @property
+    def _is_sleeve_linked(self) -> bool:
+        """Whether joints connect the sleeve to the arms; otherwise another joint synchronises the balls."""
+        return self.governor.sleeve_mass is not None and self.clearance is None
+
+    @property
+    def _can_arms_rotate(self) -> bool:
+        """Whether arms are rotating bodies: they have mass, the balls have a size, or the load acts inside the ball."""
+        governor = self.governor
+        is_lever = governor.sleeve_mass is not None and governor.joint_length < governor.arm
+        return is_lever or self.arm_mass > 0 or self.ball_radius > 0
+
+    def _bodies(self) -> tuple[Body, ...]:
+        """Return the balls with their arms, the sleeve if it has mass, and links if they have mass."""
+        governor = self.governor
+        arm = self._arm_with_ball
+        bodies = [
+            Body(name=name, mass=arm.mass, second_moments=arm.moments, can_rotate=self._can_arms_rotate) for name in (RIGHT_BALL, LEFT_BALL)
+        ]
+        if governor.sleeve_mass is not None:
+            bodies.append(Body(name=SLEEVE, mass=governor.sleeve_mass, can_rotate=False))
+        if self.link_mass:
+            link = slender_rod(self.link_mass, (governor.link_length, 0.0))
+            bodies += [Body(name=name, mass=link.mass, second_moments=link.moments) for name in (RIGHT_LINK, LEFT_LINK)]
+        return tuple(bodies)
+
+    def _joints(self) -> tuple[Joint, ...]:
+        """Return the joints of arms and links and the guide of the sleeve; without links a joint synchronises the arms."""
+        joints: list[Joint] = []
+        for side, sign in (("right", 1.0), ("left", -1.0)):
+            joints.append(self._arm_joint(side, sign))
+            joints += self._link_joints(side, sign) if self._is_sleeve_linked else []
+        if not self._is_sleeve_linked:
+            # A sleeve without mass or with clearance keeps the balls at equal height.
+            joints.append(self._synchronising_joint())
+        if self.governor.sleeve_mass is not None:
+            joints.append(Slider(name="spindle guide", first=Point(body=GROUND), second=Point(body=SLEEVE), angle=math.pi / 2))
+        return tuple(joints)
+
+    def _readings(self, zero_lift_height: float) -> tuple[Reading, ...]:
+        """Return the readings; the sleeve lift is measured from zero_lift_height (m)."""
+        suspension, ball = self._suspension(1.0), self._point_on_arm(RIGHT_BALL, self.governor.arm)
+        lift: Reading = y_coordinate("sleeve_lift", Point(body=SLEEVE), zero=zero_lift_height)
+        if self.governor.sleeve_mass is None:
+            lift = self._follower("sleeve_lift", zero=zero_lift_height)
+        clearance = (self._follower(CLEARANCE_READING, reference_point=Point(body=SLEEVE)),) if self.clearance else ()
+        return (
+            LineAngle(name="arm_angle", quantity="angle", start=suspension, end=ball),
+            x_coordinate("ball_radius", ball),
+            lift,
+            *clearance,
+        )
+
+    def _internal_outputs(self) -> tuple[Reading, ...]:
+        """Return the reading that shows the dead centre of the links.
+
+        There the arm angle has a turning point, so it cannot show it. With clearance the reading is the horizontal distance of the
+        link's upper end from the lug.
+        """
+        knee, lug = self._point_on_arm(RIGHT_BALL, self.governor.joint_length), Point(body=SLEEVE, x=self.governor.lug_distance)
+        if self.clearance:
+            return (x_coordinate("link_reach", knee, zero=self.governor.lug_distance),)
+        return (LineAngle(name="link_angle", quantity="angle", start=knee, end=lug),) if self._is_sleeve_linked else ()
+
+    def _dead_centre_limits(self) -> tuple[Limit, ...]:
+        """Return the limits of the internal outputs."""
+        sentence = "the link is at 90 degrees to the spindle (dead centre)"
+        max_deviation = MAX_FOLLOWER_REACH_RATIO * self.governor.link_length if self.clearance else math.pi / 2
+        return tuple(
+            Limit(reading=reading.name, low=-max_deviation, high=max_deviation, low_message=sentence, high_message=sentence)
+            for reading in self._internal_outputs()
+        )
+
+    def poses(self, angle: float) -> tuple[tuple[float, float, float], ...]:
+        """Return the poses of all bodies at an arm angle (rad), with the sleeve hanging on its links."""
+        governor, mass_centre = self.governor, self._arm_with_ball.centre[0]
+        x, y = governor.offset + mass_centre * math.sin(angle), -mass_centre * math.cos(angle)
+        right, left = (angle - math.pi / 2, -math.pi / 2 - angle) if self._can_arms_rotate else (0.0, 0.0)
+        poses = [(x, y, right), (-x, y, left)]
+        if governor.sleeve_mass is not None:
+            poses.append((0.0, governor.sleeve_height(angle), 0.0))
+        if self.link_mass:
+            knee_x = governor.offset + governor.joint_length * math.sin(angle)
+            knee_y, lug_y = -governor.joint_length * math.cos(angle), governor.sleeve_height(angle)
+            link_angle = math.atan2(lug_y - knee_y, governor.lug_distance - knee_x)
+            x, y = (knee_x + governor.lug_distance) / 2, (knee_y + lug_y) / 2
+            poses += [(x, y, link_angle), (-x, y, -math.pi - link_angle)]
+        return tuple(poses)
+
+    @cached_property
+    def _arm_with_ball(self) -> MassElement:
+        """A slender arm with a solid ball, with x from the suspension to the ball."""
+        arm = self.governor.arm
+        ball = solid_ball(self.governor.ball_mass, (arm, 0.0), self.ball_radius)
+        return join_elements([ball, slender_rod(self.arm_mass, (arm, 0.0))] if self.arm_mass else [ball])
+
+    def _point_on_arm(self, ball: str, distance: float) -> Point:
+        """Return the point of an arm at a distance (m) from its suspension."""
+        return Point(body=ball, x=distance - self._arm_with_ball.centre[0])
+
+    def _suspension(self, sign: float) -> Point:
+        return Point(body=GROUND, x=sign * self.governor.offset)
+
+    def _arm_joint(self, side: str, sign: float) -> Joint:
+        name, suspension, ball = f"{side} arm", self._suspension(sign), RIGHT_BALL if sign > 0 else LEFT_BALL
+        if self._can_arms_rotate:
+            return Pin(name=name, first=suspension, second=self._point_on_arm(ball, 0.0))
+        return Distance(name=name, first=suspension, second=Point(body=ball), length=self.governor.arm)
+
+    def _link_joints(self, side: str, sign: float) -> list[Joint]:
+        (ball, link), length = (RIGHT_BALL, RIGHT_LINK) if sign > 0 else (LEFT_BALL, LEFT_LINK), self.governor.link_length
+        knee, lug = self._point_on_arm(ball, self.governor.joint_length), Point(body=SLEEVE, x=sign * self.governor.lug_distance)
+        if not self.link_mass:
+            return [Distance(name=f"{side} link", first=knee, second=lug, length=length)]
+        return [
+            Pin(name=f"{side} knee", first=knee, second=Point(body=link, x=-length / 2)),
+            Pin(name=f"{side} lug", first=Point(body=link, x=length / 2), second=lug),
+        ]
+
+    def _synchronising_joint(self) -> Joint:
+        right, left = (self._point_on_arm(name, self.governor.arm) for name in (RIGHT_BALL, LEFT_BALL))
+        if self._can_arms_rotate:  # a slider line on an arm would rotate with it
+            return Gear(name="arms in step", first=right, second=left, ratio=-1.0, offset=-math.pi)
+        return Slider(name="arms in step", first=right, second=left, angle=0.0)
+
+    def _follower(self, name: str, *, zero: float = 0.0, reference_point: Point | None = None) -> FollowerHeight:
+        governor = self.governor
+        return FollowerHeight(
+            name=name,
+            quantity="length",
+            top=self._suspension(1.0),
+            knee=self._point_on_arm(RIGHT_BALL, governor.arm),
+            fraction=governor.joint_length / governor.arm,
+            guide_x=governor.lug_distance,
+            length=governor.link_length,
+            zero=zero,
+            reference_point=reference_point,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,26 +240,9 @@ class PendulumGovernor(PendulumDimensions):
         one body with its ball, also if the ball has a radius. With clearance the sleeve is free, and `sleeve_clearance` is its height
         above the position on the links. Raise MechanismError for rods or clearance that this governor does not support.
         """
-        builder = PendulumBuilder(governor=self, rod_masses=rod_masses, clearance=clearance)
-        low, high, low_message, high_message = self.travel_limits()
-        angle = min(max(math.radians(40.0), low + 0.1 * (high - low)), high - 0.1 * (high - low))
-        travel = Limit(reading="arm_angle", low=low, high=high, low_message=low_message, high_message=high_message)
-        return Mechanism(
-            bodies=builder.bodies(),
-            joints=builder.joints(),
-            readings=builder.readings(self.sleeve_height(self._zero_lift_angle())),
-            coordinate="arm_angle",
-            length_scale=self.arm,
-            initial_guess=builder.poses(angle),
-            limits=(travel, *builder.dead_centre_limits()),
-            internal_outputs=builder.internal_outputs(),
-        )
+        rods = {} if rod_masses is None else asdict(rod_masses)
+        return PendulumBuilder(governor=self, clearance=clearance, **rods).mechanism()
 
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
         """Return a sentence about a start angle outside the travel."""
-        return travel_problems(values, "arm_angle", self.travel_limits(), math.pi, "40 deg")
-
-    def _zero_lift_angle(self) -> float:
-        """Return the arm angle at zero lift (rad): hanging arms, or the low end of the travel if they cannot hang."""
-        low, high, _, _ = self.travel_limits()
-        return min(max(0.0, low), high)
+        return travel_problems(values, self.travel_limit(), math.pi, "40 deg")

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from itertools import groupby
+from operator import itemgetter
+from typing import ClassVar, TypeVar
 
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.model.effect import OutputEffect
-from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
-from governor_mechanism.render.geometry.outlines import make_wall
+from governor_mechanism.model.output_variables import FollowerHeight, PointCoordinate
+from governor_mechanism.model.part import Part
+from governor_mechanism.render.effect_state import EffectState
+from governor_mechanism.render.geometry.outlines import make_hatched_block, make_wall
 from governor_mechanism.render.geometry.primitives import (
     BoundingBox,
     DrawnShape,
@@ -34,16 +38,32 @@ LiftTicks = list[tuple[float, float]]
 
 @dataclass(frozen=True, kw_only=True)
 class GovernorProportions:
-    """Common dimensions of a governor drawing (m): its arm, and the lug height at zero lift; with the effects of the scene."""
+    """Common dimensions of a governor drawing: its arm (m), its part, and the effects of the scene.
 
+    `spindle_ratio` is the half width of the spindle, as a fraction of the arm.
+    """
+
+    spindle_ratio: ClassVar[float]
+
+    part: Part
+    effect_state: EffectState
     arm: float
-    zero_lift_height: float
-    effect_state: EffectState = NO_EFFECTS
+
+    @property
+    def zero_lift_height(self) -> float:
+        """Lug height at zero lift (m)."""
+        lift = self.part.mechanism.reading(LIFT_READING)
+        return lift.zero if isinstance(lift, PointCoordinate | FollowerHeight) else 0.0
+
+    @property
+    def lift_range(self) -> Vec2:
+        """Lowest and highest sleeve lift of the run (m)."""
+        return self.effect_state.reading_ranges.get(LIFT_READING, (0.0, 0.0))
 
     @property
     def lug_height_range(self) -> Vec2:
         """Lowest and highest lug height of the run (m)."""
-        low, high = self.effect_state.reading_ranges.get(LIFT_READING, (0.0, 0.0))
+        low, high = self.lift_range
         return self.zero_lift_height + low, self.zero_lift_height + high
 
     def find_lift_effect(self, kind: type[OutputEffectT]) -> OutputEffectT | None:
@@ -61,19 +81,24 @@ def mirror_outline(outline: Sequence[Vec2]) -> tuple[Vec2, ...]:
     return (*outline, *((-x, y) for x, y in reversed(outline)))
 
 
-def spindle_shapes(half_width: float, axis: Vec2, bottom: float, top: float) -> list[DrawnShape]:
-    """Return the axis between two heights, and the shaded spindle from bottom to top (m)."""
-    shade = (((0.45 * half_width, bottom), (0.45 * half_width, top)),)
-    line = Lines("axis", (((0.0, axis[0]), (0.0, axis[1])),))
-    return [line, make_rectangle("spindle", -half_width, half_width, bottom, top), Lines("spindle shade", shade)]
+def spindle_shapes(half_width: float, axis: Vec2, bottom: float, top: float) -> Iterator[DrawnShape]:
+    """Yield the axis between two heights, and the shaded spindle from bottom to top (m)."""
+    yield Lines("axis", (((0.0, axis[0]), (0.0, axis[1])),))
+    yield make_rectangle("spindle", -half_width, half_width, bottom, top)
+    yield Lines("spindle shade", (((0.45 * half_width, bottom), (0.45 * half_width, top)),))
 
 
-def bearing_shapes(inner: float, outer: float, bottom: float, top: float, spacing: float) -> list[DrawnShape]:
-    """Return a bearing in section: two hatched blocks at the sides of the spindle, from bottom to top (m)."""
-    shapes: list[DrawnShape] = []
+def bearing_shapes(inner: float, outer: float, bottom: float, top: float, spacing: float) -> Iterator[DrawnShape]:
+    """Yield a bearing in section: two hatched blocks at the sides of the spindle, from bottom to top (m)."""
     for left, right in both_sides(inner, outer):
-        shapes += [make_rectangle("bearing", left, right, bottom, top), make_hatching("hatching", (left, right, bottom, top), spacing)]
-    return shapes
+        yield make_rectangle("bearing", left, right, bottom, top)
+        yield make_hatching("hatching", (left, right, bottom, top), spacing)
+
+
+def stop_block_shapes(inner: float, outer: float, bottom: float, top: float, spacing: float) -> Iterator[DrawnShape]:
+    """Yield two hatched stops at the sides of the spindle, from bottom to top (m)."""
+    for left, right in both_sides(inner, outer):
+        yield from make_hatched_block("stop", (0.0, 0.0, 0.0), (left, right, bottom, top), spacing)
 
 
 def lift_ticks(lifts: Vec2, zero_height: float, min_range: float, min_length: float) -> LiftTicks:
@@ -96,24 +121,21 @@ def lift_scale_shapes(x: float, ticks: LiftTicks, sizes: tuple[float, float, flo
     return [Lines("scale", (((x, ends[0][1]), (x, ends[1][1])), *lines)), *labels]
 
 
+def visible_pieces(points: Sequence[Vec2], is_visible: Sequence[bool]) -> tuple[tuple[Vec2, ...], ...]:
+    """Return the runs of consecutive visible points."""
+    runs = groupby(zip(points, is_visible, strict=True), key=itemgetter(1))
+    return tuple(tuple(point for point, _ in run) for is_shown, run in runs if is_shown)
+
+
 def helical_spring_lines(start: Vec2, end: Vec2, half_width: float, hidden_half_width: float) -> tuple[tuple[Vec2, ...], ...]:
     """Return a helical spring of a half width (m) from the side; its back is hidden within `hidden_half_width` (m) of the axis."""
     length, n_segments = math.dist(start, end), 16 * _N_COILS
     c, s = ((end[0] - start[0]) / length, (end[1] - start[1]) / length) if length > 0 else (0.0, 1.0)
-    chains: list[list[Vec2]] = [[]]
-    for k in range(n_segments + 1):
-        angle = 2 * math.pi * _N_COILS * k / n_segments
-        across, along = half_width * math.cos(angle), length * k / n_segments
-        if math.sin(angle) >= -1e-9 or abs(across) >= hidden_half_width:
-            chains[-1].append((start[0] + along * c + across * s, start[1] + along * s - across * c))
-        elif chains[-1]:
-            chains.append([])
-    return tuple(tuple(chain) for chain in chains if len(chain) > 1)
-
-
-def spindle_spring_shapes(low: float, high: float, half_width: float, spindle_half_width: float) -> list[DrawnShape]:
-    """Return a helical spring around the spindle between two heights (m)."""
-    return [Lines("spring", helical_spring_lines((0.0, low), (0.0, high), half_width, spindle_half_width))]
+    angles = [2 * math.pi * _N_COILS * k / n_segments for k in range(n_segments + 1)]
+    offsets = [(length * k / n_segments, half_width * math.cos(angle)) for k, angle in enumerate(angles)]
+    points = [(start[0] + along * c + across * s, start[1] + along * s - across * c) for along, across in offsets]
+    is_visible = [math.sin(a) >= -1e-9 or abs(across) >= hidden_half_width for a, (_, across) in zip(angles, offsets, strict=True)]
+    return tuple(piece for piece in visible_pieces(points, is_visible) if len(piece) > 1)
 
 
 def friction_shoe_shapes(effect_state: EffectState, reading: str, time: float, shoes: Sequence[Polygon]) -> list[DrawnShape]:
@@ -123,48 +145,69 @@ def friction_shoe_shapes(effect_state: EffectState, reading: str, time: float, s
     return [Polygon(role, shoe.points if is_shown else ()) for role, is_shown in roles for shoe in shoes]
 
 
-def spindle_shoe_shapes(governor: GovernorProportions, time: float, radii: Vec2, top: float, height: float) -> list[DrawnShape]:
-    """Return friction shoes under the sleeve between two radii (m), with their top at a height (m); none without dry friction."""
+def spindle_shoe_shapes(governor: GovernorProportions, time: float, top: float, sizes: Vec2) -> list[DrawnShape]:
+    """Return friction shoes under the sleeve with their top at a height (m); `sizes` are width and height, as fractions of the arm."""
     if not governor.find_lift_effect(DryFriction):
         return []
-    shoes = [make_rectangle("shoe", left, right, top - height, top) for left, right in both_sides(*radii)]
+    u, (width, height) = governor.arm, sizes
+    sides = both_sides(governor.spindle_ratio * u, (governor.spindle_ratio + width) * u)
+    shoes = [make_rectangle("shoe", left, right, top - height * u, top) for left, right in sides]
     return friction_shoe_shapes(governor.effect_state, LIFT_READING, time, shoes)
 
 
 @dataclass(frozen=True, kw_only=True)
-class DashpotGeometry:
-    """A dashpot next to the sleeve (m): left, right, bottom and top of its cylinder, and the sizes of its parts.
+class DashpotSizes:
+    """Sizes of a dashpot next to the sleeve, as fractions of the arm.
 
-    `gap` is the free height above the oil and the depth of the hatched base. The piston has a clearance to the outside of the
-    cylinder, a lowest height above the bottom, and a thickness. The bracket goes from the rod to `bracket_end`.
+    `axis_distance` is that of its axis from the sleeve. The cylinder is longer than the stroke by `extra_length`. `gap` is the free height
+    above the oil and the depth of the hatched base. The piston has a clearance to the outside of the cylinder, a lowest height above the
+    bottom, and a thickness.
     """
 
-    box: BoundingBox
+    half_width: float
+    axis_distance: float
+    extra_length: float
+    min_length: float
     wall_thickness: float
     gap: float
     piston_clearance: float
     lowest_piston: float
     piston_thickness: float
     rod_half_width: float
-    bracket_end: float
     bracket_width: float
 
-    def cylinder_shapes(self) -> list[DrawnShape]:
-        """Return an open cylinder filled with oil on a hatched base."""
-        (left, right, bottom, top), t = self.box, self.wall_thickness
-        return [
-            make_rectangle("dashpot", left, right, bottom, top),
-            make_rectangle("bore", left + t, right - t, bottom + t, top),
-            make_rectangle("oil", left + t, right - t, bottom + t, top - self.gap),
-            make_wall(((left + right) / 2, bottom), math.pi / 2, 1.35 * (right - left) / 2, self.gap),
-        ]
 
-    def piston_shapes(self, lift: float, rod_top: float) -> list[DrawnShape]:
-        """Return the piston at a lift above its lowest position, its rod, and the bracket at the top of the rod (m)."""
-        left, right, bottom, _ = self.box
-        x, piston = (left + right) / 2, bottom + self.lowest_piston + lift
-        return [
-            make_rectangle("piston rod", x - self.rod_half_width, x + self.rod_half_width, piston, rod_top),
-            make_rectangle("piston", left + self.piston_clearance, right - self.piston_clearance, piston, piston + self.piston_thickness),
-            make_bar("piston rod", (x, rod_top), (self.bracket_end, rod_top), self.bracket_width),
-        ]
+@dataclass(frozen=True, kw_only=True)
+class DashpotDrawing:
+    """A dashpot of an arm length, a sleeve half width, the height of its top, and its stroke (m)."""
+
+    sizes: DashpotSizes
+    arm: float
+    sleeve_half_width: float
+    top: float
+    stroke: float
+
+    @property
+    def box(self) -> BoundingBox:
+        """Left, right, bottom and top of the cylinder (m)."""
+        sizes, u = self.sizes, self.arm
+        x = -(self.sleeve_half_width + sizes.axis_distance * u)
+        bottom = self.top - max(self.stroke + sizes.extra_length * u, sizes.min_length * u)
+        return x - sizes.half_width * u, x + sizes.half_width * u, bottom, self.top
+
+    def cylinder_shapes(self) -> Iterator[DrawnShape]:
+        """Yield an open cylinder filled with oil on a hatched base."""
+        (left, right, bottom, top), t, gap = self.box, self.sizes.wall_thickness * self.arm, self.sizes.gap * self.arm
+        yield make_rectangle("dashpot", left, right, bottom, top)
+        yield make_rectangle("bore", left + t, right - t, bottom + t, top)
+        yield make_rectangle("oil", left + t, right - t, bottom + t, top - gap)
+        yield make_wall(((left + right) / 2, bottom), math.pi / 2, 1.35 * (right - left) / 2, gap)
+
+    def piston_shapes(self, lift: float, rod_top: float) -> Iterator[DrawnShape]:
+        """Yield the piston at a lift above its lowest position, its rod, and the bracket from the top of the rod to the sleeve (m)."""
+        sizes, u, (left, right, bottom, _) = self.sizes, self.arm, self.box
+        x, piston = (left + right) / 2, bottom + sizes.lowest_piston * u + lift
+        clearance, rod_half_width = sizes.piston_clearance * u, sizes.rod_half_width * u
+        yield make_rectangle("piston rod", x - rod_half_width, x + rod_half_width, piston, rod_top)
+        yield make_rectangle("piston", left + clearance, right - clearance, piston, piston + sizes.piston_thickness * u)
+        yield make_bar("piston rod", (x, rod_top), (-0.9 * self.sleeve_half_width, rod_top), sizes.bracket_width * u)

@@ -6,7 +6,7 @@ A machine registers its own drawing in `MACHINE_DRAWINGS`. Every other mechanism
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,10 +22,8 @@ from governor_mechanism.render.machines.slide_valve import drawing as slide_valv
 from governor_mechanism.render.run_extents import RunExtents, drawn_point_paths, measure_run_extents
 from governor_mechanism.types import FloatArray
 
-BackgroundFunction = Callable[[Part, FloatArray, RunExtents], tuple[DrawnShape, ...]]
-MovingShapesFunction = Callable[[Part, FloatArray, RunExtents], tuple[DrawnShape, ...]]
-PlanFunction = Callable[[Part, FloatArray, float, EffectState], tuple[DrawnShape, ...]]
-PathFunction = Callable[[Part, FloatArray], FloatArray]
+ShapesFunction = Callable[[Part, FloatArray, RunExtents], Iterable[DrawnShape]]
+PlanFunction = Callable[[Part, FloatArray, float, EffectState], Iterable[DrawnShape]]
 
 SWEEP_ARC_CAPTION = ("arc: turned", "since the", "last frame")
 """Caption of the arc on the ring of the plan view, line by line."""
@@ -45,39 +43,37 @@ class MachineDrawing:
     `plan_caption` is the text at the plan view, line by line.
     """
 
-    background: BackgroundFunction
-    moving: MovingShapesFunction
+    background: ShapesFunction
+    moving: ShapesFunction
     plan_view: PlanFunction
-    traced_path: PathFunction | None = None
+    traced_path: Callable[[Part, FloatArray], FloatArray] | None = None
     panel_readings: tuple[str, ...] = ()
     plan_caption: tuple[str, ...] = ("from above",)
 
 
-GENERIC_DRAWING = MachineDrawing(
-    background=generic.generic_background_shapes, moving=generic.generic_moving_shapes, plan_view=generic.generic_plan_shapes
-)
+GENERIC_DRAWING = MachineDrawing(background=generic.background_shapes, moving=generic.moving_shapes, plan_view=generic.plan_shapes)
 
 MACHINE_DRAWINGS: dict[str, MachineDrawing] = {
     "pendulum_governor": MachineDrawing(
-        background=pendulum.pendulum_background_shapes,
-        moving=pendulum.pendulum_moving_shapes,
-        plan_view=pendulum.pendulum_plan_shapes,
-        traced_path=pendulum.pendulum_ball_path,
+        background=pendulum.background_shapes,
+        moving=pendulum.moving_shapes,
+        plan_view=pendulum.plan_shapes,
+        traced_path=pendulum.ball_path,
         panel_readings=("arm_angle", "sleeve_lift", "spindle_speed"),
         plan_caption=("from above,", "marked: the", "right ball"),
     ),
     "hartung": MachineDrawing(
-        background=hartung.hartung_background_shapes,
-        moving=hartung.hartung_moving_shapes,
-        plan_view=hartung.hartung_plan_shapes,
-        traced_path=hartung.hartung_weight_path,
+        background=hartung.background_shapes,
+        moving=hartung.moving_shapes,
+        plan_view=hartung.plan_shapes,
+        traced_path=hartung.weight_path,
         panel_readings=("spring_force", "sleeve_lift", "spindle_speed", "lever_angle"),
         plan_caption=("from above,", "marked: the", "right weight"),
     ),
     "slide_valve": MachineDrawing(
-        background=slide_valve.slide_valve_background_shapes,
-        moving=slide_valve.slide_valve_moving_shapes,
-        plan_view=slide_valve.slide_valve_plan_shapes,
+        background=slide_valve.background_shapes,
+        moving=slide_valve.moving_shapes,
+        plan_view=generic.plan_shapes,
         panel_readings=("valve_displacement", "crank_end_steam", "head_end_steam", "crank_end_travel"),
     ),
 }
@@ -90,12 +86,12 @@ def drawing_of(part: Part) -> MachineDrawing:
 
 def background_shapes(part: Part, poses: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
     """Return the shapes that do not move during a run with poses (n, bodies, 3)."""
-    return drawing_of(part).background(part, poses, extents or measure_run_extents(part, poses, np.zeros(1)))
+    return tuple(drawing_of(part).background(part, poses, extents or measure_run_extents(part, poses, np.zeros(1))))
 
 
 def moving_shapes(part: Part, pose: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
     """Return the moving shapes at one pose (bodies, 3) and the time of `extents`; without extents, the pose is the whole run."""
-    return drawing_of(part).moving(part, pose, extents or measure_run_extents(part, pose[None], np.zeros(1)))
+    return tuple(drawing_of(part).moving(part, pose, extents or measure_run_extents(part, pose[None], np.zeros(1))))
 
 
 def plan_shapes(

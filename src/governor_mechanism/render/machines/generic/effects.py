@@ -6,7 +6,7 @@ Only readings that are the coordinate of a point along a direction of the ground
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
@@ -15,11 +15,12 @@ from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.joints import GROUND
 from governor_mechanism.model.output_variables import PointCoordinate
-from governor_mechanism.model.part import Part
-from governor_mechanism.render.geometry.body_points import axes_to_plane, point_position
+from governor_mechanism.render.geometry.body_points import axes_to_plane
 from governor_mechanism.render.geometry.outlines import make_burst, make_wall
 from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, PoseTuple, Vec2, make_rectangle
 from governor_mechanism.render.machines.generic.force_elements import damper_lines, spring_lines
+from governor_mechanism.render.machines.generic.placed_mechanism import PlacedMechanism
+from governor_mechanism.render.machines.governor_parts import friction_shoe_shapes
 from governor_mechanism.render.run_extents import RunExtents
 
 _STOP_GAP = 0.05
@@ -30,17 +31,15 @@ _MIN_LENGTH = 0.30
 """Smallest drawn length of dashpots and springs, as a fraction of the length scale."""
 
 
-def output_effect_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """Return the effects of each reading that is a coordinate of a point, in axes along that coordinate; all move with the point."""
-    shapes: list[DrawnShape] = []
-    for effect in extents.effect_state.effects:
-        reading = part.mechanism.reading(effect.reading) if isinstance(effect, OutputEffect) else None
+def output_effect_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+    """Yield the effects of each reading that is a coordinate of a point, in axes along that coordinate; all move with the point."""
+    for effect in placed.extents.effect_state.effects:
+        reading = placed.part.mechanism.reading(effect.reading) if isinstance(effect, OutputEffect) else None
         if isinstance(effect, OutputEffect) and isinstance(reading, PointCoordinate) and reading.origin.body == GROUND:
-            x, y = point_position(part.mechanism, poses, reading.point)
+            x, y = placed.position(reading.point)
             value = reading.direction_x * (x - reading.origin.x) + reading.direction_y * (y - reading.origin.y) - reading.zero
             axes = (x, y, math.atan2(reading.direction_y, reading.direction_x))
-            shapes += _shapes_of_effect(effect, axes, value, extents)
-    return shapes
+            yield from _shapes_of_effect(effect, axes, value, placed.extents)
 
 
 def _shapes_of_effect(effect: OutputEffect, axes: PoseTuple, value: float, extents: RunExtents) -> list[DrawnShape]:
@@ -51,12 +50,9 @@ def _shapes_of_effect(effect: OutputEffect, axes: PoseTuple, value: float, exten
         case Stops():
             return _stop_shapes(effect, axes, value, extents)
         case DryFriction():
-            is_sticking, shoe = (
-                effect_state.is_held(effect.reading, extents.time),
-                make_rectangle("shoe", -0.05 * u, 0.05 * u, 0.0, 0.04 * u),
-            )
-            points = tuple(axes_to_plane(axes, x, y - 0.085 * u) for x, y in shoe.points)
-            return [Polygon("shoe", () if is_sticking else points), Polygon("held shoe", points if is_sticking else ())]
+            shoe = make_rectangle("shoe", -0.05 * u, 0.05 * u, -0.085 * u, 0.04 * u - 0.085 * u)
+            corners = tuple(axes_to_plane(axes, *corner) for corner in shoe.points)
+            return friction_shoe_shapes(effect_state, effect.reading, extents.time, [Polygon("shoe", corners)])
         case Dashpot():
             min_length = _MIN_LENGTH * u
             length = min_length + value - low

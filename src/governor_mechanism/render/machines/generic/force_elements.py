@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator
 
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Distance, Pin, RotationalDriver, TranslationalDriver, Weld
-from governor_mechanism.model.part import Part
-from governor_mechanism.render.geometry.body_points import axes_to_plane, body_pose, hinge_point, point_position
+from governor_mechanism.render.geometry.body_points import axes_to_plane
 from governor_mechanism.render.geometry.outlines import make_arrow, make_wall
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, PoseTuple, Vec2
-from governor_mechanism.render.run_extents import RunExtents
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2
+from governor_mechanism.render.machines.generic.placed_mechanism import PlacedMechanism
 
 _N_COILS = 6
 _ELEMENT_WIDTH = 0.075
@@ -23,28 +22,27 @@ _LEAD_RATIO = 0.14
 """Length of the straight ends of a zigzag, as a fraction of its length."""
 
 
-def translational_element_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """Return springs and dampers between their points; side by side if they share both points."""
-    mechanism, u = part.mechanism, extents.length_scale
-    loads = [load for load in mechanism.force_elements if isinstance(load, Spring | Damper)]
-    end_points = [tuple(point_position(mechanism, poses, point) for point in (load.first, load.second)) for load in loads]
+def translational_element_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+    """Yield springs and dampers between their points; side by side if they share both points."""
+    u = placed.unit
+    loads = [load for load in placed.force_elements if isinstance(load, Spring | Damper)]
     pairs = [frozenset((load.first, load.second)) for load in loads]
-    shapes: list[DrawnShape] = []
-    for k, (load, (start, end)) in enumerate(zip(loads, end_points, strict=True)):
+    for k, load in enumerate(loads):
         count, number = pairs.count(pairs[k]), pairs[:k].count(pairs[k])
         lateral_offset = (2 * number - (count - 1)) * _LATERAL_SPACING * u
         if load.first != loads[pairs.index(pairs[k])].first:
             lateral_offset = -lateral_offset
+        start, end = placed.position(load.first), placed.position(load.second)
         length = math.dist(start, end)
         axes = (*start, math.atan2(end[1] - start[1], end[0] - start[0]))
         role = "spring" if isinstance(load, Spring) else "damper"
-        element_lines = spring_lines(length, u) if role == "spring" else damper_lines(length, extents.element_lengths[load.name], u)
+        element_lines = spring_lines(length, u) if role == "spring" else damper_lines(length, placed.extents.element_lengths[load.name], u)
         lines = [tuple(axes_to_plane(axes, x, y + lateral_offset) for x, y in line) for line in element_lines]
         if lateral_offset:
             # Beams connect an offset element to its points.
             lines += [(start, axes_to_plane(axes, 0.0, lateral_offset)), (end, axes_to_plane(axes, length, lateral_offset))]
-        shapes += [Lines(role, tuple(lines)), Circle("eye", *start, 0.011 * u), Circle("eye", *end, 0.011 * u)]
-    return shapes
+        yield Lines(role, tuple(lines))
+        yield from (Circle("eye", *point, 0.011 * u) for point in (start, end))
 
 
 def spring_lines(length: float, u: float) -> list[tuple[Vec2, ...]]:
@@ -73,75 +71,64 @@ def damper_lines(length: float, length_range: Vec2, u: float) -> list[tuple[Vec2
     ]
 
 
-def wall_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """Return small hatched walls where springs and dampers are fixed to the ground, except where there is a foot."""
-    mechanism, u = part.mechanism, extents.length_scale
-    held = [joint for joint in mechanism.joints if isinstance(joint, Pin | Distance | Weld)]
+def wall_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+    """Yield small hatched walls where springs and dampers are fixed to the ground, except where there is a foot."""
+    held = [joint for joint in placed.joints if isinstance(joint, Pin | Distance | Weld)]
     occupied = [(point.x, point.y) for joint in held for point in (joint.first, joint.second) if point.body == GROUND]
-    shapes: list[DrawnShape] = []
-    for load in mechanism.force_elements:
-        if not isinstance(load, Spring | Damper):
-            continue
-        for point, other in ((load.first, load.second), (load.second, load.first)):
-            x, y = point.x, point.y
-            if point.body == GROUND and (x, y) not in occupied:
-                occupied.append((x, y))
-                other_x, other_y = point_position(mechanism, poses, other)
-                shapes.append(make_wall((x, y), math.atan2(other_y - y, other_x - x), 0.10 * u, 0.035 * u))
-    return shapes
+    loads = [load for load in placed.force_elements if isinstance(load, Spring | Damper)]
+    for point, other in (ends for load in loads for ends in ((load.first, load.second), (load.second, load.first))):
+        x, y = point.x, point.y
+        if point.body == GROUND and (x, y) not in occupied:
+            occupied.append((x, y))
+            other_x, other_y = placed.position(other)
+            yield make_wall((x, y), math.atan2(other_y - y, other_x - x), 0.10 * placed.unit, 0.035 * placed.unit)
 
 
-def torsional_element_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """Return torsion springs as spirals that wind up, and torsion dampers as drums with a vane."""
-    mechanism, u = part.mechanism, extents.length_scale
-    shapes: list[DrawnShape] = []
-    for load in mechanism.force_elements:
+def spiral_points(centre: Vec2, start_angle: float, wound_angle: float, u: float) -> tuple[Vec2, ...]:
+    """Return a spiral spring inward of `start_angle` (rad), wound up by `wound_angle` (rad) from two and a half turns."""
+    sweep = 5 * math.pi - wound_angle
+    return tuple(axes_to_plane((*centre, start_angle - sweep * (1 - k / 72)), (0.03 + 0.07 * k / 72) * u, 0.0) for k in range(73))
+
+
+def torsional_element_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+    """Yield torsion springs as spirals that wind up, and torsion dampers as drums with a vane."""
+    for load in placed.force_elements:
         if not isinstance(load, TorsionSpring | TorsionDamper):
             continue
-        centre = point_position(mechanism, poses, hinge_point(mechanism, load.first, load.second))
-        outer_angle, inner_angle = (body_pose(mechanism, poses, body)[2] for body in (load.first, load.second))
+        centre = placed.hinge_position(load.first, load.second)
+        outer_angle, inner_angle = placed.pose(load.first)[2], placed.pose(load.second)[2]
         if isinstance(load, TorsionSpring):
             # Beyond one and a half turns a spiral would unwind or close up.
             wound_angle = max(min(inner_angle - outer_angle, 3 * math.pi), -3 * math.pi)
-            sweep = 5 * math.pi - wound_angle
-            spiral_points = (
-                axes_to_plane((*centre, outer_angle + 2.2 - sweep * (1 - k / 72)), (0.03 + 0.07 * k / 72) * u, 0.0) for k in range(73)
-            )
-            shapes.append(Lines("spring", (tuple(spiral_points),)))
+            yield Lines("spring", (spiral_points(centre, outer_angle + 2.2, wound_angle, placed.unit),))
         else:
-            vane = tuple(axes_to_plane((*centre, inner_angle), side * 0.055 * u, 0.0) for side in (-1, 1))
-            shapes += [Circle("drum", *centre, 0.055 * u), Lines("damper", (vane,))]
-    return shapes
+            yield Circle("drum", *centre, 0.055 * placed.unit)
+            yield Lines("damper", (tuple(axes_to_plane((*centre, inner_angle), side * 0.055 * placed.unit, 0.0) for side in (-1, 1)),))
 
 
-def force_arrow_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """Return forces as arrows and torques as curved arrows, of a length proportional to their magnitude; none for zero."""
-    mechanism, u = part.mechanism, extents.length_scale
-    shapes: list[DrawnShape] = []
-    for load in mechanism.force_elements:
+def force_arrow_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+    """Yield forces as arrows and torques as curved arrows, of a length proportional to their magnitude; empty ones for zero."""
+    u = placed.unit
+    for load in placed.force_elements:
         if isinstance(load, Force):
-            x, y = point_position(mechanism, poses, load.point)
-            across, up = extents.load_fractions(load)
+            x, y = placed.position(load.point)
+            across, up = placed.extents.load_fractions(load)
             chain = [(x, y), (x + _ARROW_LENGTH * u * across, y + _ARROW_LENGTH * u * up)]
         elif isinstance(load, Torque):
-            centre = point_position(mechanism, poses, hinge_point(mechanism, load.first, load.second))
-            sweep = 1.5 * math.pi * extents.load_fractions(load)[0]
+            centre = placed.hinge_position(load.first, load.second)
+            sweep = 1.5 * math.pi * placed.extents.load_fractions(load)[0]
             start = 0.25 * math.pi if sweep > 0 else 0.75 * math.pi
             chain = [axes_to_plane((*centre, start + sweep * k / 32), _TORQUE_ARROW_RADIUS * u, 0.0) for k in range(33)]
         else:
             continue
-        shapes += make_arrow("force", chain, _ARROW_HEAD_SIZE * u)
-    return shapes
+        yield from make_arrow("force", chain, _ARROW_HEAD_SIZE * u)
 
 
-def drive_shapes(part: Part, poses: Sequence[PoseTuple], extents: RunExtents) -> list[DrawnShape]:
-    """Return a ring around the pin that a drive rotates, or around the point that it moves."""
-    mechanism, u = part.mechanism, extents.length_scale
-    points = [
-        joint.second
-        if isinstance(joint, TranslationalDriver)
-        else hinge_point(mechanism, joint.first.body, joint.second.body, joint.second)
-        for joint in mechanism.joints
-        if isinstance(joint, RotationalDriver | TranslationalDriver)
-    ]
-    return [Circle("drive", *point_position(mechanism, poses, point), 0.036 * u) for point in points]
+def drive_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+    """Yield a ring around the pin that a drive rotates, or around the point that it moves."""
+    for joint in placed.joints:
+        if isinstance(joint, TranslationalDriver):
+            yield Circle("drive", *placed.position(joint.second), 0.036 * placed.unit)
+        elif isinstance(joint, RotationalDriver):
+            centre = placed.hinge_position(joint.first.body, joint.second.body, joint.second)
+            yield Circle("drive", *centre, 0.036 * placed.unit)

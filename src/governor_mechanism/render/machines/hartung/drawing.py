@@ -3,33 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from itertools import chain
 
 from governor_mechanism.model.part import Part
-from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
+from governor_mechanism.render.effect_state import EffectState
+from governor_mechanism.render.geometry.body_points import axes_to_plane
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2, make_bar, make_rectangle
-from governor_mechanism.render.machines.governor_parts import (
-    bearing_shapes,
-    both_sides,
-    lift_scale_shapes,
-    lift_ticks,
-    mirror_outline,
-    spindle_shapes,
-)
-from governor_mechanism.render.machines.hartung.effects import (
-    hartung_impact_shapes,
-    hartung_moving_effect_shapes,
-    hartung_static_effect_shapes,
-    spindle_collar_height,
-)
-from governor_mechanism.render.machines.hartung.proportions import (
-    HARTUNG_SPINDLE_HALF_WIDTH,
-    HartungProportions,
-    HartungSide,
-    hartung_proportions,
-    hartung_sides,
-    hartung_sleeve_height,
-    hartung_weight_centres,
-)
+from governor_mechanism.render.machines import governor_parts as parts
+from governor_mechanism.render.machines.hartung import effects
+from governor_mechanism.render.machines.hartung.proportions import HartungProportions, HartungSide
 from governor_mechanism.render.run_extents import RunExtents
 from governor_mechanism.types import FloatArray
 
@@ -39,73 +22,59 @@ _N_SPRING_TURNS = 8
 """Coils of each spring; as many as stay distinguishable when the spring is compressed."""
 
 
-def hartung_background_shapes(part: Part, poses: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
-    """Return the spindle in its bearings, the frame with fulcrums and spring seats, and the lift scale."""
-    governor = hartung_proportions(part, NO_EFFECTS if extents is None else extents.effect_state)
-    u, w = governor.arm, HARTUNG_SPINDLE_HALF_WIDTH * governor.arm
-    heights = hartung_sleeve_height(part, poses)
+def background_shapes(part: Part, poses: FloatArray, extents: RunExtents) -> Iterator[DrawnShape]:
+    """Yield the spindle in its bearings, the frame with fulcrums and spring seats, and the lift scale."""
+    governor = HartungProportions.from_part(part, extents.effect_state)
+    u, w, zero = governor.arm, governor.spindle_ratio * governor.arm, governor.zero_lift_height
+    heights = governor.sleeve_height(poses)
     lowest, highest = float(heights.min()), float(heights.max())
-    collar_height, top = spindle_collar_height(governor, lowest), governor.half_height + 0.34 * u
-    zero = governor.zero_lift_height
-    ticks = lift_ticks((lowest - zero, highest - zero), zero, 0.1 * u, 0.3 * u)
-    return (
-        *spindle_shapes(w, (collar_height - 0.42 * u, top + 0.2 * u), collar_height - 0.30 * u, top + 0.08 * u),
-        *bearing_shapes(w, 0.42 * u, top - 0.16 * u, top, 0.09 * u),
-        *bearing_shapes(w, 0.42 * u, collar_height - 0.26 * u, collar_height - 0.10 * u, 0.09 * u),
-        make_rectangle("spindle", -1.7 * w, 1.7 * w, collar_height - 0.10 * u, collar_height - 0.04 * u),
-        *_frame_shapes(governor),
-        *hartung_static_effect_shapes(governor, (lowest, highest)),
-        *lift_scale_shapes(governor.sleeve_size[0] + 0.38 * u, ticks, (0.14 * u, 0.08 * u, 0.18 * u, 0.9 * u)),
-    )
+    collar_height, top = effects.spindle_collar_height(governor, lowest), governor.half_height + 0.34 * u
+    yield from parts.spindle_shapes(w, (collar_height - 0.42 * u, top + 0.2 * u), collar_height - 0.30 * u, top + 0.08 * u)
+    yield from parts.bearing_shapes(w, 0.42 * u, top - 0.16 * u, top, 0.09 * u)
+    yield from parts.bearing_shapes(w, 0.42 * u, collar_height - 0.26 * u, collar_height - 0.10 * u, 0.09 * u)
+    yield make_rectangle("spindle", -1.7 * w, 1.7 * w, collar_height - 0.10 * u, collar_height - 0.04 * u)
+    yield from _frame_shapes(governor)
+    yield from effects.static_effect_shapes(governor, (lowest, highest))
+    ticks = parts.lift_ticks((lowest - zero, highest - zero), zero, 0.1 * u, 0.3 * u)
+    yield from parts.lift_scale_shapes(governor.sleeve_size[0] + 0.38 * u, ticks, (0.14 * u, 0.08 * u, 0.18 * u, 0.9 * u))
 
 
-def hartung_moving_shapes(part: Part, pose: FloatArray, extents: RunExtents | None = None) -> tuple[DrawnShape, ...]:
-    """Return sleeve, hangers, weights, bell cranks and springs; the right half covers the left one."""
-    effect_state, time = (NO_EFFECTS, 0.0) if extents is None else (extents.effect_state, extents.time)
-    governor = hartung_proportions(part, effect_state)
-    u, height = governor.arm, float(hartung_sleeve_height(part, pose))
-    sides = hartung_sides(governor, part, pose)
-    coil_strands = [_coil_strands(governor, side) for side in sides]
-    behind, front = (tuple(line for pair in coil_strands for line in pair[k]) for k in (0, 1))
+def moving_shapes(part: Part, pose: FloatArray, extents: RunExtents) -> Iterator[DrawnShape]:
+    """Yield sleeve, hangers, weights, bell cranks and springs; the right half covers the left one."""
+    governor = HartungProportions.from_part(part, extents.effect_state)
+    u, height, sides = governor.arm, float(governor.sleeve_height(pose)), governor.sides(pose)
+    yield from effects.moving_effect_shapes(governor, height, extents.time)
+    yield from _sleeve_shapes(governor, height)
+    yield from (shape for side in sides for shape in _weight_shapes(governor, side))
+    yield from (shape for side in sides for shape in _crank_shapes(governor, side))
+    # The strands of the springs behind the cross rod and in front of it.
+    behind, front = (tuple(chain.from_iterable(pair)) for pair in zip(*(_coil_strands(governor, side) for side in sides), strict=True))
+    yield Lines("coil behind", behind)
     seat, half_rod = governor.spring_seat_radius, _ROD_HALF_WIDTH * u
-    return (
-        *hartung_moving_effect_shapes(governor, height, time),
-        *_sleeve_shapes(governor, height),
-        *(shape for side in sides for shape in _weight_shapes(governor, side)),
-        *(shape for side in sides for shape in _crank_shapes(governor, side)),
-        Lines("coil behind", behind),
-        make_rectangle("rod", -seat, seat, -half_rod, half_rod),
-        Lines("coil edge", front),
-        Lines("coil", front),
-        *(Circle("pivot", *point, _PIVOT_RADIUS * u) for side in sides for point in (side.fulcrum, side.sleeve_arm_end, side.lug)),
-        *hartung_impact_shapes(governor, sides, time),
-    )
+    yield make_rectangle("rod", -seat, seat, -half_rod, half_rod)
+    yield from (Lines(role, front) for role in ("coil edge", "coil"))
+    pivots = [point for side in sides for point in (side.fulcrum, side.sleeve_arm_end, side.lug)]
+    yield from (Circle("pivot", *point, _PIVOT_RADIUS * u) for point in pivots)
+    yield from effects.impact_shapes(governor, sides, extents.time)
 
 
-def hartung_plan_shapes(part: Part, pose: FloatArray, angle: float, effect_state: EffectState = NO_EFFECTS) -> tuple[DrawnShape, ...]:
-    """Return weights, cross rod and sleeve from above; a mark identifies the right weight."""
-    governor = hartung_proportions(part, effect_state)
-    c, s = math.cos(angle), math.sin(angle)
-
-    def rotate(x: float, y: float) -> Vec2:
-        """Rotate a point (m) by the spindle angle."""
-        return c * x - s * y, s * x + c * y
-
-    w, h = governor.half_width, governor.half_height
-    left, right = (side.weight[0] for side in hartung_sides(governor, part, pose))
-    blocks = (((x - w, -h), (x + w, -h), (x + w, h), (x - w, h)) for x in (left, right))
-    ends = rotate(-governor.spring_seat_radius, 0.0), rotate(governor.spring_seat_radius, 0.0)
-    return (
-        Lines("plan arm", (ends,)),
-        *(Polygon("ball", tuple(rotate(*corner) for corner in block)) for block in blocks),
-        Circle("sleeve", 0.0, 0.0, 0.3 * governor.arm),
-        Circle("mark", *rotate(right, 0.0), 0.3 * h),
-    )
+def plan_shapes(part: Part, pose: FloatArray, angle: float, effect_state: EffectState) -> Iterator[DrawnShape]:
+    """Yield weights, cross rod and sleeve from above; a mark identifies the right weight."""
+    governor = HartungProportions.from_part(part, effect_state)
+    w, h, seat = governor.half_width, governor.half_height, governor.spring_seat_radius
+    axes = (0.0, 0.0, angle)
+    left, right = (side.weight[0] for side in governor.sides(pose))
+    yield Lines("plan arm", ((axes_to_plane(axes, -seat, 0.0), axes_to_plane(axes, seat, 0.0)),))
+    for x in (left, right):
+        corners = ((x - w, -h), (x + w, -h), (x + w, h), (x - w, h))
+        yield Polygon("ball", tuple(axes_to_plane(axes, *corner) for corner in corners))
+    yield Circle("sleeve", 0.0, 0.0, 0.3 * governor.arm)
+    yield Circle("mark", *axes_to_plane(axes, right, 0.0), 0.3 * h)
 
 
-def hartung_weight_path(part: Part, poses: FloatArray) -> FloatArray:
+def weight_path(part: Part, poses: FloatArray) -> FloatArray:
     """Return the path (n, 2) (m) of the centre of the right weight."""
-    return hartung_weight_centres(hartung_proportions(part), part, poses)
+    return HartungProportions.from_part(part).weight_centres(poses)
 
 
 def _weight_shapes(governor: HartungProportions, side: HartungSide) -> list[DrawnShape]:
@@ -130,15 +99,15 @@ def _weight_shapes(governor: HartungProportions, side: HartungSide) -> list[Draw
     ]
 
 
-def _crank_shapes(governor: HartungProportions, side: HartungSide) -> list[DrawnShape]:
-    """Return hanger and bell crank of one side; the boss of the crank is at the fulcrum."""
-    u = governor.arm
-    shapes: list[DrawnShape] = [make_bar("link", side.sleeve_arm_end, side.lug, _HANGER_WIDTH * u)]
-    if math.isinf(governor.hanger_length):
-        (x, y), half = side.lug, 0.10 * u
-        shapes.append(make_rectangle("block", x - half, x + half, y - 0.7 * half, y + 0.7 * half))
-    arms = (make_bar("arm", side.fulcrum, end, _ARM_WIDTH * u) for end in (side.weight, side.sleeve_arm_end))
-    return [*shapes, *arms, Circle("arm", *side.fulcrum, 0.13 * u)]
+def _crank_shapes(governor: HartungProportions, side: HartungSide) -> Iterator[DrawnShape]:
+    """Yield hanger and bell crank of one side; the boss of the crank is at the fulcrum."""
+    u, (x, y) = governor.arm, side.lug
+    yield make_bar("link", side.sleeve_arm_end, side.lug, _HANGER_WIDTH * u)
+    if math.isinf(governor.hanger):
+        half = 0.10 * u
+        yield make_rectangle("block", x - half, x + half, y - 0.7 * half, y + 0.7 * half)
+    yield from (make_bar("arm", side.fulcrum, end, _ARM_WIDTH * u) for end in (side.weight, side.sleeve_arm_end))
+    yield Circle("arm", *side.fulcrum, 0.13 * u)
 
 
 def _coil_strands(governor: HartungProportions, side: HartungSide) -> tuple[tuple[tuple[Vec2, ...], ...], tuple[tuple[Vec2, ...], ...]]:
@@ -151,41 +120,29 @@ def _coil_strands(governor: HartungProportions, side: HartungSide) -> tuple[tupl
     return tuple(zip(high[:-1], low[1:], strict=True)), tuple(zip(low, high, strict=True))
 
 
-def _frame_shapes(governor: HartungProportions) -> tuple[DrawnShape, ...]:
-    """Return the beam with the fulcrums, keyed to the spindle, and the hub and end plates of the cross rod."""
-    u, (x, y) = governor.arm, governor.fulcrum
+def _frame_shapes(governor: HartungProportions) -> Iterator[DrawnShape]:
+    """Yield the beam with the fulcrums, keyed to the spindle, and the hub and end plates of the cross rod."""
+    u, x, y = governor.arm, governor.fulcrum_radius, governor.fulcrum_height
     plate, bore, seat = 0.06 * u, governor.bore_half_height, governor.spring_seat_radius
-    return (
-        make_rectangle("frame", -0.2 * u, 0.2 * u, y - 0.12 * u, 0.12 * u),
-        make_bar("frame", (-x, y), (x, y), 0.19 * u),
-        *(make_rectangle("seat", *side, -1.05 * bore, 1.05 * bore) for side in reversed(both_sides(seat, seat + plate))),
-        *(make_rectangle("rod", *side, -0.11 * u, 0.11 * u) for side in reversed(both_sides(seat + plate, seat + 2.4 * plate))),
-    )
+    yield make_rectangle("frame", -0.2 * u, 0.2 * u, y - 0.12 * u, 0.12 * u)
+    yield make_bar("frame", (-x, y), (x, y), 0.19 * u)
+    yield from (make_rectangle("seat", *side, -1.05 * bore, 1.05 * bore) for side in reversed(parts.both_sides(seat, seat + plate)))
+    yield from (make_rectangle("rod", *side, -0.11 * u, 0.11 * u) for side in reversed(parts.both_sides(seat + plate, seat + 2.4 * plate)))
 
 
-def _sleeve_shapes(governor: HartungProportions, height: float) -> tuple[DrawnShape, ...]:
-    """Return head, collar with the groove for the fork, and a pointer; vertical hangers slide in a slot of the head."""
+def _sleeve_shapes(governor: HartungProportions, height: float) -> Iterator[DrawnShape]:
+    """Yield head, collar with the groove for the fork, and a pointer; vertical hangers slide in a slot of the head."""
     u, (half_width, drop) = governor.arm, governor.sleeve_size
-    head_half_height, base = 0.14 * u, height - drop
-    neck, flange = 0.62 * half_width, 0.14 * u
-    waist = height - 1.6 * head_half_height
-    outline = (
-        (half_width, height + head_half_height),
-        (half_width, height - head_half_height),
-        (0.72 * half_width, waist),
-        (0.72 * half_width, base + 2.6 * flange),
-        (neck, base + 2.6 * flange),
-        (neck, base + flange),
-        (0.9 * half_width, base + flange),
-        (0.9 * half_width, base),
-    )
+    head_half_height, base, flange = 0.14 * u, height - drop, 0.14 * u
+    neck, waist_half_width = 0.62 * half_width, 0.72 * half_width
+    waist, neck_top, neck_base = height - 1.6 * head_half_height, base + 2.6 * flange, base + flange
+    head = (half_width, height + head_half_height), (half_width, height - head_half_height)
+    collar = (neck, neck_top), (neck, neck_base), (0.9 * half_width, neck_base), (0.9 * half_width, base)
+    yield Polygon("sleeve", parts.mirror_outline((*head, (waist_half_width, waist), (waist_half_width, neck_top), *collar)))
+    strokes = (((part * half_width, waist - 0.02 * u), (part * half_width, base + 2.7 * flange)) for part in (0.44, 0.56, 0.65))
+    yield Lines("engraving", tuple(strokes))
     x, y = half_width - 0.06 * u, 0.065 * u
-    slot = ((-x, height - y), (x, height - y), (x, height + y), (-x, height + y)) if math.isinf(governor.hanger_length) else ()
-    strokes = tuple(((part * half_width, waist - 0.02 * u), (part * half_width, base + 2.7 * flange)) for part in (0.44, 0.56, 0.65))
+    slot = ((-x, height - y), (x, height - y), (x, height + y), (-x, height + y))
+    yield Polygon("slot", slot if math.isinf(governor.hanger) else ())
     tip = half_width + 0.34 * u
-    return (
-        Polygon("sleeve", mirror_outline(outline)),
-        Lines("engraving", strokes),
-        Polygon("slot", slot),
-        Polygon("pointer", ((tip, height), (tip - 0.2 * u, height + 0.08 * u), (tip - 0.2 * u, height - 0.08 * u))),
-    )
+    yield Polygon("pointer", ((tip, height), (tip - 0.2 * u, height + 0.08 * u), (tip - 0.2 * u, height - 0.08 * u)))

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from itertools import pairwise
 
+from governor_mechanism.machines.pendulum.machine import SLEEVE
 from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, Vec2, make_bar
 from governor_mechanism.render.machines.governor_parts import mirror_outline
 from governor_mechanism.render.machines.pendulum.proportions import GROOVE_RATIO, PendulumProportions
@@ -15,23 +17,18 @@ _LUG_WIDTH = 0.085
 """Width of a lug, as a fraction of the arm."""
 
 
-def pendulum_sleeve_shapes(governor: PendulumProportions, height: float) -> tuple[DrawnShape, ...]:
-    """Return lugs, collar and load with shading; the load is below the lugs, clear of arms and links."""
-    u = governor.arm
-    width, drop = governor.sleeve_size
-    neck_half_width = abs(governor.lug_offset) + 0.06 * u
+def sleeve_shapes(governor: PendulumProportions, height: float) -> Iterator[DrawnShape]:
+    """Yield lugs, collar and load with shading; the load is below the lugs, clear of arms and links."""
+    u, is_loaded, (width, drop) = governor.arm, SLEEVE in governor.body_names, governor.sleeve_size
     lug_top = height + (SLOT_HALF_LENGTH * u if governor.clearance else 0.0)
-    lugs = [make_bar("sleeve", (x, height - 0.06 * u), (x, lug_top), _LUG_WIDTH * u) for x in (-governor.lug_offset, governor.lug_offset)]
-    top, base = height - 0.045 * u, height - drop
-    outline = (_drum_outline if governor.has_sleeve_body else _collar_outline)(neck_half_width, width, top, base, u)
-    shaded_half_width = width if governor.has_sleeve_body else GROOVE_RATIO * width
-    pointer_tip = width + 0.085 * u
-    return (
-        *lugs,
-        Polygon("sleeve", mirror_outline(outline)),
-        Lines("engraving", _shading_strokes(outline, shaded_half_width, base, u)),
-        Polygon("pointer", ((pointer_tip, base), (pointer_tip - 0.07 * u, base + 0.03 * u), (pointer_tip - 0.07 * u, base - 0.03 * u))),
-    )
+    for x in (-governor.lug_offset, governor.lug_offset):
+        yield make_bar("sleeve", (x, height - 0.06 * u), (x, lug_top), _LUG_WIDTH * u)
+    neck, top, base = abs(governor.lug_offset) + 0.06 * u, height - 0.045 * u, height - drop
+    outline = (_drum_outline if is_loaded else _collar_outline)(neck, width, top, base, u)
+    yield Polygon("sleeve", mirror_outline(outline))
+    yield Lines("engraving", _shading_strokes(outline, width if is_loaded else GROOVE_RATIO * width, base, u))
+    tip = width + 0.085 * u
+    yield Polygon("pointer", ((tip, base), (tip - 0.07 * u, base + 0.03 * u), (tip - 0.07 * u, base - 0.03 * u)))
 
 
 def _drum_outline(neck: float, width: float, top: float, base: float, u: float) -> tuple[Vec2, ...]:
@@ -47,18 +44,9 @@ def _drum_outline(neck: float, width: float, top: float, base: float, u: float) 
 
 def _collar_outline(neck: float, width: float, top: float, base: float, u: float) -> tuple[Vec2, ...]:
     """Return the right half of the outline of a light collar, with the groove for the throttle fork."""
-    flange = 0.045 * u
-    groove = GROOVE_RATIO * width
-    return (
-        (0.0, top),
-        (neck, top),
-        (width, top - 0.01 * u),
-        (width, top - flange - 0.01 * u),
-        (groove, top - flange - 0.01 * u),
-        (groove, base + flange),
-        (width, base + flange),
-        (width, base),
-    )
+    flange, groove = 0.045 * u, GROOVE_RATIO * width
+    upper_flange = (width, top - 0.01 * u), (width, top - flange - 0.01 * u), (groove, top - flange - 0.01 * u)
+    return (0.0, top), (neck, top), *upper_flange, (groove, base + flange), (width, base + flange), (width, base)
 
 
 def _shading_strokes(outline: tuple[Vec2, ...], width: float, base: float, u: float) -> tuple[tuple[Vec2, ...], ...]:

@@ -65,7 +65,12 @@ def valve_gear_position(part: Part, valve_gear: ValveGearProportions, pose: Floa
     )
 
 
-ADMISSION_PHASE, EXPANSION_PHASE, EXHAUST_PHASE, COMPRESSION_PHASE = ("live steam", "expanding steam", "spent steam", "pressed steam")
+STEAM_PHASES = ADMISSION_PHASE, EXPANSION_PHASE, EXHAUST_PHASE, COMPRESSION_PHASE = (
+    "live steam",
+    "expanding steam",
+    "spent steam",
+    "pressed steam",
+)
 
 
 def steam_phase(valve_gear: ValveGearProportions, position: ValveGearPosition, side: float) -> str:

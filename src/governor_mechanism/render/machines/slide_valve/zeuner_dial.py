@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, TextShape, Vec2, make_bar
+from governor_mechanism.render.machines.governor_parts import visible_pieces
 from governor_mechanism.render.machines.slide_valve.proportions import ValveGearPosition, ValveGearProportions
 from governor_mechanism.types import FloatArray
 
@@ -30,26 +32,25 @@ def _circle_polyline(radius: float, points: int = 72) -> tuple[Vec2, ...]:
     return tuple(_polar_point(math.tau * k / points, radius) for k in range(points + 1))
 
 
-def dial_background_shapes(valve_gear: ValveGearProportions, angles: FloatArray, displacements: FloatArray) -> tuple[DrawnShape, ...]:
-    """Return the divided circle, the theoretical valve and lap circles, and the curves (n,) of the run."""
+def dial_background_shapes(valve_gear: ValveGearProportions, angles: FloatArray, displacements: FloatArray) -> Iterator[DrawnShape]:
+    """Yield the divided circle, the theoretical valve and lap circles, and the curves (n,) of the run."""
     u, scale = valve_gear.crank, _displacement_scale(valve_gear)
-    ticks = tuple(
-        (_polar_point(math.radians(k), u), _polar_point(math.radians(k), (1.06 if k % 30 == 0 else 1.03) * u)) for k in range(0, 360, 10)
-    )
-    half = 0.5 * valve_gear.eccentric * scale
-    centre = half * math.sin(valve_gear.advance), half * math.cos(valve_gear.advance)
     line_of_centres_angle = math.pi / 2 - valve_gear.advance
     line_of_centres = (_polar_point(line_of_centres_angle, 0.95 * u), _polar_point(line_of_centres_angle + math.pi, 0.95 * u))
-    return (
-        Lines("axis", (((-1.12 * u, 0.0), (1.12 * u, 0.0)), ((0.0, -1.06 * u), (0.0, 1.06 * u)), line_of_centres)),
-        Lines("rim", (_circle_polyline(u),)),
-        Lines("division", ticks),
-        *(Lines("lap circle", (_circle_polyline(abs(lap) * scale),)) for lap in (valve_gear.outside_lap, valve_gear.inside_lap)),
-        *(Lines("valve circle", (tuple((s * centre[0] + x, s * centre[1] + y) for x, y in _circle_polyline(half)),)) for s in (1.0, -1.0)),
-        TextShape("scale", 1.09 * u, 0.09 * u, "0°", 0.2 * u),
-        TextShape("scale", -1.28 * u, 0.09 * u, "180°", 0.2 * u),
-        *(Lines(f"{end} curve", _displacement_curve(angles, side * displacements * scale)) for end, side in _CYLINDER_ENDS),
-    )
+    yield Lines("axis", (((-1.12 * u, 0.0), (1.12 * u, 0.0)), ((0.0, -1.06 * u), (0.0, 1.06 * u)), line_of_centres))
+    yield Lines("rim", (_circle_polyline(u),))
+    division = ((math.radians(k), 1.06 if k % 30 == 0 else 1.03) for k in range(0, 360, 10))
+    yield Lines("division", tuple((_polar_point(angle, u), _polar_point(angle, end * u)) for angle, end in division))
+    for lap in (valve_gear.outside_lap, valve_gear.inside_lap):
+        yield Lines("lap circle", (_circle_polyline(abs(lap) * scale),))
+    half = 0.5 * valve_gear.eccentric * scale
+    x, y = half * math.sin(valve_gear.advance), half * math.cos(valve_gear.advance)
+    for side in (1.0, -1.0):
+        yield Lines("valve circle", (tuple((side * x + dx, side * y + dy) for dx, dy in _circle_polyline(half)),))
+    yield TextShape("scale", 1.09 * u, 0.09 * u, "0°", 0.2 * u)
+    yield TextShape("scale", -1.28 * u, 0.09 * u, "180°", 0.2 * u)
+    for end, side in _CYLINDER_ENDS:
+        yield Lines(f"{end} curve", _displacement_curve(angles, side * displacements * scale))
 
 
 _CYLINDER_ENDS = (("crank end", 1.0), ("head end", -1.0))
@@ -57,44 +58,25 @@ _CYLINDER_ENDS = (("crank end", 1.0), ("head end", -1.0))
 
 def _displacement_curve(angles: FloatArray, lengths: FloatArray) -> tuple[tuple[Vec2, ...], ...]:
     """Return the segments of the first turn with a positive displacement."""
-    first = angles <= angles[0] + math.tau * (1 + 1e-9)
-    rows = np.flatnonzero(first)
+    rows = np.flatnonzero(angles <= angles[0] + math.tau * (1 + 1e-9))
     rows = rows[:: max(1, len(rows) // _MAX_CURVE_POINTS)]
-    pieces: list[tuple[Vec2, ...]] = []
-    piece: list[Vec2] = []
-    for k in rows:
-        if lengths[k] > 0:
-            piece.append(_polar_point(float(angles[k]), float(lengths[k])))
-        elif piece:
-            pieces.append(tuple(piece))
-            piece = []
-    return (*pieces, tuple(piece)) if piece else tuple(pieces)
+    points = [_polar_point(float(angles[k]), float(lengths[k])) for k in rows]
+    return visible_pieces(points, [bool(lengths[k] > 0) for k in rows])
 
 
-def dial_moving_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition, height: float) -> tuple[DrawnShape, ...]:
-    """Return the crank with the displacement on its ray, and its projection on the piston at a height (m)."""
-    u, scale = valve_gear.crank, _displacement_scale(valve_gear)
+def dial_moving_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition, height: float) -> Iterator[DrawnShape]:
+    """Yield the crank with the displacement on its ray, and its projection on the piston at a height (m)."""
+    u, length = valve_gear.crank, position.valve_displacement * _displacement_scale(valve_gear)
     pin = _polar_point(position.crank_angle, u)
-    length = position.valve_displacement * scale
-    chords = [
-        Lines(f"{end} chord", ((((0.0, 0.0), _polar_point(position.crank_angle, side * length)),) if side * length > 0 else ()))
-        for end, side in _CYLINDER_ENDS
-    ]
-    end_markers = [
-        Circle(f"{end} mark", *_polar_point(position.crank_angle, max(side * length, 0.0)), 0.045 * u if side * length > 0 else 0.0)
-        for end, side in _CYLINDER_ENDS
-    ]
-    return (
-        Lines(
-            "projection",
-            (_piston_projection(valve_gear, position, pin), ((position.piston_position, 0.0), (position.piston_position, height))),
-        ),
-        make_bar("arm", (0.0, 0.0), pin, 0.075 * u),
-        *chords,
-        *end_markers,
-        Circle("pivot", 0.0, 0.0, 0.055 * u),
-        Circle("pivot", *pin, 0.055 * u),
-    )
+    stroke_line = ((position.piston_position, 0.0), (position.piston_position, height))
+    yield Lines("projection", (_piston_projection(valve_gear, position, pin), stroke_line))
+    yield make_bar("arm", (0.0, 0.0), pin, 0.075 * u)
+    tips = {end: (_polar_point(position.crank_angle, max(side * length, 0.0)), side * length > 0) for end, side in _CYLINDER_ENDS}
+    for end, (tip, is_shown) in tips.items():
+        yield Lines(f"{end} chord", (((0.0, 0.0), tip),) if is_shown else ())
+    for end, (tip, is_shown) in tips.items():
+        yield Circle(f"{end} mark", *tip, 0.045 * u if is_shown else 0.0)
+    yield from (Circle("pivot", *point, 0.055 * u) for point in ((0.0, 0.0), pin))
 
 
 def _piston_projection(valve_gear: ValveGearProportions, position: ValveGearPosition, pin: Vec2) -> tuple[Vec2, ...]:
