@@ -1,9 +1,13 @@
-"""Decoding of films."""
+"""Frames of films, decoded and as painted."""
 
 from __future__ import annotations
 
 import numpy as np
 from PIL import Image
+
+from governor_mechanism.render.film.frame_data import interpolate_frame_data
+from governor_mechanism.render.film.side_by_side import SideBySidePainter
+from governor_mechanism.render.film.writer import choose_slow_down, schedule_frames
 
 
 def decode_film(path):
@@ -15,3 +19,13 @@ def decode_film(path):
             shown.append(np.array(image.convert("RGB")))
             durations.append(image.info["duration"] / 1000)
     return np.array(shown), durations
+
+
+def paint_frames(run, slow_down=None, parts=None):
+    """Return the frames (height, width, 3) of a film of a whole run, or of some of its parts."""
+    span = float(run.times[0]), float(run.times[-1])
+    slow_factor = slow_down or choose_slow_down(span[1] - span[0])
+    times, _ = schedule_frames(*span, 25, slow_factor)
+    data = [interpolate_frame_data(run, part, span, times, slow_factor) for part in parts or run.scene.parts]
+    painter = SideBySidePainter([run], None, [data], 480)
+    return [painter.paint(k)[..., :3] for k in range(len(times))]

@@ -22,12 +22,12 @@ from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.effect_state import effect_state_of
 from governor_mechanism.render.film.frame_data import interpolate_frame_data
 from governor_mechanism.render.film.frame_painter import FramePainter
-from governor_mechanism.render.film.writer import render_frames
 from governor_mechanism.render.geometry.primitives import Circle, Lines, bounding_box
 from governor_mechanism.render.machines.pendulum.clearance import clearance_magnification
 from governor_mechanism.render.machines.pendulum.proportions import PendulumProportions
 from governor_mechanism.render.machines.registry import background_shapes, drawing_bounds, moving_shapes, plan_shapes
 from governor_mechanism.render.run_extents import measure_run_extents
+from render.decoding import paint_frames
 from render.stub_effects import ListedEvents, fake_run_with_effects
 from render.stub_machines import fake_machine_run
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
@@ -299,4 +299,4 @@ def test_effects_on_a_point_coordinate_are_drawn_for_any_mechanism():
     # The walls are fixed, although they are drawn from the moving point.
     first, last = (np.array(of_role(moving[k], "wall")[0].lines[0]) for k in (0, 30))
     np.testing.assert_allclose(first, last, atol=1e-12)
-    assert len(next(render_frames(run))) == 480
+    assert len(paint_frames(run)[0]) == 480

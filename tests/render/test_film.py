@@ -17,9 +17,9 @@ from governor_mechanism.render.film.frame_data import interpolate_frame_data
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import Palette
 from governor_mechanism.render.film.layout import ELEVATION_RECT
-from governor_mechanism.render.film.writer import render_frames, schedule_frames, write_film
+from governor_mechanism.render.film.writer import schedule_frames, write_film
 from governor_mechanism.render.style import FILM_COLOURS, ROLE_STYLES, parse_rgb
-from render.decoding import decode_film
+from render.decoding import decode_film, paint_frames
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 
@@ -115,7 +115,7 @@ def test_a_part_of_a_run_keeps_its_duration(tmp_path, porter):
 
 def test_a_gif_shows_the_frames(tmp_path, porter):
     shown, _ = decode_film(write_film(porter, tmp_path / "a.gif"))
-    painted = np.array(list(render_frames(porter)))
+    painted = np.array(paint_frames(porter))
     assert painted.shape == shown.shape
     assert painted.dtype == np.uint8
     difference = np.abs(shown.astype(int) - painted).max(axis=3)
@@ -126,7 +126,7 @@ def test_a_gif_shows_the_frames(tmp_path, porter):
 
 def test_equal_runs_give_equal_films(tmp_path):
     first, second = (fake_run(GOVERNOR_DIMENSIONS["crossed"], duration=0.5) for _ in range(2))
-    for one, other in zip(render_frames(first), render_frames(second), strict=True):
+    for one, other in zip(paint_frames(first), paint_frames(second), strict=True):
         assert_array_equal(one, other)
     write_film(first, tmp_path / "first.gif")
     write_film(second, tmp_path / "second.gif")
@@ -263,7 +263,7 @@ def test_wrong_names_and_empty_runs_are_refused(tmp_path, porter):
 
 def test_moving_shapes_leave_no_traces(tmp_path, porter):
     shown, _ = decode_film(write_film(porter, tmp_path / "a.gif"))
-    still = np.array(list(render_frames(porter)))
+    still = np.array(paint_frames(porter))
     paper = np.array(parse_rgb(FILM_COLOURS[0]))
     bare = (still == paper).all(axis=3)
     assert (shown[bare] == paper).all()

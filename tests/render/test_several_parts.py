@@ -15,11 +15,11 @@ from governor_mechanism.model.coupling.couplings import GearCoupling
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
 from governor_mechanism.render.film.frame_data import find_parts, interpolate_frame_data
 from governor_mechanism.render.film.frame_painter import FramePainter
-from governor_mechanism.render.film.writer import render_frames
 from governor_mechanism.render.geometry.primitives import Circle, Lines
 from governor_mechanism.render.machines.registry import moving_shapes
 from governor_mechanism.render.reading_loads import reading_load_functions
 from governor_mechanism.render.shown_readings import shown_readings
+from render.decoding import paint_frames
 
 GAIN, LAG = -20.0, 0.3
 
@@ -83,7 +83,7 @@ def test_every_part_has_a_panel_and_its_first_reading_a_plot(run):
 
 
 def test_a_film_of_one_part_is_as_wide_as_any_other(run):
-    frame = next(iter(render_frames(run, part="governor")))
+    frame = paint_frames(run, parts=find_parts(run, "governor"))[0]
     assert frame.shape == (480, 480, 3)
     with pytest.raises(MechanismError, match="Did you mean 'governor'"):
         find_parts(run, "govenor")

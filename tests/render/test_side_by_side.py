@@ -12,9 +12,8 @@ import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.render.film.frame_data import interpolate_frame_data
-from governor_mechanism.render.film.side_by_side import make_side_by_side
-from governor_mechanism.render.film.writer import render_frames
-from render.decoding import decode_film
+from governor_mechanism.render.film.side_by_side import SideBySidePainter
+from render.decoding import decode_film, paint_frames
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 from render.test_film import words_of
 
@@ -27,9 +26,8 @@ def pair():
 
 
 def side_by_side(runs, titles=TITLES):
-    return make_side_by_side(
-        runs, titles, lambda run: [interpolate_frame_data(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51))], 480
-    )
+    data = [[interpolate_frame_data(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51))] for run in runs]
+    return SideBySidePainter(runs, titles, data, 480)
 
 
 @pytest.mark.parametrize(("duration", "rate"), [(2.0, 25), (1.13, 20)])
@@ -46,7 +44,7 @@ def test_the_film_has_the_duration_of_its_runs(tmp_path, duration, rate):
 def test_equal_runs_are_shown_twice(tmp_path):
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
     shown, _ = decode_film(gm.film([run, run], tmp_path / "a.gif"))
-    alone = np.array(list(render_frames(run)))
+    alone = np.array(paint_frames(run))
     assert len(shown) == len(alone)
     for half in (shown[:, :, :480], shown[:, :, 480:]):
         difference = np.abs(half.astype(int) - alone).max(axis=3)

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import functools
-import json
-import math
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
+from governor_mechanism.files.plain_values import format_json
 
 EXIT_OK, EXIT_FAILED, EXIT_BAD_INPUT, EXIT_INTERRUPTED = 0, 1, 2, 130
 
@@ -25,13 +26,35 @@ class CommandExit(SystemExit):
     """End of a command that has already printed everything."""
 
 
-def guarded_command(command: Callable[..., int]) -> Callable[..., None]:
-    """Turn the failures of a command into one message each and an exit status.
+@dataclass(frozen=True, kw_only=True)
+class CommandResult:
+    """What a command reports.
+
+    Attributes
+    ----------
+    text
+        What is printed, line by line.
+    values
+        What is printed with the option --json.
+    files
+        The files that were written; None for a command that writes none.
+    ok
+        Whether the command reached its goal.
+    """
+
+    text: Sequence[object]
+    values: Mapping[str, object]
+    files: Sequence[Path] | None = None
+    ok: bool = True
+
+
+def guarded_command(command: Callable[..., CommandResult]) -> Callable[..., None]:
+    """Print the result of a command; turn its failures into one message each and an exit status.
 
     Parameters
     ----------
     command
-        Function that returns an exit status.
+        Function that returns its result. An option `as_json` selects how it is printed.
 
     Returns
     -------
@@ -45,12 +68,20 @@ def guarded_command(command: Callable[..., int]) -> Callable[..., None]:
         interrupt_handler = InterruptHandler()
         try:
             with interrupt_handler:
-                status = command(*args, **options)
+                status = _print_result(command(*args, **options), as_json=as_json)
         except (Exception, KeyboardInterrupt) as error:
             status = _report_interrupt() if interrupt_handler.was_interrupted else _report_failure(error, as_json=as_json)
         raise CommandExit(status)
 
     return guarded
+
+
+def _print_result(result: CommandResult, *, as_json: bool) -> int:
+    if as_json:
+        print_json({**result.values, **({} if result.files is None else {"files": result.files})})
+    else:
+        print("\n".join([*map(str, result.text), *(f"wrote {path}" for path in result.files or ())]))
+    return EXIT_OK if result.ok else EXIT_FAILED
 
 
 def _report_interrupt() -> int:
@@ -60,10 +91,8 @@ def _report_interrupt() -> int:
 
 def _report_failure(error: BaseException, *, as_json: bool) -> int:
     """Print what the user can correct and return the exit status; raise any other error again."""
-    if isinstance(error, MechanismError):
-        return _report_problems(list(error.problems), as_json=as_json)
     if isinstance(error, GovernorMechanismError):
-        return _report_problems([str(error)], as_json=as_json)
+        return _report_problems(error.problems if isinstance(error, MechanismError) else [str(error)], as_json=as_json)
     if isinstance(error, BrokenPipeError):  # the reader of our output has closed the pipe
         sys.stdout = None
         return EXIT_OK
@@ -108,32 +137,13 @@ class InterruptHandler:
         raise KeyboardInterrupt
 
 
-@contextmanager
-def show_status(message: str) -> Iterator[None]:
+def show_status(message: str) -> AbstractContextManager[object]:
     """Show a spinner with a message on a terminal; do nothing in a pipe."""
     if not sys.stderr.isatty():
-        yield
-        return
+        return nullcontext()
     from rich.console import Console
 
-    with Console(stderr=True).status(message):
-        yield
-
-
-def finite_or_none(value: float) -> float | None:
-    """Return a finite value, or None, because JSON has no NaN.
-
-    Parameters
-    ----------
-    value
-        Any number.
-
-    Returns
-    -------
-    float | None
-        The value, or None for NaN and infinities.
-    """
-    return value if math.isfinite(value) else None
+    return Console(stderr=True).status(message)
 
 
 @contextmanager
@@ -150,7 +160,7 @@ def show_progress_bar(label: str) -> Iterator[Callable[[int, int], None] | None]
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def _report_problems(problems: list[str], *, as_json: bool) -> int:
+def _report_problems(problems: Sequence[str], *, as_json: bool) -> int:
     for problem in problems:
         print_to_stderr(problem)
     if as_json:
@@ -163,6 +173,6 @@ def print_to_stderr(message: str) -> None:
     print(message, file=sys.stderr)
 
 
-def print_json(value: dict[str, Any]) -> None:
+def print_json(value: Mapping[str, object]) -> None:
     """Print a JSON object to standard output."""
-    print(json.dumps(value, indent=2, allow_nan=False))
+    print(format_json(value))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from governor_mechanism.cli.console import EXIT_OK, guarded_command, print_json, print_to_stderr, show_status
+from governor_mechanism.cli.console import CommandResult, print_to_stderr, show_status
 from governor_mechanism.cli.options import RESULTS_FOLDER, AsJson, FigureFolder, NoFigure, prepare_folder
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ class DesignTarget(StrEnum):
     HARTUNG = "hartung"
 
 
-@guarded_command
 def design(
     machine: Annotated[DesignTarget, typer.Argument(help="The machine to design.")],
     changes: Annotated[
@@ -32,7 +31,7 @@ def design(
     out: FigureFolder = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
-) -> int:
+) -> CommandResult:
     """Design a governor by the procedure of its paper: bell cranks, springs, stress and sleeve force.
 
     Writes figures and a scene file that can be run. With the inputs of the paper, the printed numbers are compared with the
@@ -47,26 +46,19 @@ def design(
     is_paper_design = inputs == PAPER_INPUTS
     with show_status("designing"):
         hartung_design = design_hartung(inputs)
-        files = [
-            _write_scene(hartung_design, out),
-            *([] if no_figure else _write_figures(hartung_design, out, is_paper_design=is_paper_design)),
-        ]
+        files = [_write_scene(hartung_design, out)]
+        if not no_figure:
+            files += _write_figures(hartung_design, out, is_paper_design=is_paper_design)
+    values: dict[str, object] = {"machine": machine.value, "design": hartung_design.as_json(), "files": files}
+    text = [*hartung_design.summary_lines(), *(f"wrote {path}" for path in files)]
+    if is_paper_design:
+        comparison = compare_with_paper()
+        values["paper"] = comparison.as_json()
+        text = [f"{comparison}\n", *text]
     if as_json:
         for warning in hartung_design.warnings:  # the text output contains them
             print_to_stderr(warning)
-        report = {"machine": machine.value, "design": hartung_design.as_json(), "files": [str(path) for path in files]}
-        print_json(report | ({"paper": compare_with_paper().as_json()} if is_paper_design else {}))
-        return EXIT_OK
-    print(
-        "\n".join(
-            [
-                *([f"{compare_with_paper()}\n"] if is_paper_design else []),
-                *hartung_design.summary_lines(),
-                *(f"wrote {path}" for path in files),
-            ]
-        )
-    )
-    return EXIT_OK
+    return CommandResult(text=text, values=values)
 
 
 def _write_scene(hartung_design: HartungDesign, out: Path) -> Path:

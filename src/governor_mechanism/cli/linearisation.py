@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 from governor_mechanism.api import equilibria, linearise, stability_limit
+from governor_mechanism.cli.console import CommandResult
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.first_order_system import Onset
 from governor_mechanism.statics.linearisation import Linearisation, last_spindle_speed
-from governor_mechanism.statics.modes import Mode
 from governor_mechanism.statics.stability_limit import StabilityLimit
 
 
-def report_linearisation(scene: Scene, spindle_speed: float | None, limit: str | None) -> tuple[str, dict[str, Any]]:
-    """Return what `equilibria --linearise` and `--limit` print, as text and as JSON values.
+def report_linearisation(scene: Scene, spindle_speed: float | None, limit: str | None) -> CommandResult:
+    """Return what `equilibria --linearise` and `--limit` print.
 
     Parameters
     ----------
@@ -29,10 +28,8 @@ def report_linearisation(scene: Scene, spindle_speed: float | None, limit: str |
 
     Returns
     -------
-    text : str
-        Lines for the terminal.
-    report : dict[str, Any]
-        The same in SI.
+    CommandResult
+        Lines for the terminal, and the same in SI.
 
     Raises
     ------
@@ -42,12 +39,10 @@ def report_linearisation(scene: Scene, spindle_speed: float | None, limit: str |
     if limit is not None:
         key, low, high = _parse_limit(limit)
         result = stability_limit(scene, key, low, high)
-        text = [scene.title, _format_limit(result), str(result.linearisation)]
-        return "\n".join(text), {"limit": _limit_as_json(result), "linearisations": [_as_json(result.linearisation)]}
+        values = {"limit": _select_attributes(result, LIMIT_KEYS), "linearisations": [_values_of(result.linearisation)]}
+        return CommandResult(text=[scene.title, _format_limit(result), result.linearisation], values=values)
     linearisations = _linearise_all(scene, spindle_speed)
-    return "\n".join([scene.title, *map(str, linearisations)]), {
-        "linearisations": [one if isinstance(one, str) else _as_json(one) for one in linearisations]
-    }
+    return CommandResult(text=[scene.title, *linearisations], values={"linearisations": [*map(_values_of, linearisations)]})
 
 
 def _linearise_all(scene: Scene, spindle_speed: float | None) -> Sequence[Linearisation | str]:
@@ -97,31 +92,23 @@ def _format_limit(limit: StabilityLimit[Linearisation]) -> str:
     return f"{limit.key}: stable {side} {value}; oscillations of {limit.frequency:.6g} rad/s begin there, onset {onset}"
 
 
-def _limit_as_json(limit: StabilityLimit[Linearisation]) -> dict[str, Any]:
-    values = {name: getattr(limit, name) for name in ("key", "unit", "value", "frequency", "stable_below")}
-    return {**values, "onset": str(limit.onset)}
+LIMIT_KEYS = ("key", "unit", "value", "frequency", "stable_below", "onset")
+MODE_KEYS = ("eigenvalue", "error_estimate", "natural_frequency", "damping_ratio", "is_conserved", "amplitudes")
+"""What is printed of a limit of stability and of a mode."""
 
 
-def _as_json(linearisation: Linearisation) -> dict[str, Any]:
+def _values_of(linearisation: Linearisation | str) -> object:
+    """Return what is printed of linearised equations, or the reason why there are none."""
+    if isinstance(linearisation, str):
+        return linearisation
     return {
-        "readings": dict(linearisation.readings),
-        "rates": dict(linearisation.rates),
-        "stability": str(linearisation.stability),
-        "stable": linearisation.stable,
-        "error_estimate": linearisation.error_estimate,
-        "states": list(linearisation.state_names),
-        "matrix": linearisation.matrix.tolist(),
-        "modes": [_mode_as_json(mode) for mode in linearisation.modes],
-        "notes": list(linearisation.notes),
+        **_select_attributes(linearisation, ("readings", "rates", "stability", "stable", "error_estimate")),
+        "states": linearisation.state_names,
+        "matrix": linearisation.matrix,
+        "modes": [_select_attributes(mode, MODE_KEYS) for mode in linearisation.modes],
+        "notes": linearisation.notes,
     }
 
 
-def _mode_as_json(mode: Mode) -> dict[str, Any]:
-    return {
-        "eigenvalue": [mode.eigenvalue.real, mode.eigenvalue.imag],
-        "error_estimate": mode.error_estimate,
-        "natural_frequency": mode.natural_frequency,
-        "damping_ratio": mode.damping_ratio,
-        "is_conserved": mode.is_conserved,
-        "amplitudes": {name: [value.real, value.imag] for name, value in mode.amplitudes.items()},
-    }
+def _select_attributes(value: object, names: Iterable[str]) -> dict[str, object]:
+    return {name: getattr(value, name) for name in names}

@@ -11,6 +11,7 @@ from governor_mechanism.errors import MechanismError
 
 SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A scene file (TOML), or the name of a shipped scene.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object to standard output, and nothing else.")]
+Accuracy = Annotated[float | None, typer.Option(help="Accuracy relative to the scale of each reading; by default the one of the scene.")]
 FigureFolder = Annotated[Path, typer.Option(help="Folder for the figures.")]
 NoFigure = Annotated[bool, typer.Option("--no-figure", help="Draw no figure.")]
 

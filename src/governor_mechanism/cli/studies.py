@@ -8,26 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from governor_mechanism.cli.console import (
-    EXIT_FAILED,
-    EXIT_OK,
-    guarded_command,
-    print_json,
-    print_to_stderr,
-    show_progress_bar,
-    show_status,
-)
-from governor_mechanism.cli.options import RESULTS_FOLDER, AsJson, FigureFolder, NoFigure, SceneName, prepare_folder
-
-if TYPE_CHECKING:
-    from governor_mechanism.model.scene import Scene
+import governor_mechanism as gm
+from governor_mechanism.cli.console import CommandResult, print_to_stderr, show_progress_bar, show_status
+from governor_mechanism.cli.options import RESULTS_FOLDER, Accuracy, AsJson, FigureFolder, NoFigure, SceneName, prepare_folder
 
 
-@guarded_command
 def accuracy(
     scene: SceneName,
     wanted: Annotated[
@@ -37,9 +26,8 @@ def accuracy(
     out: FigureFolder = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
-) -> int:
+) -> CommandResult:
     """Measure error and time of every engine at every setting; write a figure, a table (CSV) and a record (JSON)."""
-    import governor_mechanism as gm
     from governor_mechanism.studies.work_precision.results import validate_target_error
 
     if wanted is not None:
@@ -57,15 +45,10 @@ def accuracy(
         from governor_mechanism.render.figures.work_precision import work_precision_figure
 
         files.append(work_precision_figure(study, out / f"{stem}.png", wanted if is_measurable else None))
-    if as_json:
-        request = {} if wanted is None else {"for": wanted, "advice": advice, "reached": is_reached}
-        print_json({**study.as_json(), **request, "files": [str(path) for path in files]})
-    else:
-        print("\n".join([str(study), *([advice] if advice else []), *(f"wrote {path}" for path in files)]))
-    return EXIT_OK if is_reached else EXIT_FAILED
+    request = {} if wanted is None else {"for": wanted, "advice": advice, "reached": is_reached}
+    return CommandResult(text=[study, *([advice] if advice else [])], values={**study.as_json(), **request}, files=files, ok=is_reached)
 
 
-@guarded_command
 def effects(
     scene: SceneName,
     engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
@@ -73,10 +56,8 @@ def effects(
     out: FigureFolder = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
-) -> int:
+) -> CommandResult:
     """Show what each effect of a scene changes, what it costs, and which effects can be left out."""
-    import governor_mechanism as gm
-
     prepare_folder(out)
     loaded_scene = gm.load(scene)
     with show_progress_bar("effects") as progress:
@@ -86,12 +67,7 @@ def effects(
         from governor_mechanism.render.figures.effect_ablation import effect_ablation_figure
 
         files.append(effect_ablation_figure(study, out / f"{Path(loaded_scene.source).stem or 'scene'}_effects.png"))
-    if as_json:
-        print_json({**study.as_json(), "files": [str(path) for path in files]})
-    else:
-        print(study)
-        print("".join(f"wrote {path}" for path in files))
-    return EXIT_OK
+    return CommandResult(text=[study], values=study.as_json(), files=files)
 
 
 class RegulationStudy(StrEnum):
@@ -103,19 +79,19 @@ class RegulationStudy(StrEnum):
     JUMP = "jump"
 
 
-@guarded_command
 def regulation(
     study: Annotated[RegulationStudy, typer.Argument(help="The study to make.")],
     scene: Annotated[
         str, typer.Argument(help="A scene file or the name of a shipped scene; by default the shipped scene of the study.")
     ] = "",
     out: FigureFolder = RESULTS_FOLDER,
-) -> int:
+) -> CommandResult:
     """Study how a governor regulates, with many runs each.
 
     cyclic: amplitude of the cyclic sleeve motion against the speed fluctuation. clearance: the same against the clearance.
     settling: settling time against the damping. jump: delay of the jump at a fold against the ramp rate of the speed.
     """
+    from governor_mechanism.engines.rotating_part import rotating_part_alone
     from governor_mechanism.render.figures import regulation as figures
     from governor_mechanism.studies.regulation import registry as studies
 
@@ -124,7 +100,9 @@ def regulation(
     with show_status("running"):
         match study:
             case RegulationStudy.CYCLIC:
-                cyclic_study = studies.study_cyclic_motion(_load_scene(scene, "porter_cyclic"), studies.FLUCTUATION_RATIOS)
+                cyclic_study = studies.study_cyclic_motion(
+                    rotating_part_alone(gm.load(scene or "porter_cyclic")), studies.FLUCTUATION_RATIOS
+                )
                 figures.cyclic_figure(cyclic_study, path)
                 conclusion = (
                     f"cyclic sleeve motion from a speed fluctuation of {cyclic_study.threshold:.6g} insensitivity bands; "
@@ -132,33 +110,26 @@ def regulation(
                 )
             case RegulationStudy.CLEARANCE:
                 names = [scene] if scene else ["porter_clearance", "watt_clearance"]
-                clearance_studies = [studies.study_clearance(_load_scene(name, ""), studies.CLEARANCES) for name in names]
+                clearance_studies = [studies.study_clearance(rotating_part_alone(gm.load(name)), studies.CLEARANCES) for name in names]
                 figures.clearance_figure(clearance_studies, path)
                 conclusion = "\n".join(f"{one.title}: {one.conclusion}" for one in clearance_studies)
             case RegulationStudy.SETTLING:
-                settling_study = studies.study_settling(_load_scene(scene, "porter_load_step"), studies.DAMPING_COEFFICIENTS)
+                settling_study = studies.study_settling(
+                    rotating_part_alone(gm.load(scene or "porter_load_step")), studies.DAMPING_COEFFICIENTS
+                )
                 figures.settling_figure(settling_study, path)
                 conclusion = f"shortest settling time {settling_study.best[1]:.4g} s with a dashpot of {settling_study.best[0]:.4g} N s/m"
             case RegulationStudy.JUMP:
-                fold_jump_study = studies.study_fold_jump(_load_scene(scene, "watt_improved"), studies.RAMP_RATES)
+                fold_jump_study = studies.study_fold_jump(rotating_part_alone(gm.load(scene or "watt_improved")), studies.RAMP_RATES)
                 figures.fold_jump_figure(fold_jump_study, path)
                 conclusion = (
                     f"falls below {fold_jump_study.fold_speed:.6g} rad/s with a delay of order rate^"
                     f"{fold_jump_study.falling_exponent.value:.4f} +- {fold_jump_study.falling_exponent.standard_error:.1g}, "
                     f"jumps above {fold_jump_study.stop_speed:.6g} rad/s"
                 )
-    print(f"{conclusion}\nwrote {path}")
-    return EXIT_OK
+    return CommandResult(text=[conclusion], values={}, files=[path])
 
 
-def _load_scene(name: str, default: str) -> Scene:
-    import governor_mechanism as gm
-    from governor_mechanism.engines.rotating_part import rotating_part_alone
-
-    return rotating_part_alone(gm.load(name or default))
-
-
-@guarded_command
 def sweep(
     scene: SceneName,
     vary: Annotated[
@@ -174,9 +145,7 @@ def sweep(
         ),
     ] = None,
     engine: Annotated[str, typer.Option(help="The engine of all rows; auto uses the engine of the scene.")] = "auto",
-    accuracy: Annotated[
-        float | None, typer.Option(help="Accuracy relative to the scale of each reading; by default the one of the scene.")
-    ] = None,
+    accuracy: Accuracy = None,
     certify: Annotated[bool, typer.Option("--certify", help="Estimate the error of every run.")] = False,
     workers: Annotated[int, typer.Option(help="Number of processes. The result does not depend on it.")] = 1,
     out: Annotated[
@@ -184,9 +153,8 @@ def sweep(
     ] = RESULTS_FOLDER,
     no_figure: NoFigure = False,
     as_json: AsJson = False,
-) -> int:
+) -> CommandResult:
     """Run a scene at a grid or list of values of its keys. The same command continues an interrupted sweep."""
-    import governor_mechanism as gm
     from governor_mechanism.studies.sweep.checkpoint import journal_path
 
     prepare_folder(out)
@@ -215,11 +183,7 @@ def sweep(
         from governor_mechanism.render.figures.sweep import sweep_figure
 
         files.append(sweep_figure(result, journal_file.with_suffix(".png")))
-    if as_json:
-        print_json({**result.as_json(), "files": [str(path) for path in files]})
-    else:
-        print("\n".join([str(result), *(f"wrote {path}" for path in files)]))
-    return EXIT_OK if result.ok else EXIT_FAILED
+    return CommandResult(text=[result], values=result.as_json(), files=files, ok=result.ok)
 
 
 class _ProgressCounter:

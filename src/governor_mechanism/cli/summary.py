@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
-from governor_mechanism.cli.console import finite_or_none
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.scene import Scene
@@ -16,43 +14,39 @@ from governor_mechanism.statics.equilibrium_speed import format_coordinate
 from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
 from governor_mechanism.units.quantities import format_quantity, format_reading_name
 
+Bands = Sequence[InsensitivityBand | str | None]
+"""For each equilibrium: its insensitivity band, the reason why there is none, or None if no resistance is given."""
 
-def format_equilibria(
-    scene: Scene, equilibria: Sequence[Equilibrium], curve: SpeedCurve | None, bands: Sequence[InsensitivityBand | str] = ()
-) -> list[str]:
-    """Return one line per equilibrium, each with its insensitivity band or the reason why there is none, and one per jump."""
+
+def format_equilibria(scene: Scene, equilibria: Sequence[Equilibrium], curve: SpeedCurve | None, bands: Bands) -> list[str]:
+    """Return one line per equilibrium, each followed by its insensitivity band, and one per jump."""
+    name = format_reading_name(scene.part.mechanism.coordinate)
     lines = []
-    for k, equilibrium in enumerate(equilibria):
-        name = format_reading_name(scene.part.mechanism.coordinate)
+    for equilibrium, band in zip(equilibria, bands, strict=True):
         lines.append(f"{name} {_format_position(scene, equilibrium)}: {_format_stability(scene, equilibrium)}")
-        lines += [f"  {_format_band(scene, band)}" for band in bands[k : k + 1]]
+        if band is not None:
+            lines.append(f"  {_format_band(scene, band)}")
     folds = curve.folds if curve else ()
     return lines + [f"jumps at {format_coordinate(scene, at)}, {format_quantity(speed, 'rad/s')}" for at, speed in folds]
 
 
-def equilibria_as_json(
-    equilibria: Sequence[Equilibrium], curve: SpeedCurve | None, bands: Sequence[InsensitivityBand | str] = ()
-) -> dict[str, Any]:
-    """Return equilibria and speed curve as JSON values in SI; instead of a missing insensitivity band, the reason."""
-    field_names = ("coordinate", "extent", "stable", "stiffness", "frequency", "divergence_rate", "uncertainty")
-    rows = []
-    for k, equilibrium in enumerate(equilibria):
-        row = {key: getattr(equilibrium, key) for key in field_names}
-        row |= {"sensitivity": finite_or_none(equilibrium.sensitivity), "readings": dict(equilibrium.readings)}
-        for band in bands[k : k + 1]:
-            names = ("falling_speed", "rising_speed", "insensitivity")
-            values = {} if isinstance(band, str) else {name: finite_or_none(float(getattr(band, name)[0])) for name in names}
-            row["insensitivity_band"] = values or band
-        rows.append(row)
+EQUILIBRIUM_KEYS = ("coordinate", "extent", "stable", "stiffness", "frequency", "divergence_rate", "uncertainty", "sensitivity", "readings")
+BAND_KEYS = ("falling_speed", "rising_speed", "insensitivity")
+"""What is printed of an equilibrium and of an insensitivity band."""
+
+
+def equilibria_as_json(scene: Scene, equilibria: Sequence[Equilibrium], curve: SpeedCurve | None, bands: Bands) -> dict[str, object]:
+    """Return equilibria and speed curve in SI; instead of a missing insensitivity band, the reason."""
+    rows: list[dict[str, object]] = []
+    for equilibrium, band in zip(equilibria, bands, strict=True):
+        rows.append({name: getattr(equilibrium, name) for name in EQUILIBRIUM_KEYS})
+        if band is not None:
+            rows[-1]["insensitivity_band"] = band if isinstance(band, str) else {name: getattr(band, name)[0] for name in BAND_KEYS}
+    values = {"coordinate": scene.part.mechanism.coordinate, "undamped": has_damping(scene), "equilibria": rows}
     if curve is None:
-        return {"equilibria": rows}
-    return {
-        "equilibria": rows,
-        "folds": [{"coordinate": value, "speed": at} for value, at in curve.folds],
-        "poles": list(curve.poles),
-        "low_end": curve.low_end_message,
-        "high_end": curve.high_end_message,
-    }
+        return values
+    folds = [{"coordinate": value, "speed": at} for value, at in curve.folds]
+    return {**values, "folds": folds, "poles": curve.poles, "low_end": curve.low_end_message, "high_end": curve.high_end_message}
 
 
 def _format_band(scene: Scene, band: InsensitivityBand | str) -> str:

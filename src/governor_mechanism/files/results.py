@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import platform
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.files.plain_values import format_json
 from governor_mechanism.model.trajectory import Trajectory
 
 REPORTED_PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy")
@@ -28,12 +28,10 @@ def save_csv(run: Trajectory, path: Path) -> None:
     path
         Path of the file.
     """
-    names = list(run.readings)
     with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
-        writer.writerow(["time [s]", *(f"{name} [{run.units[name]}]" for name in names)])
-        for row in zip(run.times, *(run.readings[name] for name in names), strict=True):
-            writer.writerow([repr(float(value)) for value in row])
+        writer.writerow(["time [s]", *(f"{name} [{run.units[name]}]" for name in run.readings)])
+        writer.writerows(np.column_stack([run.times, *run.readings.values()]).tolist())
 
 
 def save_netcdf(run: Trajectory, path: Path) -> None:
@@ -134,7 +132,7 @@ def save_json(run: Trajectory, path: Path) -> None:
         Path of the file.
     """
     with atomic_write(path) as temporary:
-        temporary.write_text(json.dumps(summarise_run(run), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        temporary.write_text(format_json(summarise_run(run)) + "\n", encoding="utf-8")
 
 
 def package_versions() -> dict[str, str]:

@@ -14,6 +14,7 @@ from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.render.geometry.body_points import value_range
 from governor_mechanism.render.part_entries import select_part_entries
 from governor_mechanism.render.reading_loads import LoadFunctions, reading_load_functions
 
@@ -77,7 +78,7 @@ NO_EFFECTS = EffectState()
 
 def effect_state_of(run: Trajectory, part: Part, slow_down: float = 1.0) -> EffectState:
     """Return the effect state of a part of a run whose seconds take `slow_down` seconds of film."""
-    ranges = {name: (float(values.min()), float(values.max())) for name, values in run.readings.items()}
+    ranges = {name: value_range(values) for name, values in run.readings.items()}
     stop_values = {contact.output_name: (contact.low, contact.high) for contact in contacts_of(run.scene)}
     hold_changes: dict[str, list[tuple[float, bool]]] = {}
     stop_impacts: dict[str, list[StopImpact]] = {}

@@ -17,20 +17,23 @@ from governor_mechanism.types import FloatArray
 
 TimeFunction = Callable[[FloatArray], FloatArray]
 """A value over time."""
-LoadFunctions = tuple[TimeFunction, TimeFunction | None]
-"""Components of a force over time, or a torque and None."""
+LoadFunctions = tuple[TimeFunction, ...]
+"""The two components of a force over time, or a torque."""
+
+
+def load_inputs(load: Force | Torque) -> tuple[InputFunction, ...]:
+    """Return the components of a force, or a torque."""
+    return (load.x, load.y) if isinstance(load, Force) else (load.moment,)
 
 
 def reading_load_functions(run: Trajectory, part: Part) -> dict[str, LoadFunctions]:
     """Return the forces and torques of a part that depend on readings, by plain name, linear between the reported times."""
     loads = {load.name: load for load in run.scene.mechanism.force_elements if isinstance(load, Force | Torque)}
-    functions: dict[str, LoadFunctions] = {}
-    for name, load in select_part_entries(run, part, loads).items():
-        inputs = (load.x, load.y) if isinstance(load, Force) else (load.moment,)
-        if any(one.depends_on_readings for one in inputs):
-            x, y, *_ = (*(_sampled_function(run, one) for one in inputs), None)
-            functions[name] = (x, y)
-    return functions
+    return {
+        name: tuple(_sampled_function(run, one) for one in load_inputs(load))
+        for name, load in select_part_entries(run, part, loads).items()
+        if any(one.depends_on_readings for one in load_inputs(load))
+    }
 
 
 def _sampled_function(run: Trajectory, load: InputFunction) -> TimeFunction:

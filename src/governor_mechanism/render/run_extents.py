@@ -16,9 +16,9 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.film.layout import ELEVATION_RECT
-from governor_mechanism.render.geometry.body_points import point_path, point_path_in_axes
+from governor_mechanism.render.geometry.body_points import point_path, point_path_in_axes, separation_path, value_range
 from governor_mechanism.render.geometry.primitives import Vec2
-from governor_mechanism.render.reading_loads import LoadFunctions
+from governor_mechanism.render.reading_loads import LoadFunctions, load_inputs
 from governor_mechanism.types import FloatArray
 
 ELEVATION_ASPECT_RATIO = (ELEVATION_RECT[2] - ELEVATION_RECT[0]) / (ELEVATION_RECT[3] - ELEVATION_RECT[1])
@@ -54,7 +54,7 @@ class RunExtents:
         if not largest > 0.0:
             return 0.0, 0.0
         times = np.array([self.time])
-        x, y = (0.0 if function is None else float(function(times)[0]) / largest for function in self.load_functions[load.name])
+        x, y, *_ = (*(float(function(times)[0]) / largest for function in self.load_functions[load.name]), 0.0)
         return x, y
 
 
@@ -66,11 +66,7 @@ def measure_run_extents(part: Part, poses: FloatArray, times: FloatArray, effect
     length_scale = float(max(sides[0], ELEVATION_ASPECT_RATIO * sides[1]))
     own_scale = 2 * flywheel_radius(mechanism) or mechanism.length_scale
     load_functions: dict[str, LoadFunctions] = {
-        load.name: (CubicTimeFunction(load.x), CubicTimeFunction(load.y))
-        if isinstance(load, Force)
-        else (CubicTimeFunction(load.moment), None)
-        for load in mechanism.force_elements
-        if isinstance(load, Force | Torque)
+        load.name: tuple(map(CubicTimeFunction, load_inputs(load))) for load in mechanism.force_elements if isinstance(load, Force | Torque)
     }
     load_functions |= effect_state.load_functions
     return RunExtents(
@@ -79,7 +75,9 @@ def measure_run_extents(part: Part, poses: FloatArray, times: FloatArray, effect
         mean_height=float(paths[..., 1].mean()),
         joint_travels={joint.name: travel for joint in mechanism.joints if (travel := _joint_travel(mechanism, poses, joint)) is not None},
         element_lengths={
-            load.name: _length_range(mechanism, poses, load) for load in mechanism.force_elements if isinstance(load, TWO_POINT_ELEMENTS)
+            load.name: value_range(np.hypot(*separation_path(mechanism, poses, load.first, load.second).T))
+            for load in mechanism.force_elements
+            if isinstance(load, TWO_POINT_ELEMENTS)
         },
         load_functions=load_functions,
         largest_loads={kind: _largest_load(mechanism, load_functions, kind, times) for kind in (Force, Torque)},
@@ -109,7 +107,7 @@ def drawn_point_paths(mechanism: Mechanism, poses: FloatArray) -> FloatArray:
     for joint in mechanism.joints:
         if isinstance(joint, Gear | RackAndPinion):
             centres = [point_path(mechanism, poses, point) for point in (joint.first, joint.second)]
-            distance = np.hypot(*np.moveaxis(centres[1] - centres[0], -1, 0))
+            distance = np.hypot(*(centres[1] - centres[0]).T)
             radii = [np.full(len(poses), abs(joint.radius))] if isinstance(joint, RackAndPinion) else wheel_radii(joint.ratio, distance)
             for centre, radius in zip(centres, radii, strict=False):
                 paths += [(centre + sign * radius[:, None])[:, None] for sign in (-1, 1)]
@@ -134,18 +132,10 @@ def _joint_travel(mechanism: Mechanism, poses: FloatArray, joint: Joint) -> Vec2
             x, y = point_path_in_axes(mechanism, poses, joint.first, 0.0, joint.second).T
             travel = np.unwrap(np.arctan2(y, x))
         case RackAndPinion():
-            separation = point_path(mechanism, poses, joint.second) - point_path(mechanism, poses, joint.first)
-            travel = separation @ np.array([math.cos(joint.angle), math.sin(joint.angle)])
+            travel = separation_path(mechanism, poses, joint.first, joint.second) @ np.array([math.cos(joint.angle), math.sin(joint.angle)])
         case _:
             return None
-    return float(travel.min()), float(travel.max())
-
-
-def _length_range(mechanism: Mechanism, poses: FloatArray, load: Spring | Damper) -> Vec2:
-    """Return the shortest and longest length (m) of an element over the run."""
-    separation = point_path(mechanism, poses, load.second) - point_path(mechanism, poses, load.first)
-    lengths = np.hypot(separation[:, 0], separation[:, 1])
-    return float(lengths.min()), float(lengths.max())
+    return value_range(travel)
 
 
 def _largest_load(mechanism: Mechanism, load_functions: Mapping[str, LoadFunctions], kind: type[ForceElement], times: FloatArray) -> float:
@@ -153,6 +143,6 @@ def _largest_load(mechanism: Mechanism, load_functions: Mapping[str, LoadFunctio
     magnitudes = [0.0]
     for load in mechanism.force_elements:
         if isinstance(load, kind):
-            x, y = (np.zeros(len(times)) if function is None else function(times) for function in load_functions[load.name])
+            x, y, *_ = (*(function(times) for function in load_functions[load.name]), np.zeros(len(times)))
             magnitudes.append(float(np.hypot(x, y).max()))
     return max(magnitudes)

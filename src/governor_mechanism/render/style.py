@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -35,82 +36,64 @@ class ShapeStyle:
     dashes: tuple[float, ...] = ()
 
 
-ROLE_STYLES = {
+_STYLES = {
     "axis": ShapeStyle(stroke=MUTED, width=0.7, dashes=(10.0, 3.0, 2.0, 3.0)),
-    "spindle": ShapeStyle(fill=LIGHT_STEEL, width=0.9),
+    "spindle, link, eyelet": ShapeStyle(fill=LIGHT_STEEL, width=0.9),
     "spindle shade": ShapeStyle(stroke=IRON, width=1.2),
-    "frame": ShapeStyle(fill=IRON, width=1.0),
-    "bearing": ShapeStyle(fill=PAPER, width=0.9),
-    "hatching": ShapeStyle(stroke=INK, width=0.6),
+    "frame, drum": ShapeStyle(fill=IRON, width=1.0),
+    "bearing, slot": ShapeStyle(fill=PAPER, width=0.9),
+    "hatching, stop hatching": ShapeStyle(width=0.6),
     "guide": ShapeStyle(stroke=MUTED, width=0.9, dashes=(5.0, 3.0)),
     "leader": ShapeStyle(stroke=RULE, width=0.7),
-    "scale": ShapeStyle(stroke=MUTED, width=0.8),
-    "arm": ShapeStyle(fill=STEEL, width=0.9),
-    "link": ShapeStyle(fill=LIGHT_STEEL, width=0.9),
+    "scale, lap circle": ShapeStyle(stroke=MUTED, width=0.8),
+    "arm, plate, rod, casting": ShapeStyle(fill=STEEL, width=0.9),
     "ball": ShapeStyle(fill=BLUE, stroke="#00436a", width=1.2),
     "ball shine": ShapeStyle(stroke="#7db9dc", width=1.1),
-    "sleeve": ShapeStyle(fill="#eb9a5e", stroke="#7a3600", width=1.0),
+    "sleeve, block": ShapeStyle(fill="#eb9a5e", stroke="#7a3600", width=1.0),
     "engraving": ShapeStyle(stroke="#a8581c", width=0.8),
     "pointer": ShapeStyle(fill=VERMILLION, stroke=VERMILLION, width=0.3),
-    "plate": ShapeStyle(fill=STEEL, width=0.9),
-    "frame plate": ShapeStyle(fill=LIGHT_STEEL, stroke=MUTED, width=0.8),
-    "slot": ShapeStyle(fill=PAPER, width=0.9),
-    "wall": ShapeStyle(width=0.9),
-    "block": ShapeStyle(fill="#eb9a5e", stroke="#7a3600", width=1.0),
-    "wheel": ShapeStyle(fill=STEEL, width=1.0),
+    "frame plate, bracket": ShapeStyle(fill=LIGHT_STEEL, stroke=MUTED, width=0.8),
+    "wall, bore edge": ShapeStyle(width=0.9),
+    "wheel, rack": ShapeStyle(fill=STEEL, width=1.0),
     "wheel web": ShapeStyle(fill=LIGHT_STEEL, width=0.6),
     "spoke": ShapeStyle(stroke=IRON, width=2.0),
     "marked spoke": ShapeStyle(stroke=BLUE, width=3.0),
-    "rack": ShapeStyle(fill=STEEL, width=1.0),
-    "tooth": ShapeStyle(width=1.0),
+    "tooth, rim": ShapeStyle(width=1.0),
     "spring": ShapeStyle(stroke="#00436a", width=1.5),
     "damper": ShapeStyle(width=1.4),
-    "drum": ShapeStyle(fill=IRON, width=1.0),
     "eye": ShapeStyle(fill=INK, width=0.3),
     "tracer": ShapeStyle(fill=GREEN, stroke=GREEN, width=0.3),
     "force": ShapeStyle(fill=VERMILLION, stroke=VERMILLION, width=2.2),
     "drive": ShapeStyle(fill=PAPER, stroke=VERMILLION, width=1.8),
-    "pivot": ShapeStyle(fill=PAPER, width=1.0),
-    "rod": ShapeStyle(fill=STEEL, width=0.9),
-    "eyelet": ShapeStyle(fill=LIGHT_STEEL, width=0.9),
+    "pivot, stop": ShapeStyle(fill=PAPER, width=1.0),
     "struck": ShapeStyle(fill=VERMILLION, width=0.9),
     "lens": ShapeStyle(fill=PAPER, stroke=MUTED, width=0.8),
-    "bracket": ShapeStyle(fill=LIGHT_STEEL, stroke=MUTED, width=0.8),
-    "stop": ShapeStyle(fill=PAPER, width=1.0),
-    "stop hatching": ShapeStyle(width=0.6),
-    "seat": ShapeStyle(fill=IRON, width=0.9),
+    "seat, piston, shoe": ShapeStyle(fill=IRON, width=0.9),
     "dashpot": ShapeStyle(fill=LIGHT_STEEL, width=1.0),
     "bore": ShapeStyle(fill=PAPER, stroke=PAPER, width=0.3),
     "oil": ShapeStyle(fill="#9fcbe6", stroke="#9fcbe6", width=0.3),
-    "piston": ShapeStyle(fill=IRON, width=0.9),
     "piston rod": ShapeStyle(fill=STEEL, width=0.8),
-    "shoe": ShapeStyle(fill=IRON, width=0.9),
     "held shoe": ShapeStyle(fill=VERMILLION, stroke="#7a3600", width=0.9),
-    "casting": ShapeStyle(fill=STEEL, width=0.9),
     "casting hatching": ShapeStyle(stroke=IRON, width=0.5),
     "live steam": ShapeStyle(fill="#f4bd94", stroke="#f4bd94", width=0.3),
     "expanding steam": ShapeStyle(fill="#fae3d0", stroke="#fae3d0", width=0.3),
     "spent steam": ShapeStyle(fill="#d5e8f3", stroke="#d5e8f3", width=0.3),
     "pressed steam": ShapeStyle(fill="#e4ddd2", stroke="#e4ddd2", width=0.3),
-    "bore edge": ShapeStyle(width=0.9),
     "valve": ShapeStyle(fill="#7d8fa0", width=1.0),
     "valve cavity": ShapeStyle(fill="#d5e8f3", width=0.8),
-    "rim": ShapeStyle(width=1.0),
     "division": ShapeStyle(stroke=MUTED, width=0.5),
-    "lap circle": ShapeStyle(stroke=MUTED, width=0.8),
     "valve circle": ShapeStyle(width=0.8),
-    "crank end curve": ShapeStyle(stroke=BLUE, width=1.6),
-    "head end curve": ShapeStyle(stroke=VERMILLION, width=1.6),
-    "crank end chord": ShapeStyle(stroke=BLUE, width=4.0),
-    "head end chord": ShapeStyle(stroke=VERMILLION, width=4.0),
-    "crank end mark": ShapeStyle(fill=BLUE, stroke=PAPER, width=0.8),
-    "head end mark": ShapeStyle(fill=VERMILLION, stroke=PAPER, width=0.8),
     "projection": ShapeStyle(stroke=GREEN, width=0.9, dashes=(4.0, 2.5)),
     "crank web": ShapeStyle(fill=LIGHT_STEEL, width=0.8),
     "eccentric": ShapeStyle(fill="#eb9a5e", stroke="#7a3600", width=0.8),
     "small rod": ShapeStyle(stroke=INK, width=1.8),
     "eccentric rod": ShapeStyle(stroke="#7a3600", width=1.6),
-    "burst": ShapeStyle(stroke=VERMILLION, width=1.6),
+    "crank end curve": ShapeStyle(stroke=BLUE, width=1.6),
+    "burst, head end curve": ShapeStyle(stroke=VERMILLION, width=1.6),
+    "crank end chord": ShapeStyle(stroke=BLUE, width=4.0),
+    "head end chord": ShapeStyle(stroke=VERMILLION, width=4.0),
+    "crank end mark": ShapeStyle(fill=BLUE, stroke=PAPER, width=0.8),
+    "head end mark": ShapeStyle(fill=VERMILLION, stroke=PAPER, width=0.8),
     "weight bore": ShapeStyle(fill="#e9edf0", stroke="#00436a", width=0.9),
     "coil": ShapeStyle(stroke=STEEL, width=3.0),
     "coil edge": ShapeStyle(stroke=INK, width=4.6),
@@ -123,23 +106,13 @@ ROLE_STYLES = {
     "hub": ShapeStyle(fill=PAPER, width=0.8),
     "mark": ShapeStyle(fill=PAPER, stroke=PAPER, width=0.1),
 }
+"""Styles by the roles that have them."""
+
+ROLE_STYLES = {role: style for roles, style in _STYLES.items() for role in roles.split(", ")}
 """Style of each role."""
 
-FILM_COLOURS = tuple(
-    dict.fromkeys(
-        colour
-        for colour in (
-            PAPER,
-            INK,
-            MUTED,
-            RULE,
-            *SERIES_COLOURS,
-            *GREEN_EDGES,
-            *(c for s in ROLE_STYLES.values() for c in (s.fill, s.stroke)),
-        )
-        if colour != "none"
-    )
-)
+_STYLE_COLOURS = {colour for style in ROLE_STYLES.values() for colour in (style.fill, style.stroke)}
+FILM_COLOURS = tuple(sorted({PAPER, INK, MUTED, RULE, *SERIES_COLOURS, *GREEN_EDGES, *_STYLE_COLOURS} - {"none"}))
 """All colours that occur in a film."""
 
 
@@ -195,15 +168,12 @@ class Brush:
 
 def _group_shapes(shapes: Sequence[DrawnShape]) -> list[list[DrawnShape]]:
     """Return the shapes in groups that share an artist."""
-    groups: list[list[DrawnShape]] = []
-    for shape in shapes:
-        previous = groups[-1][0] if groups else None
-        is_same_kind = previous is not None and type(shape) is type(previous) and shape.role == previous.role
-        if is_same_kind and isinstance(shape, Circle | Lines):
-            groups[-1].append(shape)
-        else:
-            groups.append([shape])
-    return groups
+
+    def group_key(numbered: tuple[int, DrawnShape]) -> tuple[type, str, int]:
+        number, shape = numbered
+        return type(shape), shape.role, -1 if isinstance(shape, Circle | Lines) else number
+
+    return [[shape for _, shape in group] for _, group in groupby(enumerate(shapes), group_key)]
 
 
 def _line_coordinates(group: Sequence[DrawnShape]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -223,8 +193,4 @@ def _outline_path(group: Sequence[DrawnShape]) -> Path:
         vertices = np.concatenate([np.asarray(_UNIT_CIRCLE.vertices) * radius + (x, y) for radius, x, y in circles])
         return Path(vertices, np.tile(np.asarray(_UNIT_CIRCLE.codes), len(circles)))
     points = [point for shape in group if isinstance(shape, Polygon) for point in (*shape.points, *shape.points[:1])]
-    if not points:
-        return Path(np.empty((0, 2)))
-    codes = np.full(len(points), Path.LINETO)
-    codes[0], codes[-1] = Path.MOVETO, Path.CLOSEPOLY
-    return Path(np.array(points), codes)
+    return Path(np.array(points, dtype=float).reshape(-1, 2), closed=True)

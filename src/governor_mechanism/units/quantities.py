@@ -192,6 +192,8 @@ def _unit_factor(unit: str, number: Decimal, expected: QuantityKind, message_sta
     turn_match = _TURN_UNIT.match(normalised)
     normalised = f"turn{normalised[turn_match.end() :]}" if turn_match else normalised
     try:
+        if not _UNIT.fullmatch(normalised):
+            raise MechanismError(f"{normalised!r} contains no unit names")
         factor, base_unit = _in_base_units(normalised)
     except Exception as error:
         # pint raises many unrelated types (its own, tokenizer's, AssertionError) with one meaning for the user.
@@ -209,8 +211,6 @@ def _unit_factor(unit: str, number: Decimal, expected: QuantityKind, message_sta
 
 def _in_base_units(unit: str) -> tuple[Decimal, Any]:
     """Return the factor and the pint unit of a unit in base units; unlike pint's dimensions, they keep radians."""
-    if not _UNIT.fullmatch(unit):
-        raise MechanismError(f"{unit!r} contains no unit names")
     registry = _unit_registry()
     factor, base_unit = registry.get_base_units(registry.parse_units(unit))
     return Decimal(factor), base_unit
@@ -218,8 +218,7 @@ def _in_base_units(unit: str) -> tuple[Decimal, Any]:
 
 @cache
 def _base_unit_of(si_unit: str) -> Any:
-    registry = _unit_registry()
-    return registry.get_base_units(registry.parse_units(si_unit))[1]
+    return _in_base_units(si_unit)[1]
 
 
 @cache

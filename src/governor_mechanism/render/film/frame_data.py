@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -13,7 +13,7 @@ from governor_mechanism.model.part import Part
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState, effect_state_of
 from governor_mechanism.render.part_entries import part_poses_and_velocities, select_part_entries
-from governor_mechanism.render.shown_readings import shown_readings
+from governor_mechanism.render.shown_readings import ShownReading, shown_readings
 from governor_mechanism.types import FloatArray
 
 
@@ -21,8 +21,8 @@ from governor_mechanism.types import FloatArray
 class FrameData:
     """One part of a run at the frame times (f,) s, all within `time_span` (s), the shown part of the run.
 
-    `poses` (f, bodies, 3) are those of the part; `readings` (f,) SI, `units` and `scales` are by plain name; `spindle_angle` (f,) rad
-    counts from the start and is zero without a spindle speed. `run_poses` (n, bodies, 3) and `run_times` (n,) s are those that the run
+    `poses` (f, bodies, 3) are those of the part; `readings` are by plain name, with values (f,); `spindle_angle` (f,) rad counts from
+    the start and is zero without a spindle speed. `run_poses` (n, bodies, 3) and `run_times` (n,) s are those that the run
     reports. `effect_state` is that of the run. A second of the run takes `slow_down` seconds of film.
     """
 
@@ -30,9 +30,7 @@ class FrameData:
     time_span: tuple[float, float]
     times: FloatArray
     poses: FloatArray
-    readings: Mapping[str, FloatArray]
-    units: Mapping[str, str]
-    scales: Mapping[str, float]
+    readings: Mapping[str, ShownReading]
     spindle_angle: FloatArray
     run_poses: FloatArray
     run_times: FloatArray
@@ -64,9 +62,7 @@ def interpolate_frame_data(
         time_span=time_span,
         times=times,
         poses=_interpolate_hermite(run.times, poses, velocities, times),
-        readings={name: np.interp(times, run.times, one.values) for name, one in readings.items()},
-        units={name: one.unit for name, one in readings.items()},
-        scales={name: one.scale for name, one in readings.items()},
+        readings={name: replace(one, values=np.interp(times, run.times, one.values)) for name, one in readings.items()},
         spindle_angle=np.interp(times, run.times, spindle_angle),
         run_poses=poses,
         run_times=run.times,

@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import zip_longest
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -20,30 +23,21 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.digit_cache import CachedNumber
 from governor_mechanism.render.film.frame_data import FrameData
-from governor_mechanism.render.film.layout import (
-    CAPTION_RECT,
-    CLOSING_LINE_LAYOUT,
-    DIAL_RECT,
-    ELEVATION_RECT,
-    HEADER_RULE_Y,
-    PART_NAME_HEIGHT,
-    PART_NAME_POSITION,
-    PART_PITCH,
-    REFERENCE_SIZE,
-    PixelView,
-    fit_view,
-    reading_rects,
-    shift_rect,
-)
-from governor_mechanism.render.film.reading_panel import READING_NOISE_RATIO, ReadingPlot, ReadingSeries
-from governor_mechanism.render.film.shared_limits import SharedLimits
+from governor_mechanism.render.film.layout import PixelView, fit_view, reading_rects, shift_rect
+from governor_mechanism.render.film.reading_panel import ReadingPlot
+from governor_mechanism.render.film.shared_limits import SharedLimits, shared_limits
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, round_step
 from governor_mechanism.render.machines.registry import SWEEP_ARC_CAPTION, background_shapes, drawing_of, moving_shapes, plan_shapes
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_film_speed, format_name, format_numbers
 from governor_mechanism.render.run_extents import measure_run_extents
 from governor_mechanism.render.style import GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION, Brush
+from governor_mechanism.types import FloatArray
+
+FramePixels = NDArray[np.uint8]
+"""RGBA pixels (height, width, 4)."""
 
 FRAME_DPI = 64
 """A power of two, so that size / DPI * DPI is exactly the size."""
@@ -57,40 +51,19 @@ FRAME_CLOSING_LINE_LENGTH = 94
 """Number of characters in the closing lines that fit at about their normal size."""
 
 
+@dataclass(frozen=True)
 class ShapePanel:
-    """Axes in metres with static shapes and with the moving shapes `shapes_at(k)` of frame k."""
+    """Artists of the moving shapes on one pair of axes; `update(k)` moves them to frame k."""
 
-    def __init__(
-        self, figure: Figure, view: PixelView, static_shapes: Sequence[DrawnShape], shapes_at: Callable[[int], Sequence[DrawnShape]]
-    ) -> None:
-        width, height = figure.bbox.width, figure.bbox.height
-        left, top, right, bottom = view.rect
-        axes = figure.add_axes((left / width, 1 - bottom / height, (right - left) / width, (bottom - top) / height))
-        axes.set_axis_off()
-        x0, x1, y0, y1 = view.box
-        axes.set(xlim=(x0, x1), ylim=(y0, y1))
-        points_per_pixel = height / REFERENCE_SIZE * 72 / FRAME_DPI
-        Brush(axes, points_per_pixel).paint(static_shapes)
-        self.view = view
-        self._shapes_at = shapes_at
-        self._brush = Brush(axes, points_per_pixel, base_zorder=3)
-        self.artists = self._brush.paint(shapes_at(0))
-
-    def update(self, k: int) -> None:
-        """Move the moving shapes to frame k."""
-        self._brush.update(self.artists, self._shapes_at(k))
+    artists: Sequence[Artist]
+    update: Callable[[int], None]
 
 
-def _format_times(times: NDArray[np.float64]) -> list[str]:
+def _format_times(times: FloatArray) -> list[str]:
     """Format the frame times (s) with two decimals, or with more if frames follow one another faster."""
     step = float(times[-1] - times[0]) / max(len(times) - 1, 1)
     decimals = 2 if step >= 0.005 or step <= 0.0 else min(math.ceil(-math.log10(step)), 9)
     return [f"{time:.{decimals}f}" for time in times]
-
-
-def _make_canvas(figure: Figure) -> Any:
-    """Return an off-screen canvas; its methods have no types."""
-    return FigureCanvasAgg(figure)
 
 
 class FramePainter:
@@ -105,7 +78,8 @@ class FramePainter:
         frame_data: FrameData,
         size: int = 480,
         *,
-        shared_limits: SharedLimits | None = None,
+        title: str | None = None,
+        limits: SharedLimits | None = None,
         animated: bool = True,
         neighbours: Sequence[FrameData] = (),
     ) -> None:
@@ -113,22 +87,23 @@ class FramePainter:
             raise MechanismError(f"size of a film must be at least {MIN_FRAME_SIZE} pixels; got {size}")
         self.frame_data = frame_data
         self._shown_parts = (*neighbours, frame_data)
-        self._shared_limits = shared_limits or SharedLimits.from_run(run, self._shown_parts)
+        # Whether the plan of the turning plane is shown.
+        self._has_dial = frame_data.part.plane == TURNING_PLANE and "spindle_speed" in frame_data.readings
+        self._limits = limits or shared_limits([self._shown_parts])
         # Widths in pixels of 480: what the neighbours add, and all; the whole frame is a whole number of pixels wide.
-        self._shift = round(len(neighbours) * PART_PITCH * size / REFERENCE_SIZE) * REFERENCE_SIZE / size
-        self._width = REFERENCE_SIZE + self._shift
-        figure_size = (self._width / REFERENCE_SIZE * size / FRAME_DPI, size / FRAME_DPI)
+        self._shift = round(len(neighbours) * layout.PART_PITCH * size / layout.REFERENCE_SIZE) * layout.REFERENCE_SIZE / size
+        self._width = layout.REFERENCE_SIZE + self._shift
+        figure_size = (self._width / layout.REFERENCE_SIZE * size / FRAME_DPI, size / FRAME_DPI)
         self.figure = Figure(figsize=figure_size, dpi=FRAME_DPI, facecolor=PAPER)
-        self._canvas = _make_canvas(self.figure)
+        self._canvas = cast(Any, FigureCanvasAgg(self.figure))  # its methods have no types
         self._size = size
         # Points per pixel of a 480-pixel frame.
-        self._points_per_pixel = size / REFERENCE_SIZE * 72 / FRAME_DPI
+        self._points_per_pixel = size / layout.REFERENCE_SIZE * 72 / FRAME_DPI
         self._counters: list[CachedNumber] = []
         left_edge = self._add_number(_format_times(frame_data.times), "s", (468, 18), 12, color=INK)
-        self._add_title_and_footer(run, left_edge - 24)
-        elevations = [self._make_elevation(data, k) for k, data in enumerate(self._shown_parts)]
-        self.view = elevations[-1].view
-        self._panels: list[ShapePanel | ReadingPlot] = [*elevations, *self._make_reading_plots()]
+        self._add_title_and_footer(run, title or run.scene.title, left_edge - 24)
+        self._panels: list[ShapePanel | ReadingPlot] = [self._make_elevation(data, k) for k, data in enumerate(self._shown_parts)]
+        self._panels += self._make_reading_plots()
         if self._has_dial:
             self._panels.append(self._make_plan())
         self._animated_artists = [artist for panel in self._panels for artist in panel.artists]
@@ -144,7 +119,7 @@ class FramePainter:
         for panel in (*self._panels, *self._counters):
             panel.update(k)
 
-    def paint(self, k: int) -> NDArray[np.uint8]:
+    def paint(self, k: int) -> FramePixels:
         """Return frame k as opaque RGBA pixels (size, size, 4)."""
         for panel in self._panels:
             panel.update(k)
@@ -157,21 +132,15 @@ class FramePainter:
             counter.blit(pixels, k)
         return pixels
 
-    @property
-    def _has_dial(self) -> bool:
-        """Return whether the plan of the turning plane is shown."""
-        return self.frame_data.part.plane == TURNING_PLANE and "spindle_speed" in self.frame_data.readings
-
     def _make_elevation(self, frame_data: FrameData, position: int) -> ShapePanel:
         """Return the panel of a part at a position from the left, and write its scale bar and, if there are several, its name."""
-        shift, name_height = position * PART_PITCH - self._shift, 0.0
+        shift, name_height = position * layout.PART_PITCH - self._shift, 0.0
         if len(self._shown_parts) > 1:
-            x, y = PART_NAME_POSITION
+            x, y = layout.PART_NAME_POSITION
             self._add_text(format_name(frame_data.part.name), (x + shift, y), 12.5, fontfamily=SERIF_FONT, max_width=260)
-            name_height = PART_NAME_HEIGHT
-        rect = shift_rect(ELEVATION_RECT, shift + self._shift, name_height)
-        view = fit_view(self._shared_limits.boxes[position], rect, self._size)
-        self._add_scale_bar(frame_data, view, shift)
+            name_height = layout.PART_NAME_HEIGHT
+        self.view = fit_view(self._limits.boxes[position], shift_rect(layout.ELEVATION_RECT, shift + self._shift, name_height), self._size)
+        self._add_scale_bar(frame_data, self.view, shift)
         part, poses, times = frame_data.part, frame_data.poses, frame_data.times
         run_extents = measure_run_extents(part, frame_data.run_poses, frame_data.run_times, frame_data.effect_state)
         traced = drawing_of(part).traced_path
@@ -181,10 +150,28 @@ class FramePainter:
             shapes = moving_shapes(part, poses[k], run_extents.at_time(float(times[k])))
             return shapes if path is None else (self._traced_path(path, k), *shapes)
 
-        static_shapes = background_shapes(part, frame_data.run_poses, run_extents)
-        return ShapePanel(self.figure, view, static_shapes, shapes_at)
+        return self._make_shape_panel(self.view, background_shapes(part, frame_data.run_poses, run_extents), shapes_at)
 
-    def _traced_path(self, path: NDArray[np.float64], k: int) -> Lines:
+    def _make_shape_panel(
+        self, view: PixelView, static_shapes: Sequence[DrawnShape], shapes_at: Callable[[int], Sequence[DrawnShape]]
+    ) -> ShapePanel:
+        """Return a panel in metres with static shapes and with the moving shapes `shapes_at(k)` of frame k."""
+        axes = self._add_axes(tuple(edge * layout.REFERENCE_SIZE / self._size for edge in view.rect))
+        axes.set_axis_off()
+        axes.set(xlim=view.box[:2], ylim=view.box[2:])
+        Brush(axes, self._points_per_pixel).paint(static_shapes)
+        brush = Brush(axes, self._points_per_pixel, base_zorder=3)
+        artists = brush.paint(shapes_at(0))
+        return ShapePanel(artists, lambda k: brush.update(artists, shapes_at(k)))
+
+    def _add_axes(self, rect: Sequence[float]) -> Axes:
+        """Add axes in a rectangle (pixels of 480)."""
+        left, top, right, bottom = rect
+        return self.figure.add_axes(
+            (left / self._width, 1 - bottom / layout.REFERENCE_SIZE, (right - left) / self._width, (bottom - top) / layout.REFERENCE_SIZE)
+        )
+
+    def _traced_path(self, path: FloatArray, k: int) -> Lines:
         """Return the part of a path (f, 2) m in the last second of film before frame k."""
         times = self.frame_data.times
         first = int(np.searchsorted(times, times[k] - TRACE_DURATION / self.frame_data.slow_down))
@@ -193,9 +180,9 @@ class FramePainter:
     def _make_plan(self) -> ShapePanel:
         """Return the panel of the turning plane seen from above, and write its caption."""
         frame_data = self.frame_data
-        ring_radius = self._shared_limits.ring_radius
+        ring_radius = self._limits.ring_radius
         half_width = 1.06 * ring_radius
-        view = fit_view((-half_width, half_width, -half_width, half_width), shift_rect(DIAL_RECT, self._shift), self._size)
+        view = fit_view((-half_width, half_width, -half_width, half_width), shift_rect(layout.DIAL_RECT, self._shift), self._size)
         angle_steps = np.diff(frame_data.spindle_angle, prepend=frame_data.spindle_angle[0])
 
         def shapes_at(k: int) -> Sequence[DrawnShape]:
@@ -206,28 +193,24 @@ class FramePainter:
         lines += [(text, GREEN) for text in SWEEP_ARC_CAPTION]
         for line, (text, colour) in enumerate(reversed(lines)):
             self._add_text(text, (398, 446 - 13.5 * line), 9.5, color=colour)
-        static_shapes = (Circle("ring", 0.0, 0.0, ring_radius),)
-        return ShapePanel(self.figure, view, static_shapes, shapes_at)
+        return self._make_shape_panel(view, (Circle("ring", 0.0, 0.0, ring_radius),), shapes_at)
 
     def _make_reading_plots(self) -> list[ReadingPlot]:
         """Return the plots of the shown readings, and write their names and numbers."""
         selected = self._select_readings()
         plots: list[ReadingPlot] = []
-        if not selected:
-            return plots
         for (frame_data, name), rect, colour in zip(selected, reading_rects(len(selected), self._has_dial), SERIES_COLOURS, strict=False):
-            unit, factor = display_unit_of(frame_data.units.get(name, ""))
-            values = frame_data.readings[name] * factor
+            reading = frame_data.readings[name]
+            unit, factor = display_unit_of(reading.unit)
+            values = reading.values * factor
             reading_colour = GREEN if name == "spindle_speed" else colour
-            noise = READING_NOISE_RATIO * frame_data.scales.get(name, 0.0) * factor
-            limits = self._shared_limits.axis_limits.get((frame_data.part.name, name))
-            series = ReadingSeries(time_span=frame_data.time_span, times=frame_data.times, values=values, noise=noise, axis_limits=limits)
-            plots.append(ReadingPlot(self.figure, shift_rect(rect, self._shift), reading_colour, series, self._points_per_pixel))
-            left, top, right, _ = rect
-            max_width = (
-                self._add_number(format_numbers(values), unit, (right, top + 7), 12, color=reading_colour, fontweight="bold") - left - 8
-            )
-            self._add_text(format_name(name), (left, top + 7), 12.5, fontfamily=SERIF_FONT, max_width=max_width)
+            left, top, right, bottom = rect
+            plot_rect = (left + layout.LABEL_WIDTH, top + layout.HEADING_HEIGHT, right - 3.0, bottom - layout.TIME_LABEL_HEIGHT)
+            axes = self._add_axes(shift_rect(plot_rect, self._shift))
+            limits = self._limits.axis_limits[frame_data.part.name, name]
+            plots.append(ReadingPlot(axes, reading_colour, frame_data, values, limits, self._points_per_pixel))
+            number_left = self._add_number(format_numbers(values), unit, (right, top + 7), 12, color=reading_colour, fontweight="bold")
+            self._add_text(format_name(name), (left, top + 7), 12.5, fontfamily=SERIF_FONT, max_width=number_left - left - 8)
         return plots
 
     def _select_readings(self) -> list[tuple[FrameData, str]]:
@@ -254,19 +237,19 @@ class FramePainter:
         """
         gap = 0.0 if unit == "°" else 0.35 * height
         width = self._add_text(unit, position, height, ha="right", **style).get_window_extent(self._canvas.get_renderer()).width
-        number_position = (position[0] - width * REFERENCE_SIZE / self._size - gap, position[1])
+        number_position = (position[0] - width * layout.REFERENCE_SIZE / self._size - gap, position[1])
         text = self._add_text(max(texts, key=len), number_position, height, ha="right", **style)
-        max_width = float(text.get_window_extent(self._canvas.get_renderer()).width) * REFERENCE_SIZE / self._size
+        max_width = float(text.get_window_extent(self._canvas.get_renderer()).width) * layout.REFERENCE_SIZE / self._size
         self._counters.append(CachedNumber(text, texts))
         return float(number_position[0]) - max_width
 
-    def _add_title_and_footer(self, run: Trajectory, max_title_width: float) -> None:
-        """Add title, rules, footer, caption and scale bar."""
-        left, title = 12 - self._shift, " ".join(self._shared_limits.title.split())
-        self._add_text(title, (left, 18), 15, fontfamily=SERIF_FONT, max_width=max_title_width + self._shift)
+    def _add_title_and_footer(self, run: Trajectory, title: str, max_title_width: float) -> None:
+        """Add title, rules and footer."""
+        left = 12 - self._shift
+        self._add_text(" ".join(title.split()), (left, 18), 15, fontfamily=SERIF_FONT, max_width=max_title_width + self._shift)
         lines, is_failure = format_closing_lines(run, FRAME_CLOSING_LINE_LENGTH)
-        rule_y, line_positions = CLOSING_LINE_LAYOUT[len(lines)]
-        for y in (HEADER_RULE_Y, rule_y):
+        rule_y, line_positions = layout.CLOSING_LINE_LAYOUT[len(lines)]
+        for y in (layout.HEADER_RULE_Y, rule_y):
             self._add_line((left, y), (468, y), RULE)
         for text, y in zip(lines, line_positions, strict=True):
             size = 10 if len(lines) == 1 else 9.5
@@ -277,8 +260,8 @@ class FramePainter:
 
     def _add_scale_bar(self, frame_data: FrameData, view: PixelView, shift: float) -> None:
         """Add a scale bar of a round length in millimetres below the elevation of a part."""
-        left, top, right, bottom = shift_rect(CAPTION_RECT, shift)
-        scale = view.scale * REFERENCE_SIZE / self._size
+        left, top, right, bottom = shift_rect(layout.CAPTION_RECT, shift)
+        scale = view.scale * layout.REFERENCE_SIZE / self._size
         length = round_step((right - left) / scale, 8)
         y = (top + bottom) / 2
         self._add_line((left, y), (left + length * scale, y), MUTED)
@@ -294,18 +277,18 @@ class FramePainter:
     def _add_line(self, start: Vec2, end: Vec2, colour: str) -> None:
         """Add a thin line between two positions (pixels of 480)."""
         xs, ys = zip(start, end, strict=True)
-        columns, rows = [(x + self._shift) / self._width for x in xs], [1 - y / REFERENCE_SIZE for y in ys]
+        columns, rows = [(x + self._shift) / self._width for x in xs], [1 - y / layout.REFERENCE_SIZE for y in ys]
         self.figure.add_artist(Line2D(columns, rows, color=colour, linewidth=0.8 * self._points_per_pixel))
 
     def _add_text(self, content: str, position: Vec2, height: float, *, max_width: float | None = None, **style: Any) -> Words:
         """Add text at a position and of a height (pixels of 480), fitted into `max_width` pixels."""
         settings = {"color": INK, "fontfamily": SANS_FONT, "va": "center_baseline", "parse_math": False} | style
-        x, y = (position[0] + self._shift) / self._width, 1 - position[1] / REFERENCE_SIZE
+        x, y = (position[0] + self._shift) / self._width, 1 - position[1] / layout.REFERENCE_SIZE
         text = Words(x, y, content, fontsize=height * self._points_per_pixel)
         text.set(transform=self.figure.transFigure, **settings)
         self.figure.add_artist(text)
         if max_width is not None:
-            self._shrink_to_width(text, max_width * self._size / REFERENCE_SIZE)
+            self._shrink_to_width(text, max_width * self._size / layout.REFERENCE_SIZE)
         return text
 
     def _shrink_to_width(self, text: Words, max_width: float) -> None:

@@ -56,7 +56,7 @@ class Palette:
         distance = (colours**2).sum(axis=1)[None, :] - 2 * cells @ colours.T
         table: NDArray[np.uint8] = distance.argmin(axis=1).astype(np.uint8)
         # A flat area keeps its own colour, which need not be the nearest to the middle of its cell.
-        table[_colour_cell(self.colours[:n_exact])] = np.arange(n_exact)
+        table[_pack_rgb(self.colours[:n_exact], 5)] = np.arange(n_exact)
         return table
 
     def _find_replaceable(self, n_exact: int) -> NDArray[np.bool_]:
@@ -73,20 +73,14 @@ class Palette:
 
     def indices_of(self, colours: NDArray[np.uint8]) -> PaletteIndices:
         """Return the palette indices (...) of colours (..., 3 or 4)."""
-        indices: PaletteIndices = self._nearest_index[_colour_cell(colours)]
+        indices: PaletteIndices = self._nearest_index[_pack_rgb(colours, 5)]
         return indices
 
 
-def _colour_cell(colours: NDArray[np.uint8]) -> NDArray[np.intp]:
-    """Return the cell number of colours (..., 3 or 4) in the colour cube with five bits per channel."""
-    r, g, b = (colours[..., k].astype(np.intp) >> 3 for k in range(3))
-    return r << 10 | g << 5 | b
-
-
-def _pack_rgb(colours: NDArray[np.uint8]) -> NDArray[np.intp]:
-    """Return colours (..., 3 or 4) as integers 0xRRGGBB."""
-    r, g, b = (colours[..., k].astype(np.intp) for k in range(3))
-    return r << 16 | g << 8 | b
+def _pack_rgb(colours: NDArray[np.uint8], bits: int = 8) -> NDArray[np.intp]:
+    """Return colours (..., 3 or 4) as integers with a number of bits per channel: 0xRRGGBB for 8, cells of the colour cube for 5."""
+    r, g, b = (colours[..., k].astype(np.intp) >> 8 - bits for k in range(3))
+    return r << 2 * bits | g << bits | b
 
 
 class GifWriter:

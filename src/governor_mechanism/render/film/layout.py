@@ -23,6 +23,8 @@ ELEVATION_RECT: PixelRect = (8.0, 42.0, 286.0, 436.0)
 CAPTION_RECT: PixelRect = (14.0, 440.0, 286.0, 456.0)
 READINGS_RECT: PixelRect = (300.0, 46.0, 470.0, 452.0)
 DIAL_RECT: PixelRect = (300.0, 364.0, 388.0, 452.0)
+LABEL_WIDTH, HEADING_HEIGHT, TIME_LABEL_HEIGHT = 30.0, 24.0, 16.0
+"""Margins of the plot of a reading: left for the tick labels, above for the heading, below for the times."""
 HEADER_RULE_Y, FOOTER_RULE_Y = 35.0, 459.0
 """Heights of the rules under the title and above the last line."""
 CLOSING_LINE_LAYOUT: dict[int, tuple[float, tuple[float, ...]]] = {1: (FOOTER_RULE_Y, (470.0,)), 2: (456.0, (463.0, 473.3))}
@@ -68,8 +70,8 @@ def fit_view(box: BoundingBox, rect: PixelRect, size: int) -> PixelView:
 
 
 def reading_rects(count: int, has_dial: bool) -> list[PixelRect]:
-    """Return the rectangles of `count` readings (at least one), stacked, above the dial if there is one."""
+    """Return the rectangles of `count` readings, stacked, above the dial if there is one."""
     left, top, right, bottom = READINGS_RECT
     lower_edge = DIAL_RECT[1] - 8.0 if has_dial else bottom
-    height = (lower_edge - top) / count
+    height = (lower_edge - top) / max(count, 1)
     return [(left, top + k * height, right, top + (k + 1) * height) for k in range(count)]

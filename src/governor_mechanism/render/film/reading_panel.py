@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, MaxNLocator, ScalarFormatter
 
-from governor_mechanism.render.film.layout import REFERENCE_SIZE, PixelRect
+from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.style import MUTED, PAPER, RULE, SANS_FONT
 from governor_mechanism.types import FloatArray
-
-LABEL_WIDTH, HEADING_HEIGHT, TIME_LABEL_HEIGHT = 30.0, 24.0, 16.0
-"""Margins (pixels of 480): left for the tick labels, above for the heading, below for the times."""
-
 
 READING_NOISE_RATIO = 1e-6
 """Change relative to the scale of a reading below which it is drawn as constant."""
@@ -43,34 +36,14 @@ def format_plain_ticks(axis: Axis, limits: tuple[float, float]) -> None:
     axis.set_major_formatter(plain if 1e-3 <= largest < 1e6 else FormatStrFormatter("%.4g"))
 
 
-@dataclass(frozen=True, kw_only=True)
-class ReadingSeries:
-    """Values (f,) in the display unit at times (f,) s within `time_span` (s); changes up to `noise` count as none.
-
-    `axis_limits` override the limits from the values.
-    """
-
-    time_span: Vec2
-    times: FloatArray
-    values: FloatArray
-    noise: float
-    axis_limits: Vec2 | None = None
-
-
 class ReadingPlot:
-    """A small plot in `rect` (pixels of 480); `points_per_pixel` converts these pixels to points."""
+    """Curve of values (f,) at times (f,) s on axes with the limits `time_span` (s) and `limits`; lengths of strokes in points per pixel."""
 
-    def __init__(self, figure: Figure, rect: PixelRect, colour: str, series: ReadingSeries, points_per_pixel: float) -> None:
-        time_span = series.time_span
-        left, top, right, bottom = rect
-        box = (left + LABEL_WIDTH, top + HEADING_HEIGHT, right - 3.0, bottom - TIME_LABEL_HEIGHT)
-        left, top, right, bottom = (edge / REFERENCE_SIZE for edge in box)
-        aspect = figure.get_figwidth() / figure.get_figheight()
-        axes = figure.add_axes((left / aspect, 1 - bottom, (right - left) / aspect, bottom - top), facecolor=PAPER)
-        limits = series.axis_limits or axis_limits_for(series.values, series.noise)
-        axes.set(xlim=(time_span[0], max(time_span[1], time_span[0] + 1e-9)), ylim=limits)
-        self._style_axes(axes, time_span, points_per_pixel)
-        self._times, self._values = series.times, series.values
+    def __init__(self, axes: Axes, colour: str, frame_data: FrameData, values: FloatArray, limits: Vec2, points_per_pixel: float) -> None:
+        start, end = frame_data.time_span
+        axes.set(xlim=(start, max(end, start + 1e-9)), ylim=limits, facecolor=PAPER)
+        self._style_axes(axes, frame_data.time_span, points_per_pixel)
+        self._times, self._values = frame_data.times, values
         self._curve = Line2D([], [], color=colour, linewidth=1.5 * points_per_pixel, solid_joinstyle="round", zorder=3)
         self._dot = Line2D([], [], color=colour, marker="o", markersize=6 * points_per_pixel, clip_on=False, zorder=4)
         self._dot.set(markeredgecolor=PAPER, markeredgewidth=0.8 * points_per_pixel)

@@ -5,32 +5,53 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from governor_mechanism.model.trajectory import Trajectory
+import numpy as np
+
 from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.film.reading_panel import READING_NOISE_RATIO, axis_limits_for
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2
 from governor_mechanism.render.machines.registry import drawing_bounds, plan_ring_radius
+from governor_mechanism.render.number_format import display_unit_of
 
 
 @dataclass(frozen=True, kw_only=True)
 class SharedLimits:
-    """Limits of a frame under its title.
+    """Limits of frames.
 
     `boxes` are the bounding boxes (m) of the parts, `ring_radius` (m) is that of the plan of the last one. `axis_limits` are those of
     the readings in display units, by names of part and reading.
     """
 
-    title: str
     boxes: tuple[BoundingBox, ...]
     ring_radius: float
     axis_limits: Mapping[tuple[str, str], Vec2]
 
-    @classmethod
-    def from_run(cls, run: Trajectory, frame_data: Sequence[FrameData]) -> SharedLimits:
-        """Return the limits of the shown parts of a single run."""
-        main = frame_data[-1]
-        return cls(
-            title=run.scene.title,
-            boxes=tuple(drawing_bounds(data.part, data.run_poses, data.run_times, data.effect_state) for data in frame_data),
-            ring_radius=plan_ring_radius(main.part, main.run_poses, main.effect_state),
-            axis_limits={},
-        )
+
+def shared_limits(frame_data: Sequence[Sequence[FrameData]]) -> SharedLimits:
+    """Return the limits that contain the shown parts of every run; the runs have equally many."""
+    columns = list(zip(*frame_data, strict=True))
+    return SharedLimits(
+        boxes=tuple(_enclosing_box(column) for column in columns),
+        ring_radius=max(plan_ring_radius(data.part, data.run_poses, data.effect_state) for data in columns[-1]),
+        axis_limits={
+            (data.part.name, name): _axis_limits([one for one in column if name in one.readings], name)
+            for column in columns
+            for data in column
+            for name in data.readings
+        },
+    )
+
+
+def _enclosing_box(column: Sequence[FrameData]) -> BoundingBox:
+    """Return the smallest box that contains a part in several runs."""
+    boxes = [drawing_bounds(data.part, data.run_poses, data.run_times, data.effect_state) for data in column]
+    left, right, bottom, top = zip(*boxes, strict=True)
+    return min(left), max(right), min(bottom), max(top)
+
+
+def _axis_limits(data_with_reading: Sequence[FrameData], name: str) -> Vec2:
+    """Return the limits of an axis, in the display unit, for a reading of several runs."""
+    readings = [data.readings[name] for data in data_with_reading]
+    factor = display_unit_of(readings[0].unit)[1]
+    values = np.concatenate([reading.values for reading in readings])
+    return axis_limits_for(values * factor, READING_NOISE_RATIO * max(reading.scale for reading in readings) * factor)

@@ -1,9 +1,8 @@
-"""Two runs side by side with equal scale, axes of readings, and time."""
+"""Frames of one run, or of two side by side with equal scale, axes of readings, and time."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,73 +10,37 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.film.frame_data import FrameData
-from governor_mechanism.render.film.frame_painter import FramePainter
+from governor_mechanism.render.film.frame_painter import FramePainter, FramePixels
 from governor_mechanism.render.film.layout import ELEVATION_RECT, HEADER_RULE_Y, REFERENCE_SIZE
-from governor_mechanism.render.film.reading_panel import READING_NOISE_RATIO, axis_limits_for
-from governor_mechanism.render.film.shared_limits import SharedLimits
-from governor_mechanism.render.geometry.primitives import BoundingBox
-from governor_mechanism.render.number_format import display_unit_of
+from governor_mechanism.render.film.shared_limits import shared_limits
 from governor_mechanism.render.style import RULE, parse_rgb
-
-FrameDataFactory = Callable[[Trajectory], Sequence[FrameData]]
-"""Return the frame data of the shown parts of a run."""
 
 
 class SideBySidePainter:
-    """Frames side by side with a thin rule between them; `paint(k)` returns the pixels of frame k."""
+    """Frames of runs side by side, with a thin rule between them; `paint(k)` returns the pixels of frame k.
 
-    def __init__(self, painters: Sequence[FramePainter], size: int) -> None:
-        self.painters = painters
+    `frame_data` are the shown parts of each run. Each run stands under its title or that of its scene.
+    """
+
+    def __init__(
+        self, runs: Sequence[Trajectory], titles: Sequence[str] | None, frame_data: Sequence[Sequence[FrameData]], size: int
+    ) -> None:
+        if len({len(data) for data in frame_data}) > 1:
+            raise MechanismError("two runs side by side must have equally many parts; choose one part with part=..., or write two films")
+        limits = shared_limits(frame_data)
+        self.painters = [
+            FramePainter(run, data[-1], size, title=title, limits=limits, neighbours=data[:-1])
+            for run, data, title in zip(runs, frame_data, titles or [run.scene.title for run in runs], strict=True)
+        ]
         factor = size / REFERENCE_SIZE
         self._rule_rows = slice(round((HEADER_RULE_Y + 7) * factor), round(ELEVATION_RECT[3] * factor))
 
-    def paint(self, k: int) -> NDArray[np.uint8]:
+    def paint(self, k: int) -> FramePixels:
         """Return frame k as opaque RGBA pixels (size, number of runs * width of one, 4)."""
         pixels = np.concatenate([painter.paint(k) for painter in self.painters], axis=1)
         for index in range(1, len(self.painters)):
             pixels[self._rule_rows, index * pixels.shape[1] // len(self.painters), :3] = parse_rgb(RULE)
         return pixels
-
-
-def make_side_by_side(
-    runs: Sequence[Trajectory], titles: Sequence[str] | None, make_frame_data: FrameDataFactory, size: int
-) -> SideBySidePainter:
-    """Return the painter of several runs, each under its title or that of its scene."""
-    frame_data = [make_frame_data(run) for run in runs]
-    if len({len(data) for data in frame_data}) > 1:
-        raise MechanismError("two runs side by side must have equally many parts; choose one part with part=..., or write two films")
-    names = [run.scene.title for run in runs] if titles is None else titles
-    own_limits = [SharedLimits.from_run(run, data) for run, data in zip(runs, frame_data, strict=True)]
-    shared_limits = SharedLimits(
-        title="",
-        boxes=tuple(_enclosing_box(boxes) for boxes in zip(*(limits.boxes for limits in own_limits), strict=True)),
-        ring_radius=max(limits.ring_radius for limits in own_limits),
-        axis_limits={
-            key: _common_limits([one for one in column if name in one.readings], name)
-            for column in zip(*frame_data, strict=True)
-            for data in column
-            for name in data.readings
-            for key in [(data.part.name, name)]
-        },
-    )
-    painters = [
-        FramePainter(run, data[-1], size, shared_limits=replace(shared_limits, title=name), neighbours=data[:-1])
-        for run, data, name in zip(runs, frame_data, names, strict=True)
-    ]
-    return SideBySidePainter(painters, size)
-
-
-def _enclosing_box(boxes: Sequence[BoundingBox]) -> BoundingBox:
-    """Return the smallest box that contains several."""
-    left, right, bottom, top = zip(*boxes, strict=True)
-    return min(left), max(right), min(bottom), max(top)
-
-
-def _common_limits(data_with_reading: Sequence[FrameData], name: str) -> tuple[float, float]:
-    """Return the limits of an axis, in the display unit, for a reading of several runs."""
-    factor = display_unit_of(data_with_reading[0].units.get(name, ""))[1]
-    values = np.concatenate([data.readings[name] for data in data_with_reading])
-    return axis_limits_for(values * factor, READING_NOISE_RATIO * max(data.scales.get(name, 0.0) for data in data_with_reading) * factor)
 
 
 def check_run_pair(runs: Sequence[Trajectory], titles: Sequence[str] | None) -> None:

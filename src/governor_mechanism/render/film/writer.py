@@ -8,34 +8,33 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from contextlib import contextmanager
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.film.frame_data import FrameData, find_parts, interpolate_frame_data
-from governor_mechanism.render.film.frame_painter import FramePainter
+from governor_mechanism.render.film.frame_data import find_parts, interpolate_frame_data
+from governor_mechanism.render.film.frame_painter import FramePixels
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
-from governor_mechanism.render.film.side_by_side import check_run_pair, make_side_by_side
+from governor_mechanism.render.film.side_by_side import SideBySidePainter, check_run_pair
 from governor_mechanism.render.geometry.primitives import round_step
 from governor_mechanism.render.style import FILM_COLOURS, parse_rgb
 from governor_mechanism.types import FloatArray
 
-FramePixels = NDArray[np.uint8]
-"""RGB or RGBA pixels (height, width, 3 or 4)."""
 FilmProgress = Callable[[int, int], None]
 """Called with the number of frames done and in total."""
 TimeSpan = tuple[float, float]
 """Start and end (s) of the shown part of a run."""
-FilmTiming = tuple[TimeSpan, float, float]
-"""Shown part of the run, slow-down factor, and frames per second of film."""
+FrameSchedule = tuple[FloatArray, list[int]]
+"""Times of the frames (s) and the display time of each in hundredths of a second."""
+AddFrame = Callable[[FramePixels, int], None]
+"""Append a frame with its display time in hundredths of a second to a file."""
 
 MAX_FRAME_RATE = 50
 """Largest frame rate (1/s): viewers show a GIF frame of less than 2 hundredths of a second far too long."""
@@ -47,17 +46,6 @@ MIN_FILM_DURATION, MAX_FILM_DURATION = 4.0, 20.0
 """Range of film durations (s) for all other runs."""
 MAX_SLOWED_FILM_DURATION = 3600.0
 """Longest film (s) with a requested slow-down."""
-
-
-class Painter(Protocol):
-    """Paints the frames of a film."""
-
-    def paint(self, k: int) -> FramePixels:
-        """Return frame k as opaque RGBA pixels."""
-
-
-PainterFactory = Callable[[FloatArray], Painter]
-"""Return the painter for the times (f,) s of all frames."""
 
 
 def write_film(
@@ -110,18 +98,27 @@ def write_film(
         If the path, the runs, the titles or a number is not valid, or ffmpeg is missing for .mp4.
     """
     target = Path(path)
-    writers = {".gif": _write_gif, ".mp4": _write_mp4}
-    if target.suffix.lower() not in writers:
+    suffix = target.suffix.lower()
+    if suffix not in FILM_FORMATS:
         raise MechanismError(f"a film's name must end in .gif or .mp4; got {target.name!r}")
-    if target.suffix.lower() == ".mp4":
+    if suffix == ".mp4":
         require_video_writer()
+    schedule, open_encoder = FILM_FORMATS[suffix]
     runs = (run,) if isinstance(run, Trajectory) else tuple(run)
     check_run_pair(runs, titles)
-    write, time_span = writers[target.suffix.lower()], _select_time_span(runs[0], start, stop)
+    time_span = _select_time_span(runs[0], start, stop)
     slow_factor = _select_slow_down(runs[0], time_span, slow_down)
     with atomic_write(target) as temporary:
-        make_painter = partial(_make_painter, runs, titles, size, part, time_span, slow_factor)
-        write(temporary, make_painter, (time_span, slow_factor, frames_per_second), progress or _ignore_progress)
+        times, delays = schedule(*time_span, frames_per_second, slow_factor)
+        frame_data = [
+            [interpolate_frame_data(one, shown, time_span, times, slow_factor) for shown in find_parts(one, part)] for one in runs
+        ]
+        painter = SideBySidePainter(runs, titles, frame_data, size)
+        with open_encoder(temporary, painter, len(delays), frames_per_second) as add_frame:
+            for k, delay in enumerate(delays):
+                add_frame(painter.paint(k), delay)
+                if progress is not None:
+                    progress(k + 1, len(delays))
     return target
 
 
@@ -139,25 +136,6 @@ def require_video_writer() -> None:
         raise MechanismError("writing .mp4 needs ffmpeg: pip install imageio-ffmpeg, or write a .gif") from missing
 
 
-def render_frames(
-    run: Trajectory,
-    *,
-    size: int = 480,
-    frames_per_second: float = 25,
-    part: str | None = None,
-    start: float | None = None,
-    stop: float | None = None,
-    slow_down: float | None = None,
-) -> Iterator[FramePixels]:
-    """Yield the frames of a film, (size, size, 3) RGB each for one part, at equal time steps from start to stop, both included."""
-    time_span = _select_time_span(run, start, stop)
-    slow_factor = _select_slow_down(run, time_span, slow_down)
-    times, _ = schedule_frames(*time_span, frames_per_second, slow_factor)
-    painter = _make_painter((run,), None, size, part, time_span, slow_factor, times)
-    for k in range(len(times)):
-        yield painter.paint(k)[..., :3].copy()
-
-
 def choose_slow_down(duration: float) -> float:
     """Return the slow-down factor for a duration (s): 1 from 1 to 60 s, else a factor that gives a film of 4 to 20 s.
 
@@ -170,8 +148,8 @@ def choose_slow_down(duration: float) -> float:
     return 1.0 / round_step(duration / MAX_FILM_DURATION, 1)
 
 
-def schedule_frames(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> tuple[FloatArray, list[int]]:
-    """Return the times of the frames (s) and the display time of each in hundredths of a second.
+def schedule_frames(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> FrameSchedule:
+    """Return the frames of a film whose frames may last differently long.
 
     The display times add up to `slow_down` times the shown duration. Each frame is shown from half a step before its time to half a step
     after it, so the first and the last frame are shown half as long as the others.
@@ -185,6 +163,12 @@ def schedule_frames(start: float, stop: float, frames_per_second: float, slow_do
     times = np.linspace(start, stop, steps + 1)
     edges = [0, *(round(hundredths * (k + 0.5) / steps) for k in range(steps)), hundredths]
     return times, [end_edge - start_edge for start_edge, end_edge in pairwise(edges)]
+
+
+def schedule_video_frames(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> FrameSchedule:
+    """Return one frame at the middle of each step: every frame of a video lasts equally long."""
+    count = max(round((stop - start) * slow_down * frames_per_second), 1)
+    return start + (stop - start) * (np.arange(count) + 0.5) / count, [round(100 / frames_per_second)] * count
 
 
 def _select_time_span(run: Trajectory, start: float | None, stop: float | None) -> TimeSpan:
@@ -213,62 +197,31 @@ def _select_slow_down(run: Trajectory, time_span: TimeSpan, requested: float | N
     return requested
 
 
-def _make_painter(
-    runs: Sequence[Trajectory],
-    titles: Sequence[str] | None,
-    size: int,
-    part: str | None,
-    time_span: TimeSpan,
-    slow_down: float,
-    times: FloatArray,
-) -> Painter:
-    """Return the painter of one run or of two side by side."""
-
-    def make_frame_data(run: Trajectory) -> list[FrameData]:
-        return [interpolate_frame_data(run, one, time_span, times, slow_down) for one in find_parts(run, part)]
-
-    if len(runs) == 1:
-        *neighbours, main = make_frame_data(runs[0])
-        return FramePainter(runs[0], main, size, neighbours=neighbours)
-    return make_side_by_side(runs, titles, make_frame_data, size)
-
-
-def _ignore_progress(done: int, total: int) -> None:
-    """Ignore a progress call."""
-    pass
-
-
-def _write_gif(path: Path, make_painter: PainterFactory, timing: FilmTiming, progress: FilmProgress) -> None:
-    """Write the frames as a GIF."""
-    time_span, slow_down, frame_rate = timing
-    times, delays = schedule_frames(*time_span, frame_rate, slow_down)
-    painter = make_painter(times)
-    samples = [painter.paint(int(k)) for k in np.unique(np.linspace(0, len(times) - 1, N_PALETTE_SAMPLES).astype(int))]
+@contextmanager
+def _open_gif(path: Path, painter: SideBySidePainter, n_frames: int, frame_rate: float) -> Iterator[AddFrame]:
+    """Open a GIF; its palette is chosen from a few frames."""
+    samples = [painter.paint(int(k)) for k in np.unique(np.linspace(0, n_frames - 1, N_PALETTE_SAMPLES).astype(int))]
     palette = Palette([parse_rgb(colour) for colour in FILM_COLOURS], samples)
     with path.open("wb") as file:
         writer = GifWriter(file, palette)
-        for k, delay in enumerate(delays):
-            writer.add(painter.paint(k), delay)
-            progress(k + 1, len(delays))
+        yield writer.add
         writer.close()
 
 
-def _write_mp4(path: Path, make_painter: PainterFactory, timing: FilmTiming, progress: FilmProgress) -> None:
-    """Write the frames as an MP4, with one frame at the middle of each step: every frame of a video lasts equally long."""
-    (begin, end), slow_down, frame_rate = timing
-    count = max(round((end - begin) * slow_down * frame_rate), 1)
-    painter = make_painter(begin + (end - begin) * (np.arange(count) + 0.5) / count)
-    with _open_video_writer(path, frame_rate) as writer:
-        for k in range(count):
-            # The codec needs an even number of rows and columns.
-            pixels = painter.paint(k)[..., :3]
-            rows, columns = pixels.shape[0] % 2, pixels.shape[1] % 2
-            writer.append_data(np.pad(pixels, ((0, rows), (0, columns), (0, 0)), mode="edge"))
-            progress(k + 1, count)
-
-
-def _open_video_writer(path: Path, frame_rate: float) -> Any:
-    """Return an open video writer."""
+@contextmanager
+def _open_video(path: Path, painter: SideBySidePainter, n_frames: int, frame_rate: float) -> Iterator[AddFrame]:
+    """Open an MP4."""
     import imageio.v2 as imageio
 
-    return imageio.get_writer(path, format="FFMPEG", fps=frame_rate, codec="libx264", quality=8, macro_block_size=2)
+    with cast(Any, imageio).get_writer(path, format="FFMPEG", fps=frame_rate, codec="libx264", quality=8, macro_block_size=2) as writer:
+
+        def add_frame(pixels: FramePixels, delay: int) -> None:
+            # The codec needs an even number of rows and columns.
+            rows, columns = pixels.shape[0] % 2, pixels.shape[1] % 2
+            writer.append_data(np.pad(pixels[..., :3], ((0, rows), (0, columns), (0, 0)), mode="edge"))
+
+        yield add_frame
+
+
+FILM_FORMATS = {".gif": (schedule_frames, _open_gif), ".mp4": (schedule_video_frames, _open_video)}
+"""Schedule and encoder by the ending of the file's name."""

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from governor_mechanism.model.joints import GROUND, Joint, Pin, Point
+from governor_mechanism.model.joints import GROUND, Pin, Point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.render.geometry.primitives import PoseTuple, Vec2, place_point
 from governor_mechanism.types import FloatArray
@@ -50,12 +50,22 @@ def point_path(mechanism: Mechanism, poses: FloatArray, point: Point) -> FloatAr
     return np.stack([x + c * point.x - s * point.y, y + s * point.x + c * point.y], axis=-1)
 
 
+def separation_path(mechanism: Mechanism, poses: FloatArray, first: Point, second: Point) -> FloatArray:
+    """Return the position (n, 2) m of a point relative to another one over a run."""
+    return point_path(mechanism, poses, second) - point_path(mechanism, poses, first)
+
+
+def value_range(values: FloatArray) -> Vec2:
+    """Return the smallest and the largest value."""
+    return float(values.min()), float(values.max())
+
+
 def point_path_in_axes(mechanism: Mechanism, poses: FloatArray, origin: Point, axes_angle: float, point: Point) -> FloatArray:
     """Return the path (n, 2) m of a point in axes with their origin at another point, rotated by `axes_angle` (rad) from its body's."""
-    separation = point_path(mechanism, poses, point) - point_path(mechanism, poses, origin)
+    x, y = separation_path(mechanism, poses, origin, point).T
     angles = _pose_columns(mechanism, poses, origin.body)[2] + axes_angle
     c, s = np.cos(angles), np.sin(angles)
-    return np.stack([c * separation[:, 0] + s * separation[:, 1], c * separation[:, 1] - s * separation[:, 0]], axis=-1)
+    return np.stack([c * x + s * y, c * y - s * x], axis=-1)
 
 
 def _pose_columns(mechanism: Mechanism, poses: FloatArray, body: str) -> FloatArray:
@@ -76,8 +86,6 @@ def distinct_points(points: Iterable[Vec2], min_distance: float) -> list[Vec2]:
 
 def hinge_point(mechanism: Mechanism, first: str, second: str, default: Point | None = None) -> Point:
     """Return the pin of two bodies, or `default`, or the mass centre of the second body (of the first if the second is the ground)."""
-    pins: list[Joint] = [joint for joint in mechanism.joints if isinstance(joint, Pin)]
-    for joint in pins:
-        if {joint.first.body, joint.second.body} == {first, second}:
-            return joint.second
-    return default or Point(body=first if second == GROUND else second)
+    bodies = {first, second}
+    pins = (joint.second for joint in mechanism.joints if isinstance(joint, Pin) and {joint.first.body, joint.second.body} == bodies)
+    return next(pins, default) or Point(body=first if second == GROUND else second)
