@@ -80,12 +80,12 @@ class EventDrivenStepper:
     @property
     def events(self) -> list[Event]:
         """Return the events so far."""
-        return self._contact_tracker.events
+        return self._contact_tracker.scene_contacts.events
 
     @property
     def mode(self) -> ContactMode:
         """Return the present contact mode."""
-        return self._contact_tracker.mode
+        return self._contact_tracker.scene_contacts.mode
 
     @property
     def dissipated_energy(self) -> float:
@@ -186,7 +186,7 @@ class EventDrivenStepper:
         if constraint is not None:
             # A short step would remove the position error left by long steps with a force that does not exist: hold the present value.
             constraint.is_force_limited = False
-            constraint.held_value = self._stepper.output_value(self._contact_tracker.contact_outputs[event.index])
+            constraint.held_value = float(self._stepper.state.values[self._contact_tracker.contact_outputs[event.index]])
         try:
             end_value, low = event_value(1.0), 0.0
             if end_value <= 0.0:
@@ -217,13 +217,13 @@ class EventDrivenStepper:
     def _restart(self, h: float) -> float:
         """Restart before a step of `h` seconds; return the duration (s) of the shortest bounce that has just begun, or infinity."""
         self._stepper.restart(h)
-        rates_after_kick = self._stepper.output_forces.output_rates(self._stepper.model.velocities())
+        rates_after_kick = self._stepper.forces.output_rates(self._stepper.model.state()[1])
         accelerations = (rates_after_kick - self._stepper.state.rates) / (0.5 * h)
         durations = [math.inf]
         for k, side in self._contact_tracker.rebound_sides.items():
             output = self._contact_tracker.contact_outputs[k]
             deceleration = side * float(accelerations[output])
             if deceleration > 0.0:
-                durations.append(-2 * side * self._stepper.output_rate(output) / deceleration)
+                durations.append(-2 * side * float(self._stepper.state.rates[output]) / deceleration)
         self._contact_tracker.rebound_sides = {}
         return min(durations)

@@ -287,7 +287,7 @@ class RichardsonRefinement:
         steps = (int(self.grid.min_steps[: len(solution.work) - 1].sum()) << level) + solution.n_split_steps
         self.steps += steps
         self.runs += 1
-        for law, count in model.evaluation_counts.items():
+        for law, count in model.forces.evaluation_counts.items():
             self.evaluation_counts[law] += count * steps
         return solution
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -43,32 +42,6 @@ class FixedStepSolution:
     n_split_steps: int = 0
 
 
-class IntervalStepper(Protocol):
-    """Integrates a model over successive intervals."""
-
-    @property
-    def events(self) -> Sequence[Event]:
-        """Return the contact events so far."""
-
-    @property
-    def mode(self) -> ContactMode:
-        """Return the present contact mode."""
-
-    @property
-    def dissipated_energy(self) -> float:
-        """Return the energy dissipated so far (J)."""
-
-    @property
-    def n_split_steps(self) -> int:
-        """Return the number of steps that were split at events."""
-
-    def integrate(self, start: float, end: float, n_steps: int, next_h: float) -> bool:
-        """Integrate from start to end (s) in `n_steps` steps, followed by one of `next_h`; return False if that fails."""
-
-    def mass_centre_state(self) -> tuple[FloatArray, FloatArray]:
-        """Return poses and velocities (bodies, 3) of the mass centres at the present time."""
-
-
 class FixedStepper:
     """Integrates a pymunk model without contacts over successive intervals from start poses and velocities (bodies, 3).
 
@@ -84,35 +57,35 @@ class FixedStepper:
         model.start(*start, time_inputs.start_inputs(h))
         time_inputs.reset(model.predict_spindle_inertia)
         # Except in a plain model the velocities are half a step ahead of the poses; the start velocities belong to the poses.
-        self._velocities = model.velocities() if model.is_plain else model.to_proxy_velocities(start[1])
+        self._poses, self._velocities = model.state()
+        if not model.is_plain:
+            self._velocities = model.to_proxy_velocities(start[1])
 
     def integrate(self, start: float, end: float, n_steps: int, next_h: float) -> bool:
         """Integrate from start to end (s) in `n_steps` steps, followed by one of `next_h`."""
         model, time_inputs, h = self._model, self._time_inputs, (end - start) / n_steps
         # The last kick spans half of this step and half of the next, which can differ in length.
         time_inputs.prepare_interval(start, end, n_steps, next_h)
+        earlier = previous = self._velocities
         for index in range(n_steps):
-            if index == n_steps - 1:
-                previous = model.velocities()
-            elif time_inputs.has_jump and index == n_steps - 2:
-                earlier = model.velocities()
-            model.step(time_inputs.step_inputs(index))
+            earlier, previous = previous, model.step(time_inputs.step_inputs(index))
+        self._poses, self._velocities = model.state()
         if model.is_plain:
-            self._velocities = model.velocities()
-        elif time_inputs.has_jump:  # the load jumps, so the mean of both sides is not the velocity: extrapolate from the left
+            return True
+        if time_inputs.has_jump:  # the load jumps, so the mean of both sides is not the velocity: extrapolate from the left
             self._velocities = previous + 0.5 * (previous - earlier)
         else:
-            self._velocities = (next_h * previous + h * model.velocities()) / (h + next_h)
+            self._velocities = (next_h * previous + h * self._velocities) / (h + next_h)
         return True
 
     def mass_centre_state(self) -> tuple[FloatArray, FloatArray]:
         """Return poses and velocities (bodies, 3) of the mass centres at the present time."""
-        return self._model.to_mass_centres(self._model.poses(), self._velocities)
+        return self._model.to_mass_centres(self._poses, self._velocities)
 
     @property
     def dissipated_energy(self) -> float:
         """Return the energy dissipated so far by dashpots (J)."""
-        return self._model.output_forces.dissipated_energy
+        return self._model.forces.dissipated_energy
 
 
 def integrate_over_grid(
@@ -135,7 +108,7 @@ def integrate_over_grid(
     lengths = np.diff(grid.monitor_times) / step_counts if step_counts.size else np.ones(1)
     next_lengths = np.append(lengths[1:], lengths[-1:])
     h, is_splitting = float(lengths[0]), has_contacts(scene)
-    stepper: IntervalStepper
+    stepper: FixedStepper | EventDrivenStepper
     if is_splitting:
         stepper = EventDrivenStepper(scene, model, time_inputs, start, settings, time_scale=time_scale, level=level, h=h)
     else:
@@ -152,7 +125,7 @@ def integrate_over_grid(
         poses, velocities = stepper.mass_centre_state()
         if not (is_complete and np.max(np.abs(poses[:, :2])) < max_distance):
             break
-        states.append((poses, velocities, time_inputs.work, time_inputs.spindle_angle, stepper.dissipated_energy))
+        states.append((poses, velocities, time_inputs.spindle.work, time_inputs.spindle.angle, stepper.dissipated_energy))
         contact_modes.append(stepper.mode)
         if len(states) % LIMIT_CHECK_INTERVAL == 0 and not is_within_limits(np.array([row[0] for row in states[-LIMIT_CHECK_INTERVAL:]])):
             break
