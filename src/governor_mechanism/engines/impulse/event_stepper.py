@@ -13,14 +13,12 @@ import numpy as np
 from scipy.optimize import brentq
 
 from governor_mechanism.engines.impulse.contact import ContactModeTracker
+from governor_mechanism.engines.impulse.fixed_step_problem import FixedStepProblem
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
-from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
 from governor_mechanism.engines.impulse.step_records import DetectedEvent
-from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.model.events import Event, EventKind
-from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 MIN_REMAINDER_RATIO = 1e-4
@@ -49,27 +47,17 @@ EVENT_FRACTION_TOLERANCE = 1e-13
 
 
 class EventDrivenStepper:
-    """Integrates a pymunk model over successive intervals from start poses and velocities (bodies, 3), splitting steps at events.
+    """Integrates a pymunk model over successive intervals, splitting steps at events.
 
-    `time_scale` is in seconds; `level` is how often the steps are halved; `h` (s) is the first step. `n_split_steps` counts split steps.
+    `level` is how often the steps are halved; `h` (s) is the first step. `n_split_steps` counts split steps.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        model: PymunkModel,
-        time_inputs: TimeInputs,
-        start: tuple[FloatArray, FloatArray],
-        settings: ImpulseSettings,
-        *,
-        time_scale: float,
-        level: int,
-        h: float,
-    ) -> None:
-        self._time_inputs, self.n_split_steps = time_inputs, 0
-        self._stepper = StaggeredStepper(scene, model, time_inputs, start, h, settings.hold_iteration_factor)
-        self._contact_tracker = ContactModeTracker(scene, self._stepper, time_scale)
-        self._steps_per_bounce, self._max_events_per_step = settings.min_steps_per_bounce << level, settings.max_events_per_step
+    def __init__(self, problem: FixedStepProblem, model: PymunkModel, level: int, h: float) -> None:
+        self._time_inputs, self.n_split_steps = problem.time_inputs, 0
+        self._stepper = StaggeredStepper(problem, model, h)
+        self._contact_tracker = ContactModeTracker(problem.scene, self._stepper, problem.evaluator.time_scale)
+        self._steps_per_bounce = problem.settings.min_steps_per_bounce << level
+        self._max_events_per_step = problem.settings.max_events_per_step
         self._bounce_step, self._bounce_end = 0.0, -math.inf
         self._restart(h)
 

@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from governor_mechanism.engines.impulse.fixed_step_problem import FixedStepProblem
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.engines.impulse.step_records import StepObservation, StepState
-from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.mechanics.dynamics.projection import StateProjector
-from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 N_WARM_STARTS = 3
@@ -25,22 +24,15 @@ class StaggeredStepper:
     """A pymunk model at one time of a run.
 
     `state` is the present state, `last_h` (s) the length of the last step, `is_holding` whether a contact is held. The solver iterations
-    are multiplied by `hold_iteration_factor` for restarts and while a contact is held: contact decisions use the holding force, which
-    converges more slowly than the velocities.
+    are multiplied by a factor for restarts and while a contact is held: contact decisions use the holding force, which converges more
+    slowly than the velocities.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        model: PymunkModel,
-        time_inputs: TimeInputs,
-        start: tuple[FloatArray, FloatArray],
-        h: float,
-        hold_iteration_factor: int,
-    ) -> None:
+    def __init__(self, problem: FixedStepProblem, model: PymunkModel, h: float) -> None:
+        start, time_inputs = problem.start, problem.time_inputs
         self.model, self.forces, self.time_inputs, self.last_h = model, model.forces, time_inputs, h
-        self.is_holding, self._warm_up_steps_left, self._hold_iteration_factor = False, 0, hold_iteration_factor
-        self._projector = StateProjector(scene)
+        self.is_holding, self._warm_up_steps_left = False, 0
+        self._hold_iteration_factor, self._projector = problem.settings.hold_iteration_factor, StateProjector(problem.scene)
         time_inputs.uses_left_limits = True
         model.start(*start, time_inputs.start_inputs(h))
         time_inputs.reset(model.predict_spindle_inertia)
