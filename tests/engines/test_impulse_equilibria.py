@@ -107,5 +107,5 @@ def _arm_acceleration_from_rest(scene, angle, speed):
     poses = position_solver.solve_at_coordinate(angle)
     model, h = PymunkModel(scene, iterations=200), 1e-3
     model.start(poses, np.zeros_like(poses), TimeInputs(scene).start_inputs(h))
-    _, velocities = model.to_mass_centres(model.poses(), model.velocities())
+    _, velocities = model.to_mass_centres(*model.state())
     return float(np.sum(evaluate_output_gradient(scene.part.mechanism, "arm_angle", poses) * velocities)) / (h / 2)

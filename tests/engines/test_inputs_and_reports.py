@@ -66,7 +66,7 @@ def test_steps_of_two_lengths_keep_the_second_order():
     climb = RichardsonRefinement(ImpulseSettings(step=5e-3, runs=1), scene, task)
     expected, rates = integrate_one_coordinate(scene, times)
     levels = range(4)
-    reports = [climb.extrapolate_at_level(level).report for level in levels]
+    reports = [climb.extrapolate_at_level(level).observables for level in levels]
     for found, true in (("readings", expected), ("rates", rates)):
         errors = [np.max(np.abs(getattr(report, found)["arm_angle"] - true)) for report in reports]
         assert np.polyfit(levels, np.log2(errors), 1)[0] == pytest.approx(-2, abs=0.1)

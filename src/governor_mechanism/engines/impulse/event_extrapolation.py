@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from governor_mechanism.model.events import Event, EventKind
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import BoolArray, FloatArray
 
 MIN_EVENT_TIME_ERROR_RATIO = 0.01
 """Smallest error of an extrapolated time relative to the difference of the last two runs: a closer agreement can be chance."""
@@ -29,12 +28,9 @@ class ExtrapolatedEvents:
     extrapolation_intervals: tuple[tuple[float, float], ...] = ()
     time_error: float = 0.0
 
-    def are_near_events(self, times: FloatArray, tolerance: float) -> NDArray[np.bool_]:
+    def are_near_events(self, times: FloatArray, tolerance: float) -> BoolArray:
         """Return a mask of the times (n,) s that lie within `tolerance` (s) of an event."""
-        near = np.zeros(len(times), dtype=np.bool_)
-        for event in self.events:
-            near |= np.abs(times - event.time) <= tolerance
-        return near
+        return _are_in_intervals(times, [(event.time - tolerance, event.time + tolerance) for event in self.events])
 
     def wrong_side_error(self, times: FloatArray) -> float:
         """Return the largest impact-time error (s) of the last run whose interval contains one of the times (n,) s.
@@ -43,12 +39,9 @@ class ExtrapolatedEvents:
         """
         return max((high - low for low, high in self.extrapolation_intervals if np.any((times >= low) & (times <= high))), default=0.0)
 
-    def are_between_impacts(self, times: FloatArray) -> NDArray[np.bool_] | None:
-        """Return a mask of the times (n,) s at which some runs have passed an impact and others not; None if there are none."""
-        between = np.zeros(len(times), dtype=np.bool_)
-        for low, high in self.impact_intervals:
-            between |= (times >= low) & (times <= high)
-        return between if between.any() else None
+    def are_between_impacts(self, times: FloatArray) -> BoolArray:
+        """Return a mask of the times (n,) s at which some runs have passed an impact and others not."""
+        return _are_in_intervals(times, self.impact_intervals)
 
 
 def extrapolate_events(event_logs: Sequence[Sequence[Event]], end_time: float) -> ExtrapolatedEvents:
@@ -80,3 +73,11 @@ def _nearest_event_time(event: Event, others: Sequence[Event]) -> float | None:
     """Return the time (s) of the nearest event of the same kind and subject, or None."""
     times = [other.time for other in others if (other.kind, other.subject) == (event.kind, event.subject)]
     return min(times, key=lambda time: abs(time - event.time), default=None)
+
+
+def _are_in_intervals(times: FloatArray, intervals: Iterable[tuple[float, float]]) -> BoolArray:
+    """Return a mask of the times (n,) s that lie in any of the intervals (s)."""
+    is_inside = np.zeros(len(times), dtype=np.bool_)
+    for low, high in intervals:
+        is_inside |= (times >= low) & (times <= high)
+    return is_inside

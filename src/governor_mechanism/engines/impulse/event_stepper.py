@@ -13,14 +13,12 @@ import numpy as np
 from scipy.optimize import brentq
 
 from governor_mechanism.engines.impulse.contact import ContactModeTracker
+from governor_mechanism.engines.impulse.fixed_step_problem import FixedStepProblem
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
-from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
 from governor_mechanism.engines.impulse.step_records import DetectedEvent
-from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.model.events import Event, EventKind
-from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 MIN_REMAINDER_RATIO = 1e-4
@@ -49,27 +47,17 @@ EVENT_FRACTION_TOLERANCE = 1e-13
 
 
 class EventDrivenStepper:
-    """Integrates a pymunk model over successive intervals from start poses and velocities (bodies, 3), splitting steps at events.
+    """Integrates a pymunk model over successive intervals, splitting steps at events.
 
-    `time_scale` is in seconds; `level` is how often the steps are halved; `h` (s) is the first step. `n_split_steps` counts split steps.
+    `level` is how often the steps are halved; `h` (s) is the first step. `n_split_steps` counts split steps.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        model: PymunkModel,
-        time_inputs: TimeInputs,
-        start: tuple[FloatArray, FloatArray],
-        settings: ImpulseSettings,
-        *,
-        time_scale: float,
-        level: int,
-        h: float,
-    ) -> None:
-        self._time_inputs, self.n_split_steps = time_inputs, 0
-        self._stepper = StaggeredStepper(scene, model, time_inputs, start, h, settings.hold_iteration_factor)
-        self._contact_tracker = ContactModeTracker(scene, self._stepper, time_scale)
-        self._steps_per_bounce, self._max_events_per_step = settings.min_steps_per_bounce << level, settings.max_events_per_step
+    def __init__(self, problem: FixedStepProblem, model: PymunkModel, level: int, h: float) -> None:
+        self._time_inputs, self.n_split_steps = problem.time_inputs, 0
+        self._stepper = StaggeredStepper(problem, model, h)
+        self._contact_tracker = ContactModeTracker(problem.scene, self._stepper, problem.evaluator.time_scale)
+        self._steps_per_bounce = problem.settings.min_steps_per_bounce << level
+        self._max_events_per_step = problem.settings.max_events_per_step
         self._bounce_step, self._bounce_end = 0.0, -math.inf
         self._restart(h)
 
@@ -80,12 +68,12 @@ class EventDrivenStepper:
     @property
     def events(self) -> list[Event]:
         """Return the events so far."""
-        return self._contact_tracker.events
+        return self._contact_tracker.scene_contacts.events
 
     @property
     def mode(self) -> ContactMode:
         """Return the present contact mode."""
-        return self._contact_tracker.mode
+        return self._contact_tracker.scene_contacts.mode
 
     @property
     def dissipated_energy(self) -> float:
@@ -186,7 +174,7 @@ class EventDrivenStepper:
         if constraint is not None:
             # A short step would remove the position error left by long steps with a force that does not exist: hold the present value.
             constraint.is_force_limited = False
-            constraint.held_value = self._stepper.output_value(self._contact_tracker.contact_outputs[event.index])
+            constraint.held_value = float(self._stepper.state.values[self._contact_tracker.contact_outputs[event.index]])
         try:
             end_value, low = event_value(1.0), 0.0
             if end_value <= 0.0:
@@ -217,13 +205,13 @@ class EventDrivenStepper:
     def _restart(self, h: float) -> float:
         """Restart before a step of `h` seconds; return the duration (s) of the shortest bounce that has just begun, or infinity."""
         self._stepper.restart(h)
-        rates_after_kick = self._stepper.output_forces.output_rates(self._stepper.model.velocities())
+        rates_after_kick = self._stepper.forces.output_rates(self._stepper.model.state()[1])
         accelerations = (rates_after_kick - self._stepper.state.rates) / (0.5 * h)
         durations = [math.inf]
         for k, side in self._contact_tracker.rebound_sides.items():
             output = self._contact_tracker.contact_outputs[k]
             deceleration = side * float(accelerations[output])
             if deceleration > 0.0:
-                durations.append(-2 * side * self._stepper.output_rate(output) / deceleration)
+                durations.append(-2 * side * float(self._stepper.state.rates[output]) / deceleration)
         self._contact_tracker.rebound_sides = {}
         return min(durations)

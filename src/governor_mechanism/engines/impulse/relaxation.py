@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
@@ -9,6 +11,8 @@ from governor_mechanism.engines.impulse.settings import RelaxationSettings
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.errors import RunFailed
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.mechanics.dynamics.contacts import initial_mode, one_sided_forces_of
+from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.scene import Scene
@@ -47,9 +51,10 @@ def relax_to_equilibrium(scene: Scene, start: float, settings: RelaxationSetting
     mass = sum(body.mass for body in mechanism.bodies)
     max_rest_energy = 0.5 * mass * (settings.max_rest_speed_ratio * mechanism.length_scale / scale) ** 2
     model, time_inputs, h = PymunkModel(scene, iterations=settings.iterations), TimeInputs(scene), settings.step_ratio * scale
+    one_sided, mode = one_sided_forces_of(scene), initial_mode(scene)
 
     def present_value(reading: str) -> float:
-        return float(evaluate_output_value(mechanism, reading, model.to_mass_centres(model.poses(), model.velocities())[0]))
+        return float(evaluate_output_value(mechanism, reading, model.to_mass_centres(*model.state())[0]))
 
     poses = PositionSolver(mechanism).solve_at_coordinate(start)
     model.start(poses, np.zeros_like(poses), time_inputs.start_inputs(h))
@@ -68,6 +73,10 @@ def relax_to_equilibrium(scene: Scene, start: float, settings: RelaxationSetting
         if steps_since_stop >= N_JOINT_RECOVERY_STEPS:
             max_energy = max(max_energy, energy)
         steps_since_stop += 1
+        taut = tuple(present_value(spring.reading) > spring.slack_below for spring in one_sided)
+        if taut != mode.taut:
+            mode = replace(mode, taut=taut)
+            model.forces.output_forces = make_system(scene, mode)[0].output_forces
         model.step(inputs)
     raise RunFailed(
         f"released at {mechanism.coordinate} = {start:.6g}, the mechanism did not come to rest; "

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Mapping
 
 import numpy as np
 
 from governor_mechanism.engines.impulse.event_stepper import EventDrivenStepper
+from governor_mechanism.engines.impulse.fixed_step_problem import FixedStepProblem, FixedStepSolution
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
-from governor_mechanism.engines.impulse.settings import ImpulseSettings
-from governor_mechanism.engines.impulse.time_inputs import TimeInputs
-from governor_mechanism.integrators.time_grid import TimeGrid
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts
 from governor_mechanism.model.events import Event
-from governor_mechanism.model.scene import Scene
+from governor_mechanism.observables.state_history import StateHistory
 from governor_mechanism.types import FloatArray
 
 LIMIT_CHECK_INTERVAL = 256
@@ -25,145 +21,96 @@ MAX_BODY_DISTANCE_RATIO = 1e3
 """Distance of a body from the origin, relative to the length scale, at which a run counts as diverged (unsolved joints)."""
 
 
-@dataclass(frozen=True)
-class FixedStepSolution:
-    """Poses and velocities (times, bodies, 3) at the monitor times; shorter than the grid if the run was abandoned.
-
-    `work` (times,) J is the work of changes of a prescribed spindle speed, `spindle_angle` (times,) rad that of a free spindle, and
-    `dissipated_energy` (times,) J the loss in dashpots, friction and stops. `contact_modes` has one entry per monitor time.
-    """
-
-    poses: FloatArray
-    velocities: FloatArray
-    work: FloatArray
-    spindle_angle: FloatArray
-    dissipated_energy: FloatArray
-    events: tuple[Event, ...] = ()
-    contact_modes: tuple[ContactMode, ...] = ()
-    n_split_steps: int = 0
-
-
-class IntervalStepper(Protocol):
-    """Integrates a model over successive intervals."""
-
-    @property
-    def events(self) -> Sequence[Event]:
-        """Return the contact events so far."""
-
-    @property
-    def mode(self) -> ContactMode:
-        """Return the present contact mode."""
-
-    @property
-    def dissipated_energy(self) -> float:
-        """Return the energy dissipated so far (J)."""
-
-    @property
-    def n_split_steps(self) -> int:
-        """Return the number of steps that were split at events."""
-
-    def integrate(self, start: float, end: float, n_steps: int, next_h: float) -> bool:
-        """Integrate from start to end (s) in `n_steps` steps, followed by one of `next_h`; return False if that fails."""
-
-    def mass_centre_state(self) -> tuple[FloatArray, FloatArray]:
-        """Return poses and velocities (bodies, 3) of the mass centres at the present time."""
-
-
 class FixedStepper:
-    """Integrates a pymunk model without contacts over successive intervals from start poses and velocities (bodies, 3).
-
-    `h` (s) is the first step.
-    """
+    """Integrates a pymunk model without contacts over successive intervals; `h` (s) is the first step."""
 
     events: tuple[Event, ...] = ()
     mode = ContactMode()
     n_split_steps = 0
 
-    def __init__(self, model: PymunkModel, time_inputs: TimeInputs, start: tuple[FloatArray, FloatArray], h: float) -> None:
-        self._model, self._time_inputs = model, time_inputs
-        model.start(*start, time_inputs.start_inputs(h))
-        time_inputs.reset(model.predict_spindle_inertia)
+    def __init__(self, problem: FixedStepProblem, model: PymunkModel, h: float) -> None:
+        self._model, self._time_inputs = model, problem.time_inputs
+        model.start(*problem.start, self._time_inputs.start_inputs(h))
+        self._time_inputs.reset(model.predict_spindle_inertia)
         # Except in a plain model the velocities are half a step ahead of the poses; the start velocities belong to the poses.
-        self._velocities = model.velocities() if model.is_plain else model.to_proxy_velocities(start[1])
+        self._poses, self._velocities = model.state()
+        if not model.is_plain:
+            self._velocities = model.to_proxy_velocities(problem.start[1])
 
     def integrate(self, start: float, end: float, n_steps: int, next_h: float) -> bool:
         """Integrate from start to end (s) in `n_steps` steps, followed by one of `next_h`."""
         model, time_inputs, h = self._model, self._time_inputs, (end - start) / n_steps
         # The last kick spans half of this step and half of the next, which can differ in length.
         time_inputs.prepare_interval(start, end, n_steps, next_h)
+        earlier = previous = self._velocities
         for index in range(n_steps):
-            if index == n_steps - 1:
-                previous = model.velocities()
-            elif time_inputs.has_jump and index == n_steps - 2:
-                earlier = model.velocities()
-            model.step(time_inputs.step_inputs(index))
+            earlier, previous = previous, model.step(time_inputs.step_inputs(index))
+        self._poses, self._velocities = model.state()
         if model.is_plain:
-            self._velocities = model.velocities()
-        elif time_inputs.has_jump:  # the load jumps, so the mean of both sides is not the velocity: extrapolate from the left
+            return True
+        if time_inputs.has_jump:  # the load jumps, so the mean of both sides is not the velocity: extrapolate from the left
             self._velocities = previous + 0.5 * (previous - earlier)
         else:
-            self._velocities = (next_h * previous + h * model.velocities()) / (h + next_h)
+            self._velocities = (next_h * previous + h * self._velocities) / (h + next_h)
         return True
 
     def mass_centre_state(self) -> tuple[FloatArray, FloatArray]:
         """Return poses and velocities (bodies, 3) of the mass centres at the present time."""
-        return self._model.to_mass_centres(self._model.poses(), self._velocities)
+        return self._model.to_mass_centres(self._poses, self._velocities)
 
     @property
     def dissipated_energy(self) -> float:
         """Return the energy dissipated so far by dashpots (J)."""
-        return self._model.output_forces.dissipated_energy
+        return self._model.forces.dissipated_energy
 
 
-def integrate_over_grid(
-    scene: Scene,
-    model: PymunkModel,
-    grid: TimeGrid,
-    level: int,
-    time_inputs: TimeInputs,
-    start: tuple[FloatArray, FloatArray],
-    settings: ImpulseSettings,
-    *,
-    time_scale: float,
-    is_within_limits: Callable[[FloatArray], bool],
-) -> FixedStepSolution:
-    """Integrate over the grid, with the steps of each interval halved `level` times, from poses and velocities (bodies, 3).
+def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int) -> tuple[FixedStepSolution, Mapping[str, int]]:
+    """Integrate over the grid, with the steps of each interval halved `level` times and at first `iterations` of the joint solver.
 
-    The run is abandoned if a body diverges, and soon after `is_within_limits` rejects poses (times, bodies, 3). `time_scale` is in s.
+    The run is abandoned if a body diverges, and soon after it leaves the limits of the mechanism. The second result states how often one
+    step evaluates each force law.
     """
-    step_counts = grid.min_steps << level
-    lengths = np.diff(grid.monitor_times) / step_counts if step_counts.size else np.ones(1)
-    next_lengths = np.append(lengths[1:], lengths[-1:])
-    h, is_splitting = float(lengths[0]), has_contacts(scene)
-    stepper: IntervalStepper
-    if is_splitting:
-        stepper = EventDrivenStepper(scene, model, time_inputs, start, settings, time_scale=time_scale, level=level, h=h)
+    model = PymunkModel(problem.scene, iterations=iterations, plain=problem.settings.plain)
+    times, step_counts, time_inputs = problem.grid.monitor_times, problem.grid.min_steps << level, problem.time_inputs
+    lengths = np.diff(times) / step_counts if step_counts.size else np.ones(1)
+    next_lengths = np.append(lengths[1:], lengths[-1:])[: step_counts.size].tolist()
+    stepper: FixedStepper | EventDrivenStepper
+    if has_contacts(problem.scene):
+        stepper, start = EventDrivenStepper(problem, model, level, float(lengths[0])), problem.start
     else:
-        stepper = FixedStepper(model, time_inputs, start, h)
-    initial = start if is_splitting or not step_counts.size else stepper.mass_centre_state()
-    states, contact_modes = [(*initial, 0.0, 0.0, stepper.dissipated_energy)], [stepper.mode]
-    max_distance = MAX_BODY_DISTANCE_RATIO * scene.part.mechanism.length_scale
-    for index, next_h in enumerate(next_lengths[: step_counts.size].tolist()):
-        begin, end = float(grid.monitor_times[index]), float(grid.monitor_times[index + 1])
+        stepper = FixedStepper(problem, model, float(lengths[0]))
+        start = stepper.mass_centre_state() if step_counts.size else problem.start
+    states, contact_modes = [(*start, 0.0, 0.0, stepper.dissipated_energy)], [stepper.mode]
+    max_distance = MAX_BODY_DISTANCE_RATIO * problem.scene.part.mechanism.length_scale
+    for index, next_h in enumerate(next_lengths):
         try:
-            is_complete = stepper.integrate(begin, end, int(step_counts[index]), next_h)
+            is_complete = stepper.integrate(float(times[index]), float(times[index + 1]), int(step_counts[index]), next_h)
         except (ValueError, OverflowError, np.linalg.LinAlgError):  # a body diverged to a position that is not finite
             break
         poses, velocities = stepper.mass_centre_state()
         if not (is_complete and np.max(np.abs(poses[:, :2])) < max_distance):
             break
-        states.append((poses, velocities, time_inputs.work, time_inputs.spindle_angle, stepper.dissipated_energy))
+        states.append((poses, velocities, time_inputs.spindle.work, time_inputs.spindle.angle, stepper.dissipated_energy))
         contact_modes.append(stepper.mode)
-        if len(states) % LIMIT_CHECK_INTERVAL == 0 and not is_within_limits(np.array([row[0] for row in states[-LIMIT_CHECK_INTERVAL:]])):
-            break
-    columns = [np.array(column) for column in zip(*states, strict=True)]
-    return FixedStepSolution(
-        poses=columns[0],
-        velocities=columns[1],
-        work=columns[2],
-        spindle_angle=columns[3],
-        dissipated_energy=columns[4],
+        if len(states) % LIMIT_CHECK_INTERVAL == 0:
+            recent_poses = np.array([row[0] for row in states[-LIMIT_CHECK_INTERVAL:]])
+            if problem.evaluator.find_first_out_of_range(recent_poses) is not None:
+                break
+    poses, velocities, work, spindle_angle, dissipated_energy = (np.array(column) for column in zip(*states, strict=True))
+    history = StateHistory(
+        times=times[: len(states)],
+        poses=poses,
+        velocities=velocities,
+        work=work,
+        dissipated_energy=dissipated_energy,
+        lags=np.zeros((len(states), 0)),
+    )
+    solution = FixedStepSolution(
+        states=history,
+        raw_poses=poses,
+        spindle_angle=spindle_angle,
         events=tuple(stepper.events),
-        contact_modes=tuple(contact_modes) if is_splitting else (),
+        contact_modes=tuple(contact_modes) if has_contacts(problem.scene) else (),
         n_split_steps=stepper.n_split_steps,
     )
+    return solution, model.forces.evaluation_counts

@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from governor_mechanism.engines.impulse.fixed_step_problem import FixedStepProblem
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.engines.impulse.step_records import StepObservation, StepState
-from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.mechanics.dynamics.projection import StateProjector
-from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 N_WARM_STARTS = 3
@@ -25,37 +24,21 @@ class StaggeredStepper:
     """A pymunk model at one time of a run.
 
     `state` is the present state, `last_h` (s) the length of the last step, `is_holding` whether a contact is held. The solver iterations
-    are multiplied by `hold_iteration_factor` for restarts and while a contact is held: contact decisions use the holding force, which
-    converges more slowly than the velocities.
+    are multiplied by a factor for restarts and while a contact is held: contact decisions use the holding force, which converges more
+    slowly than the velocities.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        model: PymunkModel,
-        time_inputs: TimeInputs,
-        start: tuple[FloatArray, FloatArray],
-        h: float,
-        hold_iteration_factor: int,
-    ) -> None:
-        self.model, self.output_forces, self.time_inputs, self.last_h = model, model.output_forces, time_inputs, h
-        self.is_holding, self._warm_up_steps_left, self._hold_iteration_factor = False, 0, hold_iteration_factor
-        self._projector = StateProjector(scene)
+    def __init__(self, problem: FixedStepProblem, model: PymunkModel, h: float) -> None:
+        start, time_inputs = problem.start, problem.time_inputs
+        self.model, self.forces, self.time_inputs, self.last_h = model, model.forces, time_inputs, h
+        self.is_holding, self._warm_up_steps_left = False, 0
+        self._hold_iteration_factor, self._projector = problem.settings.hold_iteration_factor, StateProjector(problem.scene)
         time_inputs.uses_left_limits = True
         model.start(*start, time_inputs.start_inputs(h))
         time_inputs.reset(model.predict_spindle_inertia)
-        proxy_velocities, values = model.to_proxy_velocities(start[1]), self.output_forces.output_values
-        self.state = StepState(
-            0.0, model.poses(), proxy_velocities, values, self.output_forces.output_rates(proxy_velocities), time_inputs.accumulators(), 0.0
-        )
-
-    def output_value(self, output: int) -> float:
-        """Return the value (m or rad) of an output variable."""
-        return float(self.state.values[output])
-
-    def output_rate(self, output: int) -> float:
-        """Return the rate (m/s or rad/s) of an output variable."""
-        return float(self.state.rates[output])
+        velocities = model.to_proxy_velocities(start[1])
+        values, rates = self.forces.output_values, self.forces.output_rates(velocities)
+        self.state = StepState(0.0, model.state()[0], velocities, values, rates, time_inputs.spindle, 0.0)
 
     def close_joints(self) -> None:
         """Close the joints; the gap that a step leaves depends on its length."""
@@ -67,16 +50,15 @@ class StaggeredStepper:
 
     def step(self, inputs: StepInputs, time: float) -> tuple[StepObservation, StepState]:
         """Take one step; return its observation and the state at `time` (s), without moving to it."""
-        model, output_forces = self.model, self.output_forces
+        model, forces = self.model, self.forces
         model.set_iteration_factor(self._hold_iteration_factor if self.is_holding or self._warm_up_steps_left else 1)
         self._warm_up_steps_left = max(self._warm_up_steps_left - 1, 0)
-        velocities_before = model.velocities()
-        model.step(inputs)
-        velocities_after = model.velocities()
+        velocities_before = model.step(inputs)
+        poses, velocities_after = model.state()
         velocities = (inputs.next_h * velocities_before + inputs.h * velocities_after) / (inputs.h + inputs.next_h)
-        values, rates = output_forces.output_values, output_forces.output_rates(velocities)
-        state = StepState(time, model.poses(), velocities, values, rates, self.time_inputs.accumulators(), output_forces.dissipated_energy)
-        return StepObservation(values, rates, output_forces.output_rates(velocities_after), inputs.friction_limits), state
+        values, rates = forces.output_values, forces.output_rates(velocities)
+        state = StepState(time, poses, velocities, values, rates, self.time_inputs.spindle, forces.dissipated_energy)
+        return StepObservation(values, rates, forces.output_rates(velocities_after), inputs.values), state
 
     def take_trial_step(self, h: float, steps: int = 1) -> tuple[StepObservation, StepState]:
         """Return observation and state `h` seconds ahead, without moving to it.
@@ -99,8 +81,8 @@ class StaggeredStepper:
         self._warm_up_steps_left = N_WARM_UP_STEPS
         for _ in range(N_WARM_STARTS):
             self.model.start(state.poses, state.velocities, self.time_inputs.restart_inputs(state.time, h))
-        self.time_inputs.restore(state.accumulators)
-        self.output_forces.dissipated_energy, self.last_h = state.dissipated_energy, h
+        self.time_inputs.spindle = state.spindle
+        self.forces.dissipated_energy, self.last_h = state.dissipated_energy, h
 
     def set_velocities(self, velocities: FloatArray, dissipated_energy: float = 0.0) -> None:
         """Set the velocities (bodies, 3) of the mass centres after impulses, which dissipate an energy (J)."""
@@ -108,7 +90,7 @@ class StaggeredStepper:
         self.state = replace(
             self.state,
             velocities=proxy_velocities,
-            rates=self.output_forces.output_rates(proxy_velocities),
+            rates=self.forces.output_rates(proxy_velocities),
             dissipated_energy=self.state.dissipated_energy + dissipated_energy,
         )
 
@@ -118,32 +100,26 @@ class StaggeredStepper:
         if remaining <= 0.0:
             return
         self.restart(full_step)
-        acceleration = (self.model.velocities() - state.velocities) / (0.5 * full_step)
+        acceleration = (self.model.state()[1] - state.velocities) / (0.5 * full_step)
         self.time_inputs.prepare_interval(state.time, end, 1, full_step)
         self.time_inputs.step_inputs(0)
-        friction_limits = self.time_inputs.restart_inputs(state.time, full_step).friction_limits
+        inputs = self.time_inputs.restart_inputs(state.time, full_step).values
         self.state = replace(
             state,
             time=end,
             poses=state.poses + remaining * (state.velocities + 0.5 * remaining * acceleration),
             velocities=state.velocities + remaining * acceleration,
             values=state.values + remaining * state.rates,
-            rates=state.rates + remaining * self.output_forces.output_rates(acceleration),
-            accumulators=self.time_inputs.accumulators(),
-            dissipated_energy=state.dissipated_energy + remaining * self.output_forces.dissipated_power(state.rates, friction_limits),
+            rates=state.rates + remaining * self.forces.output_rates(acceleration),
+            spindle=self.time_inputs.spindle,
+            dissipated_energy=state.dissipated_energy + remaining * self.forces.dissipated_power(state.rates, inputs),
         )
 
     def _with_closed_joints(self, state: StepState) -> StepState:
         """Return a state with closed joints and compatible velocities."""
-        states = (part[np.newaxis] for part in self.model.to_mass_centres(state.poses, state.velocities))
-        poses, velocities = (part[0] for part in self._projector.project(np.array([state.time]), *states))
+        centre_poses, centre_velocities = self.model.to_mass_centres(state.poses, state.velocities)
+        (poses,), (velocities,) = self._projector.project(np.array([state.time]), centre_poses[np.newaxis], centre_velocities[np.newaxis])
         proxy_velocities = self.model.to_proxy_velocities(velocities)
         proxy_poses = np.where(self.model.pinned_mask, state.poses, poses)
-        self.output_forces.evaluate_outputs(proxy_poses)
-        return replace(
-            state,
-            poses=proxy_poses,
-            velocities=proxy_velocities,
-            values=self.output_forces.output_values,
-            rates=self.output_forces.output_rates(proxy_velocities),
-        )
+        values, rates = self.forces.evaluate_outputs(proxy_poses), self.forces.output_rates(proxy_velocities)
+        return replace(state, poses=proxy_poses, velocities=proxy_velocities, values=values, rates=rates)

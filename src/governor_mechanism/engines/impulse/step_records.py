@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from governor_mechanism.engines.impulse.time_inputs import SpindleState
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.types import FloatArray
 
@@ -13,7 +14,7 @@ from governor_mechanism.types import FloatArray
 class StepState:
     """State of a run at one time (s).
 
-    Poses and velocities (bodies, 3) of the body proxies, values and rates (outputs,), spindle accumulators and dissipated energy (J).
+    Poses and velocities (bodies, 3) of the body proxies, values and rates (outputs,), state of the spindle and dissipated energy (J).
     """
 
     time: float
@@ -21,18 +22,33 @@ class StepState:
     velocities: FloatArray
     values: FloatArray
     rates: FloatArray
-    accumulators: tuple[float, float, float, float, float]
+    spindle: SpindleState
     dissipated_energy: float
 
 
 @dataclass(frozen=True)
 class StepObservation:
-    """Output values and rates (outputs,) at the end of a step, the rates right after its kick, and the friction limits there."""
+    """Output values and rates (outputs,) at the end of a step, the rates right after its kick, and the inputs (inputs,) there."""
 
     values: FloatArray
     rates: FloatArray
     rates_after_kick: FloatArray
-    friction_limits: tuple[float, ...]
+    inputs: FloatArray
+
+
+@dataclass(frozen=True)
+class OutputCrossing:
+    """Event function of the contact or one-sided spring `index`: `sign` times an output, less a threshold; the rate where it sticks."""
+
+    kind: EventKind
+    index: int
+    output: int
+    sign: float
+    threshold: float
+
+    def __call__(self, motion: StepState | StepObservation) -> float:
+        """Return the event function, positive after the event."""
+        return self.sign * float((motion.rates if self.kind is EventKind.STICK else motion.values)[self.output]) - self.threshold
 
 
 @dataclass(frozen=True)
@@ -46,14 +62,4 @@ class DetectedEvent:
     index: int
     event_function: Callable[[StepObservation], float]
     initial_value: float
-    direction: int = 0
-
-
-def make_reversal_function(output: int, direction: int) -> Callable[[StepObservation], float]:
-    """Return an event function: the rate of an output variable against the sign of its motion."""
-    return lambda observation: -direction * float(observation.rates[output])
-
-
-def make_level_function(output: int, direction: int, level: float) -> Callable[[StepObservation], float]:
-    """Return an event function: the distance of an output variable past a level, positive in `direction`."""
-    return lambda observation: direction * (float(observation.values[output]) - level)
+    direction: int

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pymunk
 
-from governor_mechanism.engines.impulse.pymunk.bodies import PlanarVector, to_body_axes
+from governor_mechanism.engines.impulse.pymunk.bodies import PlanarVector, Poses, to_body_axes
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.types import FloatArray
@@ -27,11 +27,12 @@ class FrictionStopConstraint:
 
     Both act along the gradient of the output variable and are updated before every step for the predicted pose. `held_value` (m or rad) is
     the value at which friction holds the contact, None if it does not. `stop_side` is 1 at the high stop, -1 at the low stop, 0 at neither.
-    `is_force_limited` states whether friction bears no more than its limit.
+    The last of `bodies` is the ground. `is_force_limited` states whether friction bears no more than its limit, which is an input.
     """
 
-    def __init__(self, space: pymunk.Space, bodies: list[pymunk.Body], output: int, contact: int, length_scale: float) -> None:
-        self._space, self._bodies, self._output, self._contact, self._length_scale = space, bodies, output, contact, length_scale
+    def __init__(self, space: pymunk.Space, bodies: list[pymunk.Body], output: int, friction_input: int, length_scale: float) -> None:
+        self._space, self._bodies, self._output, self._length_scale = space, bodies, output, length_scale
+        self.friction_input = friction_input
         self._constraints: tuple[pymunk.Constraint, pymunk.Constraint] | None = None
         self._active: set[int] = set()
         self.held_value: float | None = None
@@ -56,10 +57,10 @@ class FrictionStopConstraint:
             "two bodies; use engine 'multibody', or a reading between two bodies or from fixed points"
         )
 
-    def update(self, poses: FloatArray, values: FloatArray, output_jacobian: FloatArray, inputs: StepInputs) -> None:
-        """Update the constraints for the predicted poses and remove those that are not needed."""
+    def update(self, poses: Poses, values: FloatArray, output_jacobian: FloatArray, inputs: StepInputs) -> None:
+        """Update the constraints for the predicted poses, and outputs there, and remove those that are not needed."""
         self._step, self._kick_duration = inputs.h, inputs.h * inputs.kick_scale
-        if self.held_value is None and not self.stop_side:
+        if not self.is_needed:
             self._activate(set())
             self._constraints = None  # new constraints start without accumulated impulses
             return
@@ -86,8 +87,8 @@ class FrictionStopConstraint:
         else:
             normal = (x / translation_norm, y / translation_norm)
             contact_point = (
-                poses[second, 0] + rotation / translation_norm * normal[1],
-                poses[second, 1] - rotation / translation_norm * normal[0],
+                poses[second][0] + rotation / translation_norm * normal[1],
+                poses[second][1] - rotation / translation_norm * normal[0],
             )
             length = self._length_scale + residual / translation_norm
             self._set_anchors(friction, first, second, poses, contact_point, normal, length)
@@ -95,9 +96,15 @@ class FrictionStopConstraint:
             self._set_anchors(stop, first, second, poses, contact_point, outward_normal, self._length_scale)
             stop.max = self._length_scale * (1 - STOP_ENGAGEMENT_RATIO)
         stop.max_bias = max(penetration / self._gradient_norm / inputs.h, MIN_BIAS_SPEED)
-        friction_limit = inputs.friction_limits[self._contact]
-        friction.max_force = friction_limit * self._gradient_norm * inputs.kick_scale if self.is_force_limited else math.inf
+        friction.max_force = math.inf
+        if self.is_force_limited and self.held_value is not None:
+            friction.max_force = float(inputs.values[self.friction_input]) * self._gradient_norm * inputs.kick_scale
         self._activate({index for index, is_needed in enumerate((self.held_value is not None, self.stop_side != 0)) if is_needed})
+
+    @property
+    def is_needed(self) -> bool:
+        """Return whether friction or a stop holds the contact."""
+        return self.held_value is not None or self.stop_side != 0
 
     @property
     def friction_force(self) -> float:
@@ -122,8 +129,7 @@ class FrictionStopConstraint:
         return self._constraints[index].impulse / self._kick_duration / self._gradient_norm if self._constraints else 0.0
 
     def _make_constraints(self, first: int, second: int, is_rotational: bool) -> tuple[pymunk.Constraint, pymunk.Constraint]:
-        first_body = self._space.static_body if first < 0 else self._bodies[first]
-        second_body = self._bodies[second]
+        first_body, second_body = self._bodies[first], self._bodies[second]
         if is_rotational:
             friction: pymunk.Constraint = pymunk.SimpleMotor(first_body, second_body, 0.0)
             stop: pymunk.Constraint = pymunk.RotaryLimitJoint(first_body, second_body, 0.0, 0.0)
@@ -137,19 +143,18 @@ class FrictionStopConstraint:
         friction.max_bias = math.inf
         return friction, stop
 
-    def _set_rotation_limits(self, stop: pymunk.Constraint, first: int, second: int, poses: FloatArray, direction: float) -> None:
-        relative_angle = float(poses[second, 2]) - (float(poses[first, 2]) if first >= 0 else 0.0)
+    def _set_rotation_limits(self, stop: pymunk.Constraint, first: int, second: int, poses: Poses, direction: float) -> None:
+        relative_angle = poses[second][2] - (poses[first][2] if first >= 0 else 0.0)
         stop.min = -math.inf if direction > 0 else relative_angle + STOP_ENGAGEMENT_RATIO
         stop.max = relative_angle - STOP_ENGAGEMENT_RATIO if direction > 0 else math.inf
 
     def _set_anchors(
-        self, joint: pymunk.Constraint, first: int, second: int, poses: FloatArray, contact_point: PlanarVector,
+        self, joint: pymunk.Constraint, first: int, second: int, poses: Poses, contact_point: PlanarVector,
         normal: PlanarVector, length: float,
     ) -> None:  # fmt: skip
         """Anchor a joint from `length` behind the contact point on the first body to the contact point on the second, along the normal."""
         start_point = contact_point[0] - length * normal[0], contact_point[1] - length * normal[1]
-        joint.anchor_a = start_point if first < 0 else to_body_axes(poses[first], start_point)
-        joint.anchor_b = to_body_axes(poses[second], contact_point)
+        joint.anchor_a, joint.anchor_b = to_body_axes(poses, first, start_point), to_body_axes(poses, second, contact_point)
 
     def _activate(self, wanted: set[int]) -> None:
         """Keep exactly the wanted constraints in the space; a constraint that enters has no accumulated impulse."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import pymunk
 
-from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint, to_body_axes
+from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint, Poses, to_body_axes
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_curve_segments
@@ -30,8 +30,8 @@ from governor_mechanism.model.joints import (
 GROOVE_HALF_LENGTH_RATIO = 1e3
 """Half length of a groove relative to the length scale of the mechanism; a pymunk groove has ends, a guide has none."""
 
-PreStepUpdate = Callable[[StepInputs], None]
-"""Update a constraint for the pose that the step is about to reach."""
+PreStepUpdate = Callable[[Poses, StepInputs], None]
+"""Update a constraint for the poses that the step is about to reach."""
 
 
 @dataclass(frozen=True)
@@ -43,33 +43,42 @@ class JointConstraints:
 
 
 def make_joint_constraints(joint: Joint, first: AttachedPoint, second: AttachedPoint, length_scale: float, drive: int) -> JointConstraints:
-    """Return the pymunk constraints of a joint between two points; `drive` is its index in `StepInputs.drive_values`, or -1.
+    """Return the pymunk constraints of a joint between two points; `drive` is the index of the input of a driver.
 
     Raises UnsupportedEffect for a joint that pymunk cannot represent.
     """
-    pivot = pymunk.PivotJoint(first.body, second.body, (first.x, first.y), (second.x, second.y))
-    if isinstance(joint, Distance | ArcSlot):
-        link = pymunk.PinJoint(first.body, second.body, (first.x, first.y), (second.x, second.y))
-        link.distance = joint.length if isinstance(joint, Distance) else joint.radius
-        return JointConstraints((link,))
-    if isinstance(joint, Pin):
-        return JointConstraints((pivot,))
-    if isinstance(joint, Weld):
-        return JointConstraints((pivot, *_make_rotation_lock(first, second, joint.relative_angle)))
-    if isinstance(joint, Prismatic):
-        slider = _make_slider(joint, first, second, length_scale)
-        return JointConstraints((*slider.constraints, *_make_rotation_lock(first, second, joint.relative_angle)), slider.updates)
-    if isinstance(joint, Slider):
-        return _make_slider(joint, first, second, length_scale)
-    if isinstance(joint, CurveSlot):
-        return _make_reanchored_pin(first, second, joint.angle, length_scale, curve=joint)
-    if isinstance(joint, TranslationalDriver):
-        return _make_reanchored_pin(first, second, joint.angle - math.pi / 2, length_scale, drive=drive)
-    if isinstance(joint, Gear):
-        return JointConstraints((pymunk.GearJoint(second.body, first.body, -joint.offset, joint.ratio),))
-    if isinstance(joint, RotationalDriver):
-        return _make_driven_turn(first, second, drive)
+    match joint:
+        case Distance() | ArcSlot():
+            return JointConstraints((_make_pin(first, second, joint.length if isinstance(joint, Distance) else joint.radius),))
+        case Pin():
+            return JointConstraints((_make_pivot(first, second),))
+        case Weld():
+            return JointConstraints((_make_pivot(first, second), *_make_rotation_lock(first, second, joint.relative_angle)))
+        case Prismatic():
+            slider = _make_slider(joint, first, second, length_scale)
+            return JointConstraints((*slider.constraints, *_make_rotation_lock(first, second, joint.relative_angle)), slider.updates)
+        case Slider():
+            return _make_slider(joint, first, second, length_scale)
+        case CurveSlot():
+            return _make_reanchored_pin(first, second, joint.angle, length_scale, curve=joint)
+        case TranslationalDriver():
+            return _make_reanchored_pin(first, second, joint.angle - math.pi / 2, length_scale, drive=drive)
+        case Gear():
+            return JointConstraints((pymunk.GearJoint(second.body, first.body, -joint.offset, joint.ratio),))
+        case RotationalDriver():
+            return _make_driven_turn(first, second, drive)
     raise UnsupportedEffect(f"engine 'impulse' has no joint of type {type(joint).__name__} ({joint.name!r}); use engine 'multibody'")
+
+
+def _make_pivot(first: AttachedPoint, second: AttachedPoint) -> pymunk.Constraint:
+    return pymunk.PivotJoint(first.body, second.body, (first.x, first.y), (second.x, second.y))
+
+
+def _make_pin(first: AttachedPoint, second: AttachedPoint, length: float) -> pymunk.PinJoint:
+    """Return the constraint that keeps the distance (m) of two points."""
+    pin = pymunk.PinJoint(first.body, second.body, (first.x, first.y), (second.x, second.y))
+    pin.distance = length
+    return pin
 
 
 def _make_rotation_lock(first: AttachedPoint, second: AttachedPoint, angle: float) -> tuple[pymunk.Constraint, ...]:
@@ -93,9 +102,9 @@ def _make_driven_turn(first: AttachedPoint, second: AttachedPoint, drive: int) -
     """Return a gear joint whose phase follows a prescribed relative angle."""
     gear = pymunk.GearJoint(first.body, second.body, 0.0, 1.0)
 
-    def update(inputs: StepInputs) -> None:
-        angle = second.predict(inputs.h)[4] - first.predict(inputs.h)[4]
-        gear.phase = angle - (angle - inputs.drive_values[drive]) * inputs.h / inputs.next_h
+    def update(poses: Poses, inputs: StepInputs) -> None:
+        angle = second.locate(poses)[2] - first.locate(poses)[2]
+        gear.phase = angle - (angle - inputs.values[drive]) * inputs.h / inputs.next_h
 
     return JointConstraints((gear,), (update,))
 
@@ -114,14 +123,13 @@ def _make_reanchored_pin(
     The pin starts on the first body at the predicted second point, offset across the line by `length_scale` plus the residual. Its force
     then acts through the second point, whatever its length.
     """
-    pin = pymunk.PinJoint(first.body, second.body, (first.x, first.y), (second.x, second.y))
-    pin.distance = length_scale
+    pin = _make_pin(first, second, length_scale)
     segments = make_curve_segments(curve.curve) if curve else None
 
-    def update(inputs: StepInputs) -> None:
+    def update(poses: Poses, inputs: StepInputs) -> None:
         """Re-anchor the pin at the predicted pose."""
-        x1, y1, arm_x, arm_y, body_angle = first.predict(inputs.h)
-        x2, y2, _, _, _ = second.predict(inputs.h)
+        x1, y1, body_angle = first.locate(poses)
+        x2, y2, _ = second.locate(poses)
         ux, uy = math.cos(angle + body_angle), math.sin(angle + body_angle)
         nx, ny = -uy, ux
         residual = nx * (x2 - x1) + ny * (y2 - y1)
@@ -131,10 +139,8 @@ def _make_reanchored_pin(
             residual = (residual - height) / normal_length
             nx, ny = (nx - derivative * ux) / normal_length, (ny - derivative * uy) / normal_length
         if drive is not None:
-            residual = (residual - inputs.drive_values[drive]) * inputs.h / inputs.next_h
+            residual = (residual - inputs.values[drive]) * inputs.h / inputs.next_h
         length = length_scale + residual
-        anchor = x2 - length * nx, y2 - length * ny
-        is_ground = first.body.body_type == pymunk.Body.STATIC
-        pin.anchor_a = anchor if is_ground else to_body_axes((x1 - arm_x, y1 - arm_y, body_angle), anchor)
+        pin.anchor_a = to_body_axes(poses, first.index, (x2 - length * nx, y2 - length * ny))
 
     return JointConstraints((pin,), (update,))

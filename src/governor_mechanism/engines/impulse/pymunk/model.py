@@ -3,29 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 
 import numpy as np
 import pymunk
+from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
 
+from governor_mechanism.engines.impulse.pymunk.applied_forces import AppliedForces
 from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint, make_body_proxy
-from governor_mechanism.engines.impulse.pymunk.force_elements import (
-    ForceCallback,
-    VelocityExtrapolator,
-    make_body_force,
-    make_element_force,
-)
 from governor_mechanism.engines.impulse.pymunk.friction_stop_constraint import FrictionStopConstraint
-from governor_mechanism.engines.impulse.pymunk.joints import make_joint_constraints
-from governor_mechanism.engines.impulse.pymunk.output_forces import OutputForces
+from governor_mechanism.engines.impulse.pymunk.joints import PreStepUpdate, make_joint_constraints
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
-from governor_mechanism.mechanics.dynamics.force_laws import spindle_inertia
-from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper
+from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RotationalDriver, TranslationalDriver
-from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
+
+BODY_STATE = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
+"""Pose and velocity of a body."""
+
+BODY_FORCE = BodyFields.FORCE | BodyFields.TORQUE
+"""Force and torque on a body."""
 
 
 class PymunkModel:
@@ -35,80 +34,81 @@ class PymunkModel:
     """
 
     def __init__(self, scene: Scene, *, iterations: int, plain: bool = False) -> None:
-        self.is_plain = plain
-        self._mechanism: Mechanism = scene.part.mechanism
+        self.is_plain, self._iterations = plain, iterations
+        self._mechanism = scene.part.mechanism
         self._space = pymunk.Space()
-        self._iterations = self._space.iterations = iterations
+        self._space.iterations = iterations
         self._proxies = [make_body_proxy(self._mechanism, body) for body in self._mechanism.bodies]
-        self._space.add(*(proxy.pymunk_body for proxy in self._proxies))
-        drives = [joint for joint in self._mechanism.joints if isinstance(joint, RotationalDriver | TranslationalDriver)]
-        joint_constraints = [
-            make_joint_constraints(
-                joint, *self._joint_points(joint), self._mechanism.length_scale, drives.index(joint) if joint in drives else -1
-            )
-            for joint in self._mechanism.joints
-            if not self._is_replaced_by_pin(joint)
-        ]
-        for constraint in [constraint for constraints in joint_constraints for constraint in constraints.constraints]:
-            self._add_constraint(constraint)
-        self._pre_step_updates = [update for constraints in joint_constraints for update in constraints.updates]
-        has_damping = any(isinstance(element, Damper | TorsionDamper) for element in self._mechanism.force_elements)
-        has_damping = has_damping or any(effect.dissipates for effect in output_forces_of(scene))
-        self._velocity_extrapolator = VelocityExtrapolator([proxy.pymunk_body for proxy in self._proxies] if has_damping else [])
-        self._has_damping = has_damping
-        body_forces = [make_body_force(scene, proxy) for proxy in self._proxies]
-        self._force_callbacks = [force_callback for force_callback, _ in body_forces] + self._make_element_forces()
-        self.evaluation_counts = Counter(law for _, laws in body_forces for law in laws)
-        """Number of evaluations of each force law per step."""
-        self.evaluation_counts.update(
-            {"springs, dampers, forces": len(self._mechanism.force_elements)} if self._mechanism.force_elements else {}
-        )
-        self.output_forces = OutputForces(scene, self._proxies, self._velocity_extrapolator)
+        self._bodies = [proxy.body for proxy in self._proxies]
+        self._ground = pymunk.Body(body_type=pymunk.Body.STATIC)
+        self._space.add(*self._bodies)
+        self._state_buffer, self._start_buffer, self._force_buffer = Buffer(), Buffer(), Buffer()
+        self._start_values, self._force_values = np.zeros((len(self._bodies), 2, 3)), np.zeros((len(self._bodies), 3))
+        self._start_buffer.set_float_buf(self._start_values)
+        self._force_buffer.set_float_buf(self._force_values)
+        get_space_bodies(self._space, BODY_STATE, self._state_buffer)
+        self._state_values = np.frombuffer(self._state_buffer.float_buf()).reshape(-1, 2, 3)
+        """View of the memory of the buffer, which `state` fills again; shape (bodies, 2, 3)."""
+        self._centres = self.state()[0]
+        self._mass_centre_arms = -np.array([proxy.origin for proxy in self._proxies])
         self.pinned_mask = np.array([[proxy.is_pinned, proxy.is_pinned, False] for proxy in self._proxies])
         """(bodies, 3) coordinates that are fixed because a body is reduced to its pin on the ground."""
-        if scene.output_effects:
-            self._force_callbacks.append(self.output_forces.apply)
-            self.evaluation_counts.update(self.output_forces.evaluation_counts)
+        elements, effects = self._mechanism.force_elements, output_forces_of(scene)
+        has_damping = any(isinstance(one, Damper | TorsionDamper) for one in elements) or any(one.dissipates for one in effects)
+        self._extrapolates_velocities = has_damping and not plain
+        self._previous_velocities, self._velocity_interval = np.zeros(self.pinned_mask.shape), math.inf
+        origins = {body.name: proxy.origin for body, proxy in zip(self._mechanism.bodies, self._proxies, strict=True)}
+        self.forces = AppliedForces(scene, origins)
+        self._contact_constraints: list[FrictionStopConstraint] = []
+        self._joint_updates = self._add_joints()
 
     def start(self, poses: FloatArray, velocities: FloatArray, inputs: StepInputs) -> None:
         """Set poses (bodies, 3) and velocities half a step ahead of them; a plain model takes the velocities as they are.
 
         `inputs` are those of the start time, as if a half step had just ended: `inputs.h` is half of the following step.
         """
-        self.output_forces.reset()
-        lag = 0.0 if self.is_plain else inputs.h
-        for proxy, pose, velocity in zip(self._proxies, poses, velocities, strict=True):
-            proxy.set_state(pose, velocity, lag)
+        self.forces.reset()
+        velocities = self.to_proxy_velocities(velocities)
+        earlier_poses = poses if self.is_plain else poses - inputs.h * velocities
+        self._set_state(np.where(self.pinned_mask, self._centres, earlier_poses), velocities)
         if not self.is_plain:
             self._step(inputs, 0.0)
 
-    def make_contact_constraint(self, contact: int, output: int, effect: str, reading: str) -> FrictionStopConstraint:
-        """Return the constraints that can hold joint contact; `contact` and `output` are its indices among contacts and outputs.
+    def make_contact_constraint(self, output: int, friction_input: int, effect: str, reading: str) -> FrictionStopConstraint:
+        """Return the constraints that can hold the contact on an output; `friction_input` is the index of its friction limit.
 
         Raises UnsupportedEffect if no pymunk joint can hold the output variable. The poses must be those of a start.
         """
         constraint = FrictionStopConstraint(
-            self._space, [proxy.pymunk_body for proxy in self._proxies], output, contact, self._mechanism.length_scale
+            self._space, [*self._bodies, self._ground], output, friction_input, self._mechanism.length_scale
         )
-        constraint.check_line_of_action(self.poses(), self.output_forces.output_jacobian[output], effect, reading)
-        self.output_forces.contact_updates.append(constraint.update)
+        constraint.check_line_of_action(self.state()[0], self.forces.output_jacobian[output], effect, reading)
+        self._contact_constraints.append(constraint)
         return constraint
 
-    def step(self, inputs: StepInputs) -> None:
-        """Take joint pymunk step with all forces applied."""
-        self._step(inputs, 0.5 * inputs.h)
+    def step(self, inputs: StepInputs) -> FloatArray:
+        """Take one pymunk step with all forces applied; return the velocities (bodies, 3) before it."""
+        return self._step(inputs, 0.5 * inputs.h)
 
-    def _step(self, inputs: StepInputs, half_step: float) -> None:
+    def _step(self, inputs: StepInputs, half_step: float) -> FloatArray:
         """Apply the forces, `half_step` seconds after the last velocities, and step the space."""
-        lead = 0.0 if self.is_plain else inputs.h
-        if self._has_damping:
-            self._velocity_extrapolator.predict(0.0 if self.is_plain else half_step)
-            self._velocity_extrapolator.set_interval(half_step + 0.5 * inputs.next_h)
-        for update in self._pre_step_updates:
-            update(inputs)
-        for force_callback in self._force_callbacks:
-            force_callback(lead, inputs)
+        poses, velocities = self.state()
+        force_velocities = velocities
+        next_poses = poses + inputs.h * velocities
+        joint_poses = next_poses.tolist()
+        for update in self._joint_updates:
+            update(joint_poses, inputs)
+        if self._extrapolates_velocities:  # from the last two half steps to the kick that ends the step
+            previous, self._previous_velocities = self._previous_velocities, velocities
+            force_velocities = velocities + half_step / self._velocity_interval * (velocities - previous)
+            self._velocity_interval = half_step + 0.5 * inputs.next_h
+        forces = self.forces.evaluate(poses if self.is_plain else next_poses, force_velocities, inputs)
+        np.multiply(forces, inputs.kick_scale, out=self._force_values)
+        set_space_bodies(self._space, BODY_FORCE, self._force_buffer)
+        for constraint in self._contact_constraints:
+            constraint.update(joint_poses, self.forces.output_values, self.forces.output_jacobian, inputs)
         self._space.step(inputs.h)
+        return velocities
 
     def set_iteration_factor(self, factor: int) -> None:
         """Multiply the number of solver iterations by `factor` from now on."""
@@ -116,85 +116,66 @@ class PymunkModel:
 
     def zero_velocities(self) -> None:
         """Set all velocities to zero."""
-        for proxy in self._proxies:
-            proxy.pymunk_body.velocity = (0.0, 0.0)
-            proxy.pymunk_body.angular_velocity = 0.0
+        poses, velocities = self.state()
+        self._set_state(poses, 0.0 * velocities)
 
     def kinetic_energy(self) -> float:
         """Return the kinetic energy in the plane (J), half a step ahead of the poses."""
-        return 0.5 * sum(proxy.pymunk_body.kinetic_energy for proxy in self._proxies)
+        return 0.5 * sum(body.kinetic_energy for body in self._bodies)
 
-    def poses(self) -> FloatArray:
-        """Return the poses (bodies, 3) of the pymunk bodies; see `to_mass_centres`."""
-        return np.array([(*proxy.pymunk_body.position, proxy.pymunk_body.angle) for proxy in self._proxies])
+    def state(self) -> tuple[FloatArray, FloatArray]:
+        """Return poses (bodies, 3) of the pymunk bodies and velocities half a step ahead of them; see `to_mass_centres`."""
+        self._state_buffer.clear()
+        get_space_bodies(self._space, BODY_STATE, self._state_buffer)
+        return self._state_values[:, 0].copy(), self._state_values[:, 1].copy()
 
-    def velocities(self) -> FloatArray:
-        """Return the velocities (bodies, 3) of the pymunk bodies, half a step ahead of their poses."""
-        return np.array([(*proxy.pymunk_body.velocity, proxy.pymunk_body.angular_velocity) for proxy in self._proxies])
+    def _set_state(self, poses: FloatArray, velocities: FloatArray) -> None:
+        """Set poses and velocities (bodies, 3) of the pymunk bodies."""
+        self._start_values[:, 0], self._start_values[:, 1] = poses, velocities
+        set_space_bodies(self._space, BODY_STATE, self._start_buffer)
 
     def to_proxy_velocities(self, velocities: FloatArray) -> FloatArray:
         """Convert velocities (bodies, 3) of the mass centres to those of the pymunk bodies; a pin on the ground does not move."""
         return np.where(self.pinned_mask, 0.0, velocities)
 
     def to_mass_centres(self, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Convert poses and velocities (..., bodies, 3) of the pymunk bodies to those of the mass centres."""
-        poses, velocities = poses.copy(), velocities.copy()
-        for index, proxy in enumerate(self._proxies):
-            if proxy.is_pinned:
-                angle, rate = poses[..., index, 2], velocities[..., index, 2]
-                x, y = -proxy.origin[0], -proxy.origin[1]
-                arm_x, arm_y = x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)
-                poses[..., index, 0] += arm_x
-                poses[..., index, 1] += arm_y
-                velocities[..., index, 0] = -arm_y * rate
-                velocities[..., index, 1] = arm_x * rate
-        return poses, velocities
+        """Convert poses and velocities (bodies, 3) of the pymunk bodies to those of the mass centres."""
+        arm_x, arm_y = rotate_vector(poses[:, 2], *self._mass_centre_arms.T)
+        rates, zeros = velocities[:, 2], np.zeros_like(arm_x)
+        return poses + np.stack([arm_x, arm_y, zeros], axis=1), velocities + np.stack([-arm_y * rates, arm_x * rates, zeros], axis=1)
 
     def predict_spindle_inertia(self, lead: float) -> float:
         """Return the moment of inertia about the spindle (kg m2) at the pose predicted `lead` seconds ahead."""
-        poses, velocities = self.poses(), self.velocities()
-        poses, _ = self.to_mass_centres(poses + lead * velocities, velocities)
-        return float(
-            sum(
-                spindle_inertia(proxy.body.mass, *proxy.body.second_moments.in_plane, proxy.body.second_moments.zz, pose[0], pose[2])
-                for proxy, pose in zip(self._proxies, poses, strict=True)
-            )
-        )
+        poses, velocities = self.state()
+        return self.forces.spindle_inertia(poses + lead * velocities)
 
-    def _add_constraint(self, constraint: pymunk.Constraint) -> None:
-        constraint.collide_bodies = False
-        if not self.is_plain:
-            constraint.error_bias = 0.0
-            constraint.max_bias = math.inf
-        self._space.add(constraint)
+    def _add_joints(self) -> list[PreStepUpdate]:
+        """Add the constraints of all joints; return their updates before every step."""
+        drives = [joint for joint in self._mechanism.joints if isinstance(joint, RotationalDriver | TranslationalDriver)]
+        updates = list[PreStepUpdate]()
+        for joint in self._mechanism.joints:
+            if self._is_replaced_by_pin(joint):
+                continue
+            drive = self.forces.first_load - len(drives) + drives.index(joint) if joint in drives else -1
+            points = self._attach_point(joint.first), self._attach_point(joint.second)
+            joint_constraints = make_joint_constraints(joint, *points, self._mechanism.length_scale, drive)
+            updates += joint_constraints.updates
+            for constraint in joint_constraints.constraints:
+                constraint.collide_bodies = False
+                if not self.is_plain:
+                    constraint.error_bias, constraint.max_bias = 0.0, math.inf
+                self._space.add(constraint)
+        return updates
 
     def _is_replaced_by_pin(self, joint: Joint) -> bool:
         """Return whether a pin needs no joint: a body reduced to its ground pin rotates about a pymunk body that cannot translate."""
-        joined = {joint.first.body, joint.second.body}
-        return isinstance(joint, Pin) and any(proxy.is_pinned and joined == {GROUND, proxy.body.name} for proxy in self._proxies)
-
-    def _joint_points(self, joint: Joint) -> tuple[AttachedPoint, AttachedPoint]:
-        return self._attach_point(joint.first), self._attach_point(joint.second)
+        others = {joint.first.body, joint.second.body} - {GROUND}
+        return isinstance(joint, Pin) and len(others) == 1 and self._proxies[self._mechanism.body_index(*others)].is_pinned
 
     def _attach_point(self, point: Point) -> AttachedPoint:
+        """Return a point of the mechanism as one of the pymunk bodies."""
         if point.body == GROUND:
-            return AttachedPoint(self._space.static_body, point.x, point.y)
-        proxy = self._proxies[self._mechanism.body_index(point.body)]
-        return AttachedPoint(proxy.pymunk_body, *proxy.anchor(point))
-
-    def _make_element_forces(self) -> list[ForceCallback]:
-        n_assigned, force_callbacks = 0, list[ForceCallback]()
-        for element in self._mechanism.force_elements:
-            count = 2 if isinstance(element, Force) else 1 if isinstance(element, Torque) else 0
-            program_indices = tuple(range(n_assigned, n_assigned + count))
-            n_assigned += count
-            force_callbacks.append(make_element_force(element, self._element_points(element), self._velocity_extrapolator, program_indices))
-        return force_callbacks
-
-    def _element_points(self, element: ForceElement) -> tuple[AttachedPoint, AttachedPoint]:
-        if isinstance(element, Force):
-            return self._attach_point(Point(body=GROUND)), self._attach_point(element.point)
-        if isinstance(element, Spring | Damper):
-            return self._attach_point(element.first), self._attach_point(element.second)
-        first, second = element.bodies
-        return self._attach_point(Point(body=first)), self._attach_point(Point(body=second))
+            return AttachedPoint(self._ground, -1, point.x, point.y)
+        index = self._mechanism.body_index(point.body)
+        x, y = self._proxies[index].origin
+        return AttachedPoint(self._bodies[index], index, point.x - x, point.y - y)

@@ -1,0 +1,152 @@
+"""Applied forces of a scene on the pymunk bodies: the force laws of the multibody model, reduced to the centres of these bodies."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+
+from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_body_forces, inertia_of_plane
+from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces, make_force_element_table
+from governor_mechanism.mechanics.dynamics.lowering import N_PLANE_COLUMNS, forced_output_names, make_system
+from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION, add_output_forces, evaluate_force_law
+from governor_mechanism.mechanics.kinematics.constraint_kernels import (
+    N_ROW_COLUMNS,
+    ConstraintRows,
+    RowColumn,
+    evaluate_jacobian,
+    evaluate_residuals,
+    evaluate_rows,
+)
+from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
+from governor_mechanism.mechanics.kinematics.points import Origins
+from governor_mechanism.model.joints import GROUND, Point, Slider
+from governor_mechanism.model.mechanism import Body, Mechanism
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.numerics.jit import jit
+from governor_mechanism.types import FloatArray, RecordArray
+
+
+@jit
+def _evaluate_forces(
+    bodies: RecordArray,
+    force_elements: RecordArray,
+    output_rows: ConstraintRows,
+    output_forces: RecordArray,
+    poses: FloatArray,
+    velocities: FloatArray,
+    spindle_speed: float,
+    inputs: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return forces (bodies, 3), values (outputs,) and Jacobian (outputs, bodies, 3) of the outputs."""
+    n_outputs, forces = output_rows.table.size, np.empty(poses.shape)
+    row_values, side_jacobian = np.zeros((n_outputs, N_ROW_COLUMNS)), np.zeros((n_outputs, 2, 3))
+    evaluate_body_forces(bodies, np.full((1, N_PLANE_COLUMNS), spindle_speed), 1.0, poses, forces)
+    add_element_forces(force_elements, poses, velocities, inputs, forces)
+    evaluate_rows(output_rows, poses, velocities, row_values, side_jacobian)
+    add_output_forces(output_rows, output_forces, velocities, inputs, row_values, side_jacobian, forces)
+    jacobian = np.zeros((n_outputs, *poses.shape))
+    for k in range(n_outputs):
+        for side in range(2):
+            if output_rows.row_bodies[k, side] >= 0:
+                jacobian[k, output_rows.row_bodies[k, side]] += side_jacobian[k, side]
+    return forces, row_values[:, RowColumn.RESIDUAL].copy(), jacobian
+
+
+@jit
+def _evaluate_dissipated_power(output_forces: RecordArray, values: FloatArray, rates: FloatArray, inputs: FloatArray) -> float:
+    """Return the power (W) that dashpots and sliding friction dissipate at values and rates (outputs,) of the outputs."""
+    power = 0.0
+    for i in range(output_forces.size):
+        force, k = output_forces[i], output_forces[i].output_index
+        if force.law == SLIDING_FRICTION:
+            power += force.coefficients[0] * inputs[force.input_index] * rates[k]
+        elif force.dissipates:
+            power -= evaluate_force_law(force.law, force.coefficients, values[k], rates[k]) * rates[k]
+    return power
+
+
+class AppliedForces:
+    """Forces at the pose that the next step is about to reach, and the energy that dashpots and friction have dissipated.
+
+    `origins` are the centres of the pymunk bodies in body axes (m). `output_values` (outputs,) and `output_jacobian` (outputs, bodies, 3)
+    belong to the last evaluation. `output_forces` are the records of the present contact mode; at first those of the initial mode.
+    `first_load` is the index of the first load among the inputs; those of drives are before it. `evaluation_counts` states how often one
+    step evaluates each force law. `dissipated_energy` is in J.
+    """
+
+    def __init__(self, scene: Scene, origins: Origins) -> None:
+        mechanism, system, contacts = scene.part.mechanism, make_system(scene)[0], contacts_of(scene)
+        n_bodies, n_element_loads = len(mechanism.bodies), len(make_force_element_table(scene.mechanism, {}, 0)[1])
+        self.first_load = system.first_friction_input - n_element_loads
+        bodies = system.bodies[:n_bodies].copy()  # without the shaft of a free spindle
+        bodies["x"], bodies["y"] = -np.array([origins[body.name] for body in mechanism.bodies]).T
+        self._turning_bodies = bodies.copy()
+        self._turning_bodies["plane"] = 0
+        bodies["plane"][[_is_on_spindle_axis(mechanism, body) for body in mechanism.bodies]] = -1
+        output_rows = make_output_rows(mechanism, forced_output_names(scene), origins)
+        self._tables = bodies, make_force_element_table(mechanism, origins, self.first_load)[0], output_rows
+        self.output_forces = system.output_forces
+        self.dissipated_energy, self._previous_step = 0.0, (np.zeros(0), np.zeros(0))
+        counts = {"gravity": n_bodies * bool(scene.gravity), "centrifugal": int(np.sum(bodies["plane"] >= 0))}
+        counts["springs, dampers, forces"] = len(mechanism.force_elements)
+        laws = Counter(effect.law_name for effect in output_forces_of(scene))
+        self.evaluation_counts = Counter(counts) + laws + Counter({FRICTION_LAW_NAME: sum(one.friction is not None for one in contacts)})
+
+    def reset(self) -> None:
+        """Forget the previous step: the next one is the half step that starts a motion."""
+        self._previous_step = np.zeros(0), np.zeros(0)
+
+    def evaluate(self, poses: FloatArray, velocities: FloatArray, inputs: StepInputs) -> FloatArray:
+        """Return the forces (bodies, 3) at poses and velocities (bodies, 3), and add the energy dissipated in the last step."""
+        speed = math.sqrt(inputs.spindle_speed_squared)
+        forces, self.output_values, self.output_jacobian = _evaluate_forces(
+            *self._tables, self.output_forces, poses, velocities, speed, inputs.values
+        )
+        if self.output_forces.size:
+            self._add_dissipation(inputs)
+        return forces
+
+    def evaluate_outputs(self, poses: FloatArray) -> FloatArray:
+        """Evaluate the output values and their Jacobian at poses (bodies, 3), and return the values (outputs,)."""
+        output_rows = self._tables[2]
+        self.output_values = evaluate_residuals(output_rows, poses[np.newaxis], np.zeros((1, output_rows.table.size, 3)))[0]
+        self.output_jacobian = evaluate_jacobian(output_rows, poses[np.newaxis])[0]
+        return self.output_values
+
+    def output_rates(self, velocities: FloatArray) -> FloatArray:
+        """Return the rates (outputs,) of all output variables for velocities (bodies, 3) of the pymunk bodies."""
+        rates: FloatArray = self.output_jacobian.reshape(len(self.output_jacobian), -1) @ velocities.ravel()
+        return rates
+
+    def dissipated_power(self, rates: FloatArray, inputs: FloatArray) -> float:
+        """Return the power (W) that dashpots and sliding friction dissipate at output rates (outputs,) and inputs (inputs,)."""
+        return float(_evaluate_dissipated_power(self.output_forces, self.output_values, rates, inputs))
+
+    def spindle_inertia(self, poses: FloatArray) -> float:
+        """Return the moment of inertia about the spindle (kg m2) at poses (bodies, 3)."""
+        return float(inertia_of_plane(self._turning_bodies, 0, poses, poses)[0])
+
+    def _add_dissipation(self, inputs: StepInputs) -> None:
+        """Add the energy dissipated in the last step, whose displacement and length are known, by the midpoint rule."""
+        previous_values, previous_inputs = self._previous_step
+        if previous_values.size:
+            middle_values, rates = 0.5 * (previous_values + self.output_values), (self.output_values - previous_values) / inputs.h
+            middle_inputs = 0.5 * (previous_inputs + inputs.values)
+            self.dissipated_energy += inputs.h * _evaluate_dissipated_power(self.output_forces, middle_values, rates, middle_inputs)
+        self._previous_step = self.output_values, inputs.values
+
+
+def _is_on_spindle_axis(mechanism: Mechanism, body: Body) -> bool:
+    """Return whether a body is guided along the spindle axis with its mass centre on it, so that no centrifugal load acts."""
+    return not body.can_rotate and any(
+        isinstance(joint, Slider)
+        and joint.first.body == GROUND
+        and joint.first.x == 0.0
+        and math.isclose(abs(joint.angle), math.pi / 2)
+        and joint.second == Point(body=body.name, y=joint.second.y)
+        for joint in mechanism.joints
+    )
