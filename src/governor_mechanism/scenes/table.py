@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Final, Self, TypeVar, Union
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Tag, TypeAdapter, ValidationError, ValidationInfo, model_validator
+from pydantic import BaseModel, Discriminator, Tag, TypeAdapter, ValidationError, ValidationInfo, model_validator
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
@@ -21,10 +21,9 @@ _Parsed = TypeVar("_Parsed")
 _Table = TypeVar("_Table", bound="SceneFileTable")
 
 
-class SceneFileTable(BaseModel):
+class SceneFileTable(BaseModel, extra="forbid", protected_namespaces=()):
     """A table of a scene file. Every mistake is reported as a sentence, with `KEY` for the path of the table."""
 
-    model_config = ConfigDict(extra="forbid", protected_namespaces=())
     alternative_keys: ClassVar[tuple[str, ...]] = ()
     """Keys that the same table may have instead, in another scene."""
     alternative_hint: ClassVar[str] = ""
