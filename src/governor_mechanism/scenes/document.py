@@ -86,21 +86,21 @@ class DocumentParser:
 
 
 class PartParser:
-    """Parser of the tables of one part, which has a name if there are several."""
+    """Parser of the tables of one part, which has a name if it stands under [part]."""
 
-    def __init__(self, document: Any, collector: ProblemCollector, name: str = "", is_coupled: bool = False) -> None:
+    def __init__(self, document: Any, collector: ProblemCollector, name: str | None = None, is_coupled: bool = False) -> None:
         self.document, self.collector, self.name, self.is_coupled = document, collector, name, is_coupled
-        if name:
-            self._check_name()
+        if name is not None:
+            self._check_table_of(name)
         self.tables: dict[str, dict[str, Any]] = {name: dict(value) for name, value in document.items() if isinstance(value, Mapping)}
         self.title = ""
         self.quantities: dict[str, str] | None = None
         """Quantities of the readings by name; None while they are not known."""
 
-    def _check_name(self) -> None:
-        parse_name(self.name, "the name of a part")
+    def _check_table_of(self, name: str) -> None:
+        parse_name(name, "the name of a part")
         if not isinstance(self.document, Mapping):
-            raise wrong_value(self.document, "must be a table", f"; write [part.{self.name}]")
+            raise wrong_value(self.document, "must be a table", f"; write [part.{name}]")
         keys = [key for key in ("title", "run", "events") if key in self.document]
         self.collector.add(ProblemCode.CONFLICT, *(f"{KEY}.{key} stands once for the whole scene; move it above the parts" for key in keys))
 

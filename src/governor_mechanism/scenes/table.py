@@ -6,12 +6,12 @@ import difflib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Final, Self, TypeVar, Union
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Tag, TypeAdapter, ValidationError, ValidationInfo, model_validator
+from pydantic import BaseModel, Discriminator, Tag, TypeAdapter, ValidationError, ValidationInfo, model_validator
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, wrong_value
 from governor_mechanism.units.quantities import format_value
 
 TOP_LEVEL_KEYS: Final = ("machine", "title", "dimensions", "effects", "spindle", "start", "run", "events")
@@ -21,10 +21,9 @@ _Parsed = TypeVar("_Parsed")
 _Table = TypeVar("_Table", bound="SceneFileTable")
 
 
-class SceneFileTable(BaseModel):
+class SceneFileTable(BaseModel, extra="forbid", protected_namespaces=()):
     """A table of a scene file. Every mistake is reported as a sentence, with `KEY` for the path of the table."""
 
-    model_config = ConfigDict(extra="forbid", protected_namespaces=())
     alternative_keys: ClassVar[tuple[str, ...]] = ()
     """Keys that the same table may have instead, in another scene."""
     alternative_hint: ClassVar[str] = ""
@@ -57,16 +56,13 @@ class SceneFileTable(BaseModel):
     @classmethod
     def _report(cls, values: Any, handler: Callable[[Any], Self], info: ValidationInfo) -> Self:
         if not isinstance(values, Mapping):
-            hint = f"; write {cls.example}" if cls.example else ""
-            raise mistake(ProblemCode.WRONG_TYPE, f"{KEY} must be a table; found {format_value(values)}{hint}")
+            raise wrong_value(values, "must be a table", f"; write {cls.example}" if cls.example else "")
         own_keys = [key for key in values if key in cls.fields_by_key()]
         misplaced_keys = [key for key in values if key in cls.alternative_keys] if own_keys else []
-        problems = [
-            Problem(
-                f"{KEY}.{key} cannot be combined with {', '.join(own_keys)}; {cls.alternative_hint}", ProblemCode.CONFLICT, f"{KEY}.{key}"
-            )
-            for key in misplaced_keys[:1]
-        ]
+        problems = []
+        for path in (f"{KEY}.{key}" for key in misplaced_keys[:1]):
+            text = f"{path} cannot be combined with {', '.join(own_keys)}; {cls.alternative_hint}"
+            problems.append(Problem(text, ProblemCode.CONFLICT, path))
         table = None
         try:
             table = handler({key: value for key, value in values.items() if key not in misplaced_keys})

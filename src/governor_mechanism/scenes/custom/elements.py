@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Annotated, Any, ClassVar, Final
 
-from pydantic import ConfigDict, Field, TypeAdapter
+from pydantic import Field, TypeAdapter
 
 from governor_mechanism.machines.custom import InitialConfiguration
 from governor_mechanism.model import force_elements, joints
@@ -296,16 +296,12 @@ class ForceTable(ForceElementTable):
         return force_elements.Force(name=name, point=self.point, x=self.x, y=self.y)
 
 
-class UntypedJointTable(JointTable):
+class UntypedJointTable(JointTable, extra="ignore"):
     """A joint of unknown type; only the common keys are checked."""
 
-    model_config = ConfigDict(extra="ignore")
 
-
-class UntypedForceTable(ForceElementTable):
+class UntypedForceTable(ForceElementTable, extra="ignore"):
     """A force of unknown type; only the common keys are checked."""
-
-    model_config = ConfigDict(extra="ignore")
 
 
 _JOINT_TABLES = (PinTable, WeldTable, PrismaticTable, SliderTable, ArcTable, CurveSlotTable, GearTable, RackTable)

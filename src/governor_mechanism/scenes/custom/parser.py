@@ -86,7 +86,7 @@ class CustomMachineParser:
         known_readings = tuple(readings) if readings and are_all_known else None
         part = None
         if not self.has_problems:
-            coordinate = next(iter(_start_reading_order(self.document.get("start", {}), readings)), readings[0].name)
+            coordinate = _leading_coordinate(self.document.get("start", {}), readings)
             with self.collector.at(""):
                 mechanism = build_custom_mechanism(bodies, joints, force_elements, readings, coordinate, length_scale)
                 part = Part(name=CUSTOM_PART_NAME, machine=CUSTOM_MACHINE, dimensions={}, mechanism=mechanism, plane=self.registry.plane)
@@ -191,7 +191,8 @@ def assign_rate_keys(readings: Iterable[Reading]) -> dict[str, str]:
     return {name: rate_key(name) if counts[rate_key(name)] == 1 else f"{name}_rate" for name in names}
 
 
-def _start_reading_order(start: object, readings: list[Reading]) -> list[str]:
-    """Return the readings in the order in which [start] names their values or rates."""
+def _leading_coordinate(start: object, readings: list[Reading]) -> str:
+    """Return the reading whose value or rate [start] gives first, or else the first one."""
     by_key = {key: name for name, key in assign_rate_keys(readings).items()} | {item.name: item.name for item in readings}
-    return [by_key[key] for key in start if key in by_key] if isinstance(start, Mapping) else []
+    keys = [key for key in start if key in by_key] if isinstance(start, Mapping) else []
+    return by_key[keys[0]] if keys else readings[0].name
