@@ -26,81 +26,32 @@ KERNEL_FOLDERS = {"numerics", "effects", "mechanics", "integrators"}
 """Folders whose files all enter the cache key: kernels there use constants of modules without kernels."""
 
 
-def jit(function: CompiledFunction) -> CompiledFunction:
-    """Compile a function at its first call and keep it in the cache; without fast-math.
+def _make_decorator(**options: bool | str) -> Callable[[CompiledFunction], CompiledFunction]:
+    """Return a decorator that compiles a function at its first call, without fast-math.
 
     A division by zero gives infinity or NaN, as in numpy; callers check the results.
-
-    Parameters
-    ----------
-    function
-        Function to compile.
-
-    Returns
-    -------
-    CompiledFunction
-        Dispatcher with the signature of `function`.
     """
-    return _jit_with_options(function, {"cache": True})
+
+    def decorate(function: CompiledFunction) -> CompiledFunction:
+        from numba import njit
+
+        with _numba_cache_folder(kernel_cache_folder()):
+            return cast(CompiledFunction, njit(error_model="numpy", **options)(function))
+
+    return decorate
 
 
-def jit_internal(function: CompiledFunction) -> CompiledFunction:
-    """Compile a function that only compiled functions call.
+jit = _make_decorator(cache=True)
+"""Compile a function and keep it in the cache."""
+jit_internal = _make_decorator(cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+"""The same for a function that only compiled functions call: without a wrapper for Python it compiles in half the time."""
+jit_inline = _make_decorator(cache=True, inline="always")
+"""The same for a function that is inlined in each caller, because a call with many arrays costs as much as a joint."""
+jit_closure = _make_decorator(no_cpython_wrapper=True, no_cfunc_wrapper=True)
+"""Compile a closure over compiled functions that only compiled functions call.
 
-    It has no wrapper for calls from Python, which halves the compile time.
-
-    Parameters
-    ----------
-    function
-        Function to compile.
-
-    Returns
-    -------
-    CompiledFunction
-        Dispatcher with the signature of `function`, not callable from Python.
-    """
-    return _jit_with_options(function, {"cache": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True})
-
-
-def jit_inline(function: CompiledFunction) -> CompiledFunction:
-    """Compile a function that is inlined in each caller, because a call with many arrays costs as much as a joint.
-
-    Parameters
-    ----------
-    function
-        Function to compile.
-
-    Returns
-    -------
-    CompiledFunction
-        Dispatcher with the signature of `function`.
-    """
-    return _jit_with_options(function, {"cache": True, "inline": "always"})
-
-
-def jit_closure(function: CompiledFunction) -> CompiledFunction:
-    """Compile a closure over compiled functions that only compiled functions call.
-
-    The cache cannot hold it, but holds its callers, which contain it.
-
-    Parameters
-    ----------
-    function
-        Function to compile.
-
-    Returns
-    -------
-    CompiledFunction
-        Dispatcher with the signature of `function`, not callable from Python.
-    """
-    return _jit_with_options(function, {"no_cpython_wrapper": True, "no_cfunc_wrapper": True})
-
-
-def _jit_with_options(function: CompiledFunction, options: dict[str, Any]) -> CompiledFunction:
-    from numba import njit
-
-    with _numba_cache_folder(kernel_cache_folder()):
-        return cast(CompiledFunction, njit(error_model="numpy", **options)(function))
+The cache cannot hold it, but holds its callers, which contain it.
+"""
 
 
 @cache

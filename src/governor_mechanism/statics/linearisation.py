@@ -165,7 +165,7 @@ class Linearisation(FirstOrderSystem):
         scales = {name: dynamics.reading_scale(name) for name in dynamics.reading_names}
         shown = {name: scale for name, scale in scales.items() if name not in self.rates}
         shown |= {f"{RATE_PREFIX}{name}": scale / dynamics.time_scale for name, scale in scales.items() if name in self.rates}
-        return shown | dict.fromkeys(dynamics.spindle_speeds, 1 / dynamics.time_scale)
+        return shown | dict.fromkeys(dynamics.spindle_speed_rows(), 1 / dynamics.time_scale)
 
     @cached_property
     def _output_rows(self) -> dict[str, FloatArray]:
@@ -183,8 +183,7 @@ class Linearisation(FirstOrderSystem):
         rate_rows = np.hstack([by_position, reading_jacobian @ state.basis])
         rows = {name: row for name, row in zip(dynamics.reading_names, value_rows, strict=True) if name not in self.rates}
         rows |= {f"{RATE_PREFIX}{name}": row for name, row in zip(dynamics.reading_names, rate_rows, strict=True)}
-        speed_rows = {name: dynamics.spindle_speed_row(name) @ state.basis for name in dynamics.spindle_speeds}
-        return rows | {name: np.append(np.zeros(m), row) for name, row in speed_rows.items()}
+        return rows | {name: np.append(np.zeros(m), row @ state.basis) for name, row in dynamics.spindle_speed_rows().items()}
 
     @property
     def input_names(self) -> tuple[str, ...]:
@@ -403,7 +402,7 @@ def _build_linearisation(dynamics: SceneDynamics, state: SteadyState, notes: tup
             rates[name] = float(rate)
         else:
             readings[name] = float(value)
-    rates |= {name: float(dynamics.spindle_speed_row(name) @ state.rates) for name in dynamics.spindle_speeds}
+    rates |= {name: float(row @ state.rates) for name, row in dynamics.spindle_speed_rows().items()}
     positions = [dynamics.names[k] for k in state.positions]
     cyclic = [" + ".join(dynamics.names[k] for k in np.flatnonzero(direction)) for direction in state.cyclic.T]
     linearisation = Linearisation(

@@ -264,8 +264,7 @@ class SceneDynamics:
         """Return the derivatives of all readings with respect to the independent coordinates; shape (readings, n)."""
         poses, columns = self.poses(z), self._velocity_columns(z)
         gradients = [evaluate_output(self._mechanism, name, poses).gradient for name in self.reading_names]
-        jacobian: FloatArray = np.tensordot(np.array(gradients).reshape(-1, *poses.shape), columns, axes=((1, 2), (1, 2)))
-        return jacobian
+        return np.tensordot(np.array(gradients).reshape(-1, *poses.shape), columns, axes=((1, 2), (1, 2)))
 
     def _velocity_columns(self, z: FloatArray) -> FloatArray:
         """Return the velocities of the mass centres for a unit rate of each coordinate; shape (n, bodies, 3)."""
@@ -297,17 +296,11 @@ class SceneDynamics:
             next_input += len(names)
         return indices
 
-    @property
-    def spindle_speeds(self) -> dict[str, tuple[int, float]]:
-        """Bodies that planes turn with, and the ratios of the speeds, by name of the speed."""
-        planes = [plane for plane in self.scene.system.planes if plane.shaft]
-        return {f"{plane.prefix}{SPINDLE_SPEED}": (self._mechanism.body_index(plane.shaft), plane.ratio) for plane in planes}
-
-    def spindle_speed_row(self, name: str) -> FloatArray:
-        """Return the speed (rad/s) of a spindle for a unit rate of each coordinate; shape (n,)."""
-        body, ratio = self.spindle_speeds[name]
-        row: FloatArray = ratio * self._velocity_columns(self.start)[:, body, 2]
-        return row
+    def spindle_speed_rows(self) -> dict[str, FloatArray]:
+        """Return the speeds (rad/s) of spindles that turn with a body for a unit rate of each coordinate, by name; shape (n,)."""
+        columns, planes = self._velocity_columns(self.start), [plane for plane in self.scene.system.planes if plane.shaft]
+        bodies = [self._mechanism.body_index(plane.shaft) for plane in planes]
+        return {f"{plane.prefix}{SPINDLE_SPEED}": plane.ratio * columns[:, k, 2] for plane, k in zip(planes, bodies, strict=True)}
 
     def notes(self, z: FloatArray, rates: FloatArray) -> tuple[str, ...]:
         """Return what the linearised equations leave out, one sentence each. Raise MechanismError at a stop or a kink of a force law."""

@@ -133,22 +133,18 @@ class PathContinuation:
         """Return the next point and the step to try from there."""
         while True:
             next_point, corrector_distance = self._try_step(point, step)
-            is_close = next_point is not None and corrector_distance < MAX_CORRECTOR_RATIO * step
-            near_change_point = (
-                next_point is not None
-                and next_point.reciprocal_condition < MIN_CONDITION_RATIO * point.reciprocal_condition
-                and step > INITIAL_PATH_STEP
-            )
-            if (is_close and not near_change_point) or step < MIN_PATH_STEP:
+            if step < MIN_PATH_STEP:
                 break
+            if next_point is not None and corrector_distance < MAX_CORRECTOR_RATIO * step:
+                min_condition = MIN_CONDITION_RATIO * point.reciprocal_condition
+                if next_point.reciprocal_condition >= min_condition or step <= INITIAL_PATH_STEP:
+                    break
             step /= 2
         if next_point is None:
             raise MechanismError(f"the motion cannot be followed beyond {self.mechanism.coordinate} = {point.value:.6g}")
         curvature = max(corrector_distance, *(self._linearity_error(name, point, next_point) for name in self._monitored_readings)) / step
-        if (
-            curvature < STEP_DOUBLING_CURVATURE
-            and next_point.reciprocal_condition > (1 - STEP_DOUBLING_CURVATURE) * point.reciprocal_condition
-        ):
+        is_well_conditioned = next_point.reciprocal_condition > (1 - STEP_DOUBLING_CURVATURE) * point.reciprocal_condition
+        if curvature < STEP_DOUBLING_CURVATURE and is_well_conditioned:
             return next_point, min(2 * step, MAX_PATH_STEP)
         return next_point, step if curvature < 2 * STEP_DOUBLING_CURVATURE else max(step / 2, min(step, INITIAL_PATH_STEP))
 
@@ -164,9 +160,8 @@ class PathContinuation:
 
     def _linearity_error(self, name: str, point: ContinuationPoint, next_point: ContinuationPoint) -> float:
         """Return the deviation of a reading from its linear prediction over a step, in length scales or rad."""
-        output_variable = self.mechanism.reading(name)
         change = self._output_value(name, next_point.poses) - self._output_value(name, point.poses)
-        change = math.remainder(change, math.tau) if isinstance(output_variable, LineAngle) else change
+        change = math.remainder(change, math.tau) if isinstance(self.mechanism.reading(name), LineAngle) else change
         derivative = self.position_solver.output_derivative(name, point.poses, point.tangent)
         return abs(change - (next_point.arc_length - point.arc_length) * derivative) / self.mechanism.output_scale(name)
 
@@ -191,19 +186,16 @@ class PathContinuation:
             for violation, message in self._end_conditions(point, direction, n_turns)
             if violation(next_point.poses) >= 0.0
         ]
-        if (
-            direction * point.coordinate_derivative > 0.0 >= direction * next_point.coordinate_derivative
-            and next_point.reciprocal_condition > BIFURCATION_TOLERANCE
-        ):
+        turns_back = direction * point.coordinate_derivative > 0.0 >= direction * next_point.coordinate_derivative
+        if turns_back and next_point.reciprocal_condition > BIFURCATION_TOLERANCE:
             turning_point = self._locate_zero(
                 point, next_point, lambda poses: -direction * self._make_point(poses, point.tangent).coordinate_derivative
             )
             ends.append((turning_point, self._turning_point_message(turning_point.poses, direction)))
         triples = [points] if len(points) == 3 else []
         if ends:  # a change point may lie in the same step, before the end
-            triples.append(
-                [point, next_point, self._next_point(next_point, min(INITIAL_PATH_STEP, next_point.arc_length - point.arc_length))[0]]
-            )
+            step = min(INITIAL_PATH_STEP, next_point.arc_length - point.arc_length)
+            triples.append([point, next_point, self._next_point(next_point, step)[0]])
         for first, middle, last in triples:
             if middle.reciprocal_condition < min(first.reciprocal_condition, last.reciprocal_condition):
                 change_point = self._find_change_point([first, middle, last])
@@ -222,17 +214,16 @@ class PathContinuation:
         self, point: ContinuationPoint, direction: float, n_turns: int
     ) -> Iterator[tuple[Callable[[FloatArray], float], str]]:
         """Yield functions that are negative on the path, each with the message of its zero; a whole turn has an empty message."""
-        mechanism, initial_value = self.mechanism, self.start.value
-        for limit in mechanism.limits:
-            if limit.reading != mechanism.coordinate:
-                yield self._limit_violation(limit.reading, -1.0, limit.low), limit.low_message
-                yield self._limit_violation(limit.reading, 1.0, limit.high), limit.high_message
+        for limit in self.mechanism.limits:
+            if limit.reading != self.mechanism.coordinate:
+                yield partial(self._limit_violation, limit.reading, -1.0, limit.low), limit.low_message
+                yield partial(self._limit_violation, limit.reading, 1.0, limit.high), limit.high_message
         for k in self._axis_crossing_bodies:
-            side = math.copysign(1.0, self.start.poses[k, 0])
-            message = f"the mass centre of {mechanism.bodies[k].name!r} reaches the spindle axis"
-            yield partial(_axis_crossing_distance, k, side), message
+            message = f"the mass centre of {self.mechanism.bodies[k].name!r} reaches the spindle axis"
+            yield partial(self._axis_crossing_distance, k), message
         if self._is_angle:
-            yield (lambda poses: direction * (self._unwrapped_coordinate(poses, point.value) - initial_value) - n_turns * math.tau, "")
+            value = self.start.value
+            yield (lambda poses: direction * (self._unwrapped_coordinate(poses, point.value) - value) - n_turns * math.tau, "")
 
     def _matches_start(self, poses: FloatArray) -> bool:
         """Return whether poses are the initial ones apart from whole turns of bodies."""
@@ -240,8 +231,12 @@ class PathContinuation:
         difference[:, 2] -= math.tau * np.round(difference[:, 2] / math.tau)
         return bool(np.all(np.abs(difference) < PATH_CLOSURE_TOLERANCE * self.position_solver.pose_scales))
 
-    def _limit_violation(self, name: str, sign: float, limit: float) -> Callable[[FloatArray], float]:
-        return lambda poses: sign * (self._output_value(name, poses) - limit)
+    def _limit_violation(self, name: str, sign: float, limit: float, poses: FloatArray) -> float:
+        return sign * (self._output_value(name, poses) - limit)
+
+    def _axis_crossing_distance(self, body: int, poses: FloatArray) -> float:
+        """Return how far, m, a mass centre has passed the spindle axis from its original side."""
+        return -math.copysign(1.0, self.start.poses[body, 0]) * float(poses[body, 0])
 
     def _locate_zero(
         self, point: ContinuationPoint, next_point: ContinuationPoint, violation: Callable[[FloatArray], float]
@@ -249,20 +244,19 @@ class PathContinuation:
         """Return the point between two at which a violation function is zero."""
         if violation(point.poses) >= 0.0:
             return self._point_after(point, 0.0)
-        length = next_point.arc_length - point.arc_length
-        distance = float(brentq(lambda s: violation(self._correct_poses(point, s)), 0.0, length, xtol=1e-13, rtol=1e-13))
-        crossing_point = self._point_after(point, distance)
+        find_zero = partial(brentq, a=0.0, b=next_point.arc_length - point.arc_length, xtol=1e-13, rtol=1e-13)
+        crossing_point = self._point_after(point, find_zero(lambda s: violation(self._correct_poses(point, s))))
         if crossing_point.reciprocal_condition > ILL_CONDITIONED_LIMIT:
             return crossing_point
-        distance = float(brentq(lambda s: violation(self._hermite_poses(point, next_point, s)), 0.0, length, xtol=1e-13, rtol=1e-13))
+        return self._point_on_cubic(point, next_point, find_zero(lambda s: violation(self._hermite_poses(point, next_point, s))))
+
+    def _point_on_cubic(self, point: ContinuationPoint, next_point: ContinuationPoint, distance: float) -> ContinuationPoint:
         return self._point_at_poses(self._hermite_poses(point, next_point, distance), point, distance)
 
     def _hermite_poses(self, point: ContinuationPoint, next_point: ContinuationPoint, distance: float) -> FloatArray:
         """Return poses on the cubic between two points; near a singularity they are more accurate than assembled ones."""
-        length = next_point.arc_length - point.arc_length
-        poses: FloatArray = cubic_hermite(
-            point.poses, next_point.poses, self._body_tangent(point), self._body_tangent(next_point), length, distance / length
-        )
+        length, tangents = next_point.arc_length - point.arc_length, (self._body_tangent(point), self._body_tangent(next_point))
+        poses: FloatArray = cubic_hermite(point.poses, next_point.poses, *tangents, length, distance / length)
         return poses
 
     def _correct_poses(self, point: ContinuationPoint, distance: float) -> FloatArray:
@@ -271,16 +265,12 @@ class PathContinuation:
     def _find_change_point(self, points: list[ContinuationPoint]) -> ContinuationPoint | None:
         """Return the point between three at which the joint Jacobian loses rank, or None."""
         for point, next_point in pairwise(points):
+            point_at, bounds = partial(self._point_on_cubic, point, next_point), (0.0, next_point.arc_length - point.arc_length)
             minimum = minimize_scalar(
-                lambda distance, point=point, next_point=next_point: (
-                    self._point_at_poses(self._hermite_poses(point, next_point, distance), point, distance).reciprocal_condition
-                ),
-                bounds=(0.0, next_point.arc_length - point.arc_length),
-                method="bounded",
-                options={"xatol": 1e-12},
+                lambda distance, at=point_at: at(distance).reciprocal_condition, bounds=bounds, method="bounded", options={"xatol": 1e-12}
             )
             if minimum.fun < BIFURCATION_TOLERANCE:
-                return self._point_at_poses(self._hermite_poses(point, next_point, float(minimum.x)), point, float(minimum.x))
+                return point_at(float(minimum.x))
         return None
 
     def _turning_point_message(self, poses: FloatArray, direction: float) -> str:
@@ -308,8 +298,3 @@ class PathContinuation:
     def _output_value(self, name: str, poses: FloatArray) -> float:
         with np.errstate(invalid="ignore"):  # a vanishing distance: its value is correct
             return float(evaluate_output_value(self.mechanism, name, poses))
-
-
-def _axis_crossing_distance(body: int, side: float, poses: FloatArray) -> float:
-    """Return how far, m, a mass centre has passed the spindle axis from its original side (1 or -1)."""
-    return -side * float(poses[body, 0])

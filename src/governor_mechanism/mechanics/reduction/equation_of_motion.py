@@ -203,10 +203,8 @@ def evaluate_acceleration(
     """
     coefficients, parameters, mode, inputs = model.coefficients, model.parameters, model.mode, model.inputs
     evaluate_model_inputs(model, piece, t, shaft_angle, shaft_speed, local_time)
-    inverse_inertia, spindle_inertia = (
-        evaluate_piece(coefficients, piece, TableColumn.INVERSE_INERTIA, t),
-        evaluate_piece(coefficients, piece, TableColumn.SPINDLE_INERTIA, t),
-    )
+    inverse_inertia = evaluate_piece(coefficients, piece, TableColumn.INVERSE_INERTIA, t)
+    spindle_inertia = evaluate_piece(coefficients, piece, TableColumn.SPINDLE_INERTIA, t)
     damping = evaluate_piece(coefficients, piece, TableColumn.DAMPING, t)
     centrifugal = evaluate_piece(coefficients, piece, TableColumn.CENTRIFUGAL, t)
     power, dissipated_power = damping * v * v / inverse_inertia, 0.0
@@ -241,18 +239,14 @@ def evaluate_acceleration(
         output_force = model.output_forces[i]
         mode_index = int(output_force[OutputForceColumn.MODE])
         if mode_index < 0 or mode[mode_index] != 0:
-            output_column = column + 2 * int(output_force[OutputForceColumn.OUTPUT])
-            value, output_derivative = (
-                evaluate_piece(coefficients, piece, output_column, t),
-                evaluate_piece(coefficients, piece, output_column + 1, t),
-            )
+            value, output_derivative = evaluate_table_output(model, piece, t, output_force[OutputForceColumn.OUTPUT])
             rate, law = output_derivative * v, int(output_force[OutputForceColumn.LAW])
             force = evaluate_force_law(law, output_force[OutputForceColumn.FIRST_COEFFICIENT :], value, rate)
             acceleration += force * output_derivative * inverse_inertia
             dissipated_power -= output_force[OutputForceColumn.DISSIPATES] * force * output_derivative * v
     for i in range(model.contacts.shape[0] if with_friction else 0):
         if mode[1 + i] != 0:
-            output_derivative = evaluate_piece(coefficients, piece, column + 2 * int(model.contacts[i, 0]) + 1, t)
+            output_derivative = evaluate_table_output(model, piece, t, model.contacts[i, ContactColumn.OUTPUT])[1]
             force = mode[1 + i] * friction_limit(model, i)
             acceleration -= force * output_derivative * inverse_inertia
             dissipated_power += force * output_derivative * v

@@ -198,10 +198,10 @@ def make_node_workspace(arrays: ReductionArrays) -> NodeWorkspace:
 
 
 @jit_internal
-def _factorise(matrix: FloatArray, row_order: IntArray) -> float:
-    """Factorise a matrix in place with row pivoting; return the smallest pivot, or 0 if the matrix is singular."""
+def _factorise(workspace: NodeWorkspace) -> bool:
+    """Factorise the matrix in place with row pivoting and store its smallest pivot; return whether it is regular."""
+    matrix, row_order, min_pivot = workspace.matrix, workspace.row_order, math.inf
     n_rows, n_columns = matrix.shape
-    min_pivot = math.inf
     for i in range(n_rows):
         row_order[i] = i
     for c in range(n_columns):
@@ -216,7 +216,8 @@ def _factorise(matrix: FloatArray, row_order: IntArray) -> float:
         pivot = matrix[c, c]
         min_pivot = min(min_pivot, abs(pivot))
         if not min_pivot > SINGULAR_NODE_PIVOT_RATIO:
-            return 0.0
+            workspace.min_pivot[0] = 0.0
+            return False
         for i in range(c + 1, n_rows):
             factor = matrix[i, c]
             if factor != 0.0:
@@ -224,21 +225,15 @@ def _factorise(matrix: FloatArray, row_order: IntArray) -> float:
                 matrix[i, c] = factor
                 for k in range(c + 1, n_columns):
                     matrix[i, k] -= factor * matrix[c, k]
-    return min_pivot
+    workspace.min_pivot[0] = min_pivot
+    return True
 
 
 @jit_internal
-def _solve_factorised(
-    matrix: FloatArray,
-    row_order: IntArray,
-    rhs: FloatArray,
-    free_indices: IntArray,
-    pose_scales: FloatArray,
-    solution: FloatArray,
-    pose_change: FloatArray,
-) -> float:
+def _solve_factorised(arrays: ReductionArrays, workspace: NodeWorkspace, pose_change: FloatArray) -> float:
     """Fill pose_change (3 bodies,) with the solution of the factorised system; return its largest component in pose scales."""
-    n_columns, step_size = free_indices.size, 0.0
+    matrix, row_order, rhs, solution = workspace.matrix, workspace.row_order, workspace.rhs, workspace.solution
+    n_columns, step_size = arrays.free_indices.size, 0.0
     for i in range(n_columns):
         total = rhs[row_order[i]]
         for k in range(i):
@@ -249,63 +244,51 @@ def _solve_factorised(
         for k in range(i + 1, n_columns):
             total -= matrix[i, k] * solution[k]
         solution[i] = total / matrix[i, i]
-        pose_change[free_indices[i]] = pose_scales[free_indices[i]] * solution[i]
+        pose_change[arrays.free_indices[i]] = arrays.pose_scales[arrays.free_indices[i]] * solution[i]
         step_size = max(step_size, abs(solution[i]))
     return step_size
 
 
 @jit_internal
-def _fill_scaled_jacobian(
-    row_bodies: IntArray,
-    jacobian: FloatArray,
-    row_scales: FloatArray,
-    free_indices: IntArray,
-    pose_scales: FloatArray,
-    dense_row: FloatArray,
-    matrix: FloatArray,
-) -> None:
+def _fill_scaled_jacobian(arrays: ReductionArrays, workspace: NodeWorkspace) -> None:
     """Fill the dimensionless Jacobian (rows, free coordinates); dense_row (3 bodies,) is a buffer of zeros before and after."""
+    row_bodies, pose_scales, dense_row = arrays.constraint_rows.row_bodies, arrays.pose_scales, workspace.dense_row
     for i in range(row_bodies.shape[0]):
         for side in range(2):
             body = row_bodies[i, side]
             if body >= 0:
                 for c in range(3):
-                    dense_row[3 * body + c] += row_scales[i] * jacobian[i, side, c] * pose_scales[3 * body + c]
-        for k in range(free_indices.size):
-            matrix[i, k] = dense_row[free_indices[k]]
+                    dense_row[3 * body + c] += arrays.row_scales[i] * workspace.jacobian[i, side, c] * pose_scales[3 * body + c]
+        for k in range(arrays.free_indices.size):
+            workspace.matrix[i, k] = dense_row[arrays.free_indices[k]]
         for side in range(2):
             body = row_bodies[i, side]
             if body >= 0:
-                for c in range(3):
-                    dense_row[3 * body + c] = 0.0
+                dense_row[3 * body : 3 * body + 3] = 0.0
 
 
 @jit_internal
 def solve_position(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, node: FloatArray) -> bool:
     """Solve for the poses node[0] at a value of the coordinate from a guess; fill in their two derivatives."""
-    rows, free_indices, pose_scales, row_scales = arrays.constraint_rows, arrays.free_indices, arrays.pose_scales, arrays.row_scales
-    row_values, jacobian, dense_row, matrix = workspace.row_values, workspace.jacobian, workspace.dense_row, workspace.matrix
-    row_order, rhs, pose_change, solution = workspace.row_order, workspace.rhs, workspace.pose_change, workspace.solution
-    poses, tangents, row_bodies = node[0].reshape(-1, 3), node[1].reshape(-1, 3), rows.row_bodies
+    rows, row_scales = arrays.constraint_rows, arrays.row_scales
+    row_values, jacobian, rhs = workspace.row_values, workspace.jacobian, workspace.rhs
+    poses, tangents = node[0].reshape(-1, 3), node[1].reshape(-1, 3)
     last, previous_step = rhs.size - 1, math.inf
     for _ in range(MAX_NODE_NEWTON_STEPS):
         row_values[:, RowColumn.DRIVE_VALUE] = 0.0
         evaluate_rows(rows, poses, workspace.zero_velocities, row_values, jacobian)
-        for i in range(last):
-            rhs[i] = -row_values[i, RowColumn.RESIDUAL] * row_scales[i]
-        residual = row_values[last, RowColumn.RESIDUAL] - q
+        row_values[last, RowColumn.RESIDUAL] -= q
         if arrays.coordinate_wraps:
-            residual -= 2.0 * math.pi * math.floor(residual / (2.0 * math.pi) + 0.5)
-        rhs[last] = -residual * row_scales[last]
-        _fill_scaled_jacobian(row_bodies, jacobian, row_scales, free_indices, pose_scales, dense_row, matrix)
-        workspace.min_pivot[0] = _factorise(matrix, row_order)
-        if workspace.min_pivot[0] == 0.0:
+            residual = row_values[last, RowColumn.RESIDUAL]
+            row_values[last, RowColumn.RESIDUAL] -= 2.0 * math.pi * math.floor(residual / (2.0 * math.pi) + 0.5)
+        rhs[:] = -row_values[:, RowColumn.RESIDUAL] * row_scales
+        _fill_scaled_jacobian(arrays, workspace)
+        if not _factorise(workspace):
             return False
-        step = _solve_factorised(matrix, row_order, rhs, free_indices, pose_scales, solution, pose_change)
+        step = _solve_factorised(arrays, workspace, workspace.pose_change)
         if not step < NODE_DIVERGENCE_STEP:
             return False
-        for k in range(pose_scales.size):
-            node[0, k] += pose_change[k]
+        node[0] += workspace.pose_change
         if step <= NODE_ROUNDING_STEP or (step < NODE_CONVERGENCE_STEP and step >= 0.5 * previous_step):
             break
         previous_step = step
@@ -313,13 +296,18 @@ def solve_position(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, 
         return False
     rhs[:] = 0.0
     rhs[last] = row_scales[last]
-    _solve_factorised(matrix, row_order, rhs, free_indices, pose_scales, solution, node[1])
+    _solve_factorised(arrays, workspace, node[1])
     row_values[:, RowColumn.DRIVE_ACCELERATION] = 0.0
     evaluate_rows(rows, poses, tangents, row_values, jacobian)
-    for i in range(last + 1):
-        rhs[i] = row_values[i, RowColumn.GAMMA] * row_scales[i]
-    _solve_factorised(matrix, row_order, rhs, free_indices, pose_scales, solution, node[2])
+    rhs[:] = row_values[:, RowColumn.GAMMA] * row_scales
+    _solve_factorised(arrays, workspace, node[2])
     return True
+
+
+@jit_internal
+def is_on_branch(arrays: ReductionArrays, poses: FloatArray, guess: FloatArray) -> bool:
+    """Return whether solved poses (3 bodies,) are so near to their guess that they belong to the same branch."""
+    return bool(np.all(np.abs(poses - guess) < MAX_NODE_BRANCH_DISTANCE * arrays.pose_scales))
 
 
 @jit
@@ -351,14 +339,10 @@ def continue_to_coordinate(arrays: ReductionArrays, workspace: NodeWorkspace, q:
     q_reached = start
     for k in range(n_steps + 1):
         q_next = start + (q - start) * k / n_steps
-        for c in range(arrays.pose_scales.size):
-            node[0, c] += (q_next - q_reached) * node[1, c]
+        node[0] += (q_next - q_reached) * node[1]
         predicted[:] = node[0]
-        if not solve_position(arrays, workspace, q_next, node):
+        if not (solve_position(arrays, workspace, q_next, node) and is_on_branch(arrays, node[0], predicted)):
             return False
-        for c in range(arrays.pose_scales.size):
-            if not abs(node[0, c] - predicted[c]) < MAX_NODE_BRANCH_DISTANCE * arrays.pose_scales[c]:
-                return False
         q_reached = q_next
     poses[:] = node[0].reshape(-1, 3)
     return True

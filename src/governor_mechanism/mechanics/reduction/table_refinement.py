@@ -12,11 +12,11 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowKind
 from governor_mechanism.mechanics.reduction.node_evaluation import (
-    MAX_NODE_BRANCH_DISTANCE,
     NodeWorkspace,
     ReductionArrays,
     TableColumn,
     evaluate_columns,
+    is_on_branch,
     solve_position,
 )
 from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, PiecewiseTable, TableAction
@@ -106,23 +106,17 @@ def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray
     column_scales[TableColumn.QUADRATIC] = 1.0 / coordinate_scale
     column_scales[TableColumn.POTENTIAL] = coordinate_scale / time_scale**2
     column_scales[TableColumn.CENTRIFUGAL] = coordinate_scale
-    max_tangent = 0.0
-    for k in range(arrays.pose_scales.size):
-        max_tangent = max(max_tangent, abs(node[1, k]))
-        table.node_scales[0, k] = arrays.pose_scales[k]
-        table.node_scales[1, k] = arrays.pose_scales[k] / coordinate_scale
+    table.node_scales[0] = arrays.pose_scales
+    table.node_scales[1] = arrays.pose_scales / coordinate_scale
     if columns.size == TableColumn.INVERSE_INERTIA:
         return
     column_scales[TableColumn.INVERSE_INERTIA] = columns[TableColumn.INVERSE_INERTIA]
     column_scales[TableColumn.SPINDLE_INERTIA] = columns[TableColumn.SPINDLE_INERTIA]
     column_scales[TableColumn.DAMPING] = 1.0 / time_scale
-    column: int = TableColumn.FIRST_PROGRAM
-    for _ in range(arrays.program_indices.size):
-        column_scales[column] = max_tangent * columns[TableColumn.INVERSE_INERTIA]
-        column += 1
-    for k in range(arrays.output_rows.table.size):
-        column_scales[column], column_scales[column + 1] = (arrays.output_scales[k], arrays.output_scales[k] / coordinate_scale)
-        column += 2
+    first_output = TableColumn.FIRST_PROGRAM + arrays.program_indices.size
+    column_scales[TableColumn.FIRST_PROGRAM : first_output] = np.max(np.abs(node[1])) * columns[TableColumn.INVERSE_INERTIA]
+    column_scales[first_output::2] = arrays.output_scales
+    column_scales[first_output + 1 :: 2] = arrays.output_scales / coordinate_scale
 
 
 @jit_internal
@@ -158,11 +152,10 @@ def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piecewi
             limit_value, reason = _locate_limit_in_piece(arrays, table, piece, side)
             if reason == EndReason.NOT_ENDED:
                 break
-            table.end_reasons[side] = reason  # the last piece ends where a reading reaches its limit
-            if abs(limit_value - start) < MIN_PIECE_WIDTH * arrays.coordinate_scale:
+            table.end_reasons[side], end = reason, limit_value  # the last piece ends where a reading reaches its limit
+            if abs(end - start) < MIN_PIECE_WIDTH * arrays.coordinate_scale:
                 return ExtensionStatus.TABLE_ENDED
-            residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, limit_value)
-            end = limit_value
+            residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
             break
         width = 0.5 * abs(end - start)
     table.periodicity[3] = max(table.periodicity[3], rounding)
@@ -226,15 +219,12 @@ def _fill_piece(
         q_node = middle + half * CHEBYSHEV_NODES[k]
         _extrapolate_poses(arrays, node, node_before, q, q_before, q_node, table.nodes[piece, k])
         guess = table.nodes[piece, k, 0].copy()
-        if not solve_position(arrays, workspace, q_node, table.nodes[piece, k]):
+        is_solved = solve_position(arrays, workspace, q_node, table.nodes[piece, k])
+        if not (is_solved and is_on_branch(arrays, table.nodes[piece, k, 0], guess)):
             return math.inf, 0.0
         min_pivot = min(min_pivot, workspace.min_pivot[0])
-        for c in range(arrays.pose_scales.size):
-            if not abs(table.nodes[piece, k, 0, c] - guess[c]) < MAX_NODE_BRANCH_DISTANCE * arrays.pose_scales[c]:
-                return math.inf, 0.0
         evaluate_columns(arrays, workspace, table.nodes[piece, k], columns)
-        for c in range(columns.size):
-            values[c, k] = columns[c]
+        values[:, k] = columns
         node_before[:], q_before = node, q
         node[:], q = table.nodes[piece, k], q_node
     workspace.min_pivot[0] = min_pivot
@@ -327,8 +317,7 @@ def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
         piece, poses = (low, first) if end == 0 else (high, last)
         barycentric_weights((table.intervals[piece, end] - table.intervals[piece, 2]) * table.intervals[piece, 3], weights)
         for k in range(N_CHEBYSHEV_NODES):
-            for c in range(arrays.pose_scales.size):
-                poses[c] += weights[k] * table.nodes[piece, k, 0, c]
+            poses += weights[k] * table.nodes[piece, k, 0]
     for c in range(arrays.pose_scales.size):
         pose_change = last[c] - first[c]
         whole_turns = 2.0 * math.pi * math.floor(pose_change / (2.0 * math.pi) + 0.5) if c % 3 == 2 else 0.0
@@ -348,12 +337,8 @@ def _is_periodic(arrays: ReductionArrays, table: PiecewiseTable, low: int, high:
     """Return whether all columns have the same values at both ends; angles of lines are exempt, because whole turns do not matter."""
     first_output_column, is_same = TableColumn.FIRST_PROGRAM + arrays.program_indices.size, True
     for c in range(table.column_scales.size):
-        output_index = (c - first_output_column) // 2
-        if (
-            c >= first_output_column
-            and (c - first_output_column) % 2 == 0
-            and arrays.output_rows.table[output_index].kind == RowKind.LINE_ANGLE
-        ):
+        output_index, is_derivative = (c - first_output_column) // 2, (c - first_output_column) % 2 == 1
+        if c >= first_output_column and not is_derivative and arrays.output_rows.table[output_index].kind == RowKind.LINE_ANGLE:
             continue
         first, last = evaluate_piece(table.coefficients, low, c, -1.0), evaluate_piece(table.coefficients, high, c, 1.0)
         is_same = is_same and abs(last - first) <= TABLE_CLOSURE_TOLERANCE * max(table.column_scales[c], abs(first), abs(last))
