@@ -176,7 +176,7 @@ class RichardsonRefinement:
         if self.has_contacts and count:
             end = float(self.grid.monitor_times[count - 1])
             events = extrapolate_events([[event for event in solution.events if event.time <= end] for solution in solutions], end)
-        extrapolated = [solution.states.first(count) for solution in solutions]
+        extrapolated = [solution.states.at(slice(count)) for solution in solutions]
         if len(extrapolated) > 1:  # between the impact times of two runs there is nothing to extrapolate
             between_impacts = events.are_between_impacts(extrapolated[-1].times)
             extrapolated = [_extrapolate(coarse, fine, 4, between_impacts) for coarse, fine in pairwise(extrapolated)]

@@ -12,6 +12,7 @@ from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed
 from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
+from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
@@ -47,6 +48,8 @@ class TimeInputs:
         self._free_spindle = scene.spindle if isinstance(scene.spindle, FreeSpindle) else None
         self._torque_function = CubicTimeFunction(self._free_spindle.torque) if self._free_spindle else None
         n_speeds = sum(plane.given_speed is not None for plane in scene.system.planes)  # the first inputs
+        n_drives = sum(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in scene.mechanism.joints)
+        self._drive_indices = range(n_speeds, n_speeds + n_drives)
         self._varying_functions = [
             (index, function) for index, function in enumerate(self._functions) if index >= n_speeds and not function.is_constant
         ]
@@ -85,7 +88,7 @@ class TimeInputs:
         """Return the inputs at a time (s) for a step of `h` seconds, with the drives at its end."""
         values = self._start_values.copy()
         for index, function in self._varying_functions:
-            values[index] = function(np.array([time + h if isinstance(function, CubicTimeFunction) else time]))[0]
+            values[index] = function(np.array([time + h if index in self._drive_indices else time]))[0]
         return StepInputs(h, h, spindle_speed_squared, values)
 
     def prepare_interval(self, start: float, end: float, n_steps: int, next_h: float) -> None:
@@ -97,7 +100,7 @@ class TimeInputs:
         following_h = 0.0 if self.uses_left_limits else next_h
         self._values = np.tile(self._start_values, (n_steps, 1))
         for index, function in self._varying_functions:
-            if isinstance(function, CubicTimeFunction):
+            if index in self._drive_indices:
                 self._values[:, index] = function(np.append(times[2:], end + next_h))
             else:
                 self._values[:, index] = _sample_at_kicks(function, times, following_h)
