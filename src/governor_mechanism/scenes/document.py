@@ -55,15 +55,9 @@ class DocumentParser:
         run = self.collector.attempt("[run]", lambda: RunSettings(**run_table.given_values() if run_table else {}))
         if self.collector.problems or not parts or run is None:
             raise MechanismError(*self.collector.problems)
-        return Scene(
-            title=title or Path(self.source).stem or parts[0].machine,
-            parts=parts,
-            couplings=couplings,
-            crossings=crossings,
-            run=run,
-            source=self.source,
-            document=_copy_document(self.document),
-        )
+        title = title or Path(self.source).stem or parts[0].machine
+        document = _copy_document(self.document)
+        return Scene(title=title, parts=parts, couplings=couplings, crossings=crossings, run=run, source=self.source, document=document)
 
     def _parse_parts(self) -> tuple[str, tuple[Part, ...], tuple[Coupling, ...], ReadingQuantities]:
         """Return title, parts, couplings and readings of a document of several parts."""

@@ -219,10 +219,8 @@ def parse_start(table: object, readings: Mapping[str, tuple[str, str]], collecto
     model = start_table_model(tuple((name, quantity, rate) for name, (quantity, rate) in readings.items()))
     parsed = collector.attempt("start", validate, model, table)
     given = {} if parsed is None else parsed.given_values()
-    return Start(
-        values={name: given[name] for name in readings if name in given},
-        rates={name: given[rate] for name, (_, rate) in readings.items() if rate in given},
-    )
+    rates = {name: given[rate] for name, (_, rate) in readings.items() if rate in given}
+    return Start(values={name: given[name] for name in readings if name in given}, rates=rates)
 
 
 def find_misspelt_equilibrium(values: Mapping[str, Any]) -> list[str]:
