@@ -143,16 +143,10 @@ class Mechanism:
     def __post_init__(self) -> None:
         require_positive(self.length_scale, "m", "length scale of the mechanism")
         names = [body.name for body in self.bodies]
-        problems = [
-            f"{what} {name!r} occurs {count} times; names must differ"
-            for what, group in (
-                ("body", names),
-                ("joint", [joint.name for joint in self.joints]),
-                ("force element", [element.name for element in self.force_elements]),
-            )
-            for name, count in Counter(group).items()
-            if count > 1
-        ]
+        groups: dict[str, tuple[Body | Joint | ForceElement, ...]]
+        groups = {"body": self.bodies, "joint": self.joints, "force element": self.force_elements}
+        counts = Counter((what, item.name) for what, group in groups.items() for item in group)
+        problems = [f"{what} {name!r} occurs {n} times; names must differ" for (what, name), n in counts.items() if n > 1]
         body_references = [("joint", joint.name, {joint.first.body, joint.second.body}) for joint in self.joints]
         body_references += [("force element", element.name, set(element.bodies)) for element in self.force_elements]
         problems += [

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
@@ -17,18 +16,15 @@ _SI_UNITS = {"angle": "rad", "length": "m"}
 
 
 def check_tables_together(
-    part: Part | None,
-    effects: tuple[Effect, ...],
-    spindle: Spindle | FreeSpindle,
-    start: Start,
-    effects_table: Mapping[str, Any],
-    *,
-    has_spindle: bool,
+    part: Part | None, effects: tuple[Effect, ...], spindle: Spindle | FreeSpindle, start: Start, centrifugal: object, *, has_spindle: bool
 ) -> Iterator[Problem]:
-    """Yield the problems of tables that do not fit together; `part` is None if the mechanism is not known."""
+    """Yield the problems of tables that do not fit together; `part` is None if the mechanism is not known.
+
+    `centrifugal` is what [effects] has under that key, or False.
+    """
     if not has_spindle and any(isinstance(effect, Centrifugal) for effect in effects):
         yield _conflict("effects.centrifugal", 'needs a turning spindle; add [spindle] with speed = "120 rpm"')
-    yield from _check_spindle_and_plane(part, spindle, effects_table.get("centrifugal", False))
+    yield from _check_spindle_and_plane(part, spindle, centrifugal)
     has_clearance = any(isinstance(effect, Clearance) for effect in effects)
     for effect in effects:
         for stops in (one for one in effect.output_effects if {"low", "high"} <= one.contact.keys()):

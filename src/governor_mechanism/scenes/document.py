@@ -55,15 +55,9 @@ class DocumentParser:
         run = self.collector.attempt("[run]", lambda: RunSettings(**run_table.given_values() if run_table else {}))
         if self.collector.problems or not parts or run is None:
             raise MechanismError(*self.collector.problems)
-        return Scene(
-            title=title or Path(self.source).stem or parts[0].machine,
-            parts=parts,
-            couplings=couplings,
-            crossings=crossings,
-            run=run,
-            source=self.source,
-            document=_copy_document(self.document),
-        )
+        title = title or Path(self.source).stem or parts[0].machine
+        document = _copy_document(self.document)
+        return Scene(title=title, parts=parts, couplings=couplings, crossings=crossings, run=run, source=self.source, document=document)
 
     def _parse_parts(self) -> tuple[str, tuple[Part, ...], tuple[Coupling, ...], ReadingQuantities]:
         """Return title, parts, couplings and readings of a document of several parts."""
@@ -112,9 +106,8 @@ class PartParser:
         if isinstance(spindle, FreeSpindle) and self.quantities is not None:
             self.quantities = self.quantities | {SPINDLE_ANGLE: "angle"}
         has_spindle = "spindle" in self.document or self.is_coupled  # even if it is not a table, which is reported
-        self.collector.problems += check_tables_together(
-            part, effects, spindle, start, self.tables.get("effects", {}), has_spindle=has_spindle
-        )
+        centrifugal = self.tables.get("effects", {}).get("centrifugal", False)
+        self.collector.problems += check_tables_together(part, effects, spindle, start, centrifugal, has_spindle=has_spindle)
         if self.collector.problems or part is None:
             return None
         with self.collector.at(""):
@@ -173,11 +166,9 @@ class PartParser:
     def _build_machine(self, machine_class: type[Machine] | None) -> Machine | None:
         """Return the machine of [dimensions], or None if it cannot be built."""
         if "dimensions" not in self.document:
-            needs = (
-                f"{machine_class.name} needs {', '.join(_required_dimensions(machine_class))}"
-                if machine_class
-                else "every machine needs it"
-            )
+            needs = "every machine needs it"
+            if machine_class is not None:
+                needs = f"{machine_class.name} needs {', '.join(_required_dimensions(machine_class))}"
             self.collector.add(ProblemCode.MISSING_KEY, f"[dimensions] is missing; {needs}", key="dimensions")
         if machine_class is None or "dimensions" not in self.tables:
             return None
@@ -197,10 +188,8 @@ class PartParser:
             readings[CLEARANCE_READING] = ("length", f"{CLEARANCE_READING}_rate")
             defaults[CLEARANCE_READING] = 0.0
         given = schema.parse_start(table, readings, self.collector)
-        start = Start(
-            values=defaults | {**given.values},
-            rates={CLEARANCE_READING: 0.0, **given.rates} if given.rates and has_clearance else given.rates,
-        )
+        rates = {CLEARANCE_READING: 0.0, **given.rates} if given.rates and has_clearance else given.rates
+        start = Start(values=defaults | {**given.values}, rates=rates)
         if machine:
             with self.collector.at("[start]"):
                 self.collector.add(ProblemCode.OUT_OF_RANGE, *machine.start_problems(start.values), key="start")

@@ -18,16 +18,7 @@ from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Spindle, Sta
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_by_quantity, resolve_reading_name
 from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, wrong_value
-from governor_mechanism.scenes.quantities import (
-    built,
-    choice,
-    instance_of,
-    number_between,
-    parse_name,
-    parse_si,
-    parse_time_points,
-    quantity,
-)
+from governor_mechanism.scenes.quantities import choice, instance_of, number_between, parse_name, parse_si, parse_time_points, quantity
 from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, SceneFileTable, union_by_key, validate
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
@@ -125,7 +116,7 @@ class FreeSpindleTable(SceneFileTable):
     alternative_keys = ("speed", "speed_fluctuation", "cycles_per_turn")
     alternative_hint = "the speed of a free spindle follows from its torque; leave it out, or give spindle.speed"
 
-    inertia: Annotated[float, built("moment_of_inertia", "not negative")] = 0.0
+    inertia: Annotated[float, quantity("moment_of_inertia", "not negative", bounded=True)] = 0.0
     start_speed: Annotated[float, quantity("angular_speed")] = 0.0
     torque: Annotated[Any, input_function("torque", "torque")] = None
 
@@ -228,10 +219,8 @@ def parse_start(table: object, readings: Mapping[str, tuple[str, str]], collecto
     model = start_table_model(tuple((name, quantity, rate) for name, (quantity, rate) in readings.items()))
     parsed = collector.attempt("start", validate, model, table)
     given = {} if parsed is None else parsed.given_values()
-    return Start(
-        values={name: given[name] for name in readings if name in given},
-        rates={name: given[rate] for name, (_, rate) in readings.items() if rate in given},
-    )
+    rates = {name: given[rate] for name, (_, rate) in readings.items() if rate in given}
+    return Start(values={name: given[name] for name in readings if name in given}, rates=rates)
 
 
 def find_misspelt_equilibrium(values: Mapping[str, Any]) -> list[str]:

@@ -51,11 +51,8 @@ def apply_control(
         )
     owner, field_name = loads[control.target]
     load: InputFunction = getattr(owner, field_name)
-    changed = (
-        replace(load, factors=(*load.factors, control.function))
-        if control.scales
-        else replace(load, functions=(*load.functions, control.function))
-    )
+    kind = "factors" if control.scales else "functions"
+    changed = replace(load, **{kind: (*getattr(load, kind), control.function)})
     new = replace(owner, **{field_name: changed})
     elements = tuple(new if element is owner else element for element in mechanism.force_elements)
     return replace(mechanism, force_elements=elements), tuple(new if effect is owner else effect for effect in effects)

@@ -132,7 +132,7 @@ def couple_parts(parts: Sequence[Part], couplings: Sequence[Coupling]) -> Couple
         mechanism=mechanism,
         output_effects=effects,
         start=start,
-        planes=tuple(_plane(part, prefix, follows, mechanism, prefixes) for prefix, part in prefixes.items() if part.turns),
+        planes=tuple(_plane(prefix, follows, mechanism, prefixes) for prefix, part in prefixes.items() if part.turns),
         gravity=tuple(gravity[body.name] for body in mechanism.bodies),
         breaking_gears={gear.name: gear.until for gear in gears if gear.until is not None},
     )
@@ -286,10 +286,9 @@ def _start(prefixes: Mapping[str, Part]) -> Start:
     return Start(values=values, rates=rates)
 
 
-def _plane(
-    part: Part, prefix: str, follows: Mapping[str, FollowCoupling], mechanism: Mechanism, prefixes: Mapping[str, Part]
-) -> TurningPlane:
+def _plane(prefix: str, follows: Mapping[str, FollowCoupling], mechanism: Mechanism, prefixes: Mapping[str, Part]) -> TurningPlane:
     """Return the turning plane of a part."""
+    part = prefixes[prefix]
     coupling = follows.get(f"{prefix}{SPINDLE_ANGLE}")
     given_speed = part.spindle if isinstance(part.spindle, Spindle) else None
     shaft = "" if given_speed else f"{prefix}{SHAFT_NAME}"

@@ -13,7 +13,7 @@ from governor_mechanism.model import force_elements, joints
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.scenes.custom import field_types
-from governor_mechanism.scenes.custom.field_types import PointRef, PointRegistry
+from governor_mechanism.scenes.custom.field_types import CurveValue, PointRef, PointRegistry
 from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import Problem, ProblemCode, mistake
 from governor_mechanism.scenes.quantities import Angle, Label, Length, PositiveLength, built, choice, quantity
@@ -129,9 +129,7 @@ class CurveSlotTable(JointTable):
     """Type "curve"."""
 
     element = joints.CurveSlot
-    curve: field_types.CurveValue = Field(
-        description="the curve y(x), as { coefficients = [0, 0, 5] } or { points = [[0, 0], [0.1, 0.05]] }"
-    )
+    curve: CurveValue = Field(description="the curve y(x), as { coefficients = [0, 0, 5] } or { points = [[0, 0], [0.1, 0.05]] }")
     angle: Angle = 0.0
 
 
@@ -186,17 +184,15 @@ class _DriverTable(JointTable):
             yield Problem(f"rate or motion is missing; write {cls.rate_example}", ProblemCode.MISSING_KEY)
 
 
-def _build_driver(
-    driver: Callable[..., Any], *, start: float, rate: float = 0.0, motion: Callable[[float], Any] | None = None, **arguments: Any
-) -> Any:
+def _drive(driver: Callable[..., Any], start: float, rate: float = 0.0, motion: Callable[[float], Any] | None = None, **others: Any) -> Any:
     """Return a driver with a motion, by default at a constant rate from the start."""
-    return driver(motion=motion(start) if motion else PrescribedMotion.constant_rate(start, rate), **arguments)
+    return driver(motion=motion(start) if motion else PrescribedMotion.constant_rate(start, rate), **others)
 
 
 class DrivenTurnTable(_BodyJointTable, _DriverTable):
     """Type "driven_turn"; by default it starts at the initial relative angle."""
 
-    element = partial(_build_driver, joints.RotationalDriver)
+    element = partial(_drive, joints.RotationalDriver)
     rate_example = 'rate = "120 rpm", or motion = [[0, "0 deg"], [1, "90 deg"]]'
     rate: Annotated[float, quantity("angular_speed")] = 0.0
     start: Angle = 0.0
@@ -210,7 +206,7 @@ class DrivenTurnTable(_BodyJointTable, _DriverTable):
 class DrivenSlideTable(_DriverTable, SliderTable):
     """Type "driven_slide"; by default it starts at the initial displacement."""
 
-    element = partial(_build_driver, joints.TranslationalDriver)
+    element = partial(_drive, joints.TranslationalDriver)
     rate_example = 'rate = "50 mm/s", or motion = [[0, "0 mm"], [1, "50 mm"]]'
     rate: Annotated[float, quantity("speed")] = 0.0
     start: Annotated[float, quantity("length")] = 0.0

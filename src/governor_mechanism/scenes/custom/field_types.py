@@ -27,6 +27,11 @@ from governor_mechanism.units.quantities import format_value
 class PointRegistry:
     """Bodies, their points and their initial positions, for the tables that refer to them by name.
 
+    Parameters
+    ----------
+    plane
+        TURNING_PLANE or FIXED_PLANE.
+
     Attributes
     ----------
     plane

@@ -9,14 +9,8 @@ from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter
 
-from governor_mechanism.machines.custom import (
-    CUSTOM_MACHINE,
-    SketchedBody,
-    build_custom_mechanism,
-    conflicting_drivers,
-    length_scale_of,
-    unconnected_bodies,
-)
+from governor_mechanism.machines import custom
+from governor_mechanism.machines.custom import CUSTOM_MACHINE, SketchedBody
 from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Joint
 from governor_mechanism.model.output_variables import Reading
@@ -79,7 +73,7 @@ class CustomMachineParser:
         readings, are_all_known = self._parse_readings(bodies)
         start = self._parse_start(readings)
         bodies += self.registry.moving_points.values()
-        length_scale = (self.top_level and self.top_level.size) or length_scale_of(bodies, joints, force_elements)
+        length_scale = (self.top_level and self.top_level.size) or custom.length_scale_of(bodies, joints, force_elements)
         if not length_scale and not self.has_problems:
             text = 'size is missing: the initial configuration has no length that could be the length scale; write size = "1 m"'
             self.collector.add(ProblemCode.MISSING_KEY, text, key="size")
@@ -88,7 +82,7 @@ class CustomMachineParser:
         if not self.has_problems:
             coordinate = _leading_coordinate(self.document.get("start", {}), readings)
             with self.collector.at(""):
-                mechanism = build_custom_mechanism(bodies, joints, force_elements, readings, coordinate, length_scale)
+                mechanism = custom.build_custom_mechanism(bodies, joints, force_elements, readings, coordinate, length_scale)
                 part = Part(name=CUSTOM_PART_NAME, machine=CUSTOM_MACHINE, dimensions={}, mechanism=mechanism, plane=self.registry.plane)
         return part, start, known_readings
 
@@ -146,16 +140,15 @@ class CustomMachineParser:
                     self.collector.add(ProblemCode.DUPLICATE, f"{kind} {name!r} is defined {count} times; names must differ", key=kind)
 
     def _check_connections(self, bodies: list[SketchedBody], joints: list[Joint], force_elements: list[ForceElement]) -> None:
-        for first, second in conflicting_drivers(joints):
+        for first, second in custom.conflicting_drivers(joints):
             text = f"joints {first.name!r} and {second.name!r} drive the same two bodies, {first.first.body!r} and {first.second.body!r}"
             self.collector.add(ProblemCode.CONFLICT, f"{text}; leave one of them out", key="joint")
         # A table with a mistake may be the one that connects a body.
-        unconnected = [] if self.has_problems else unconnected_bodies([body.name for body in bodies], joints, force_elements)
+        unconnected = [] if self.has_problems else custom.unconnected_bodies([body.name for body in bodies], joints, force_elements)
         if unconnected:
             noun = "body" if len(unconnected) == 1 else "bodies"
-            text = (
-                f"nothing connects {noun} {', '.join(map(repr, unconnected))} to the ground: no chain of joints, links, springs or dampers"
-            )
+            names = ", ".join(map(repr, unconnected))
+            text = f"nothing connects {noun} {names} to the ground: no chain of joints, links, springs or dampers"
             self.collector.add(ProblemCode.MISSING_KEY, f"{text}; add a [[joint]] or a [[link]]", key="body")
 
     def _parse_readings(self, bodies: list[SketchedBody]) -> tuple[list[Reading], bool]:
