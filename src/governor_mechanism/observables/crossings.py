@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import BPoly, PPoly
 
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, unwrap_output
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, unwrap_output, wrap_difference
 from governor_mechanism.model.events import Event, EventKind, NamedCrossing
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
@@ -70,11 +70,10 @@ class SampledReading:
         self, mechanism: Mechanism, motion: SampledMotion, name: str, start_time: float, start_values: Mapping[str, float]
     ) -> None:
         self._mechanism, self._motion, self._name = mechanism, motion, name
-        self._is_wrapped = isinstance(mechanism.reading(name), LineAngle)
         output = evaluate_output(mechanism, name, motion.poses, motion.velocities)
         values = unwrap_output(mechanism.reading(name), output.value)
         shift = start_values.get(name, 0.0) - float(np.interp(start_time, motion.times, values))
-        self._values = values + (math.tau * round(shift / math.tau) if self._is_wrapped else 0.0)
+        self._values = values + (math.tau * round(shift / math.tau) if isinstance(mechanism.reading(name), LineAngle) else 0.0)
         self._rates, self._accelerations = output.rate(motion.velocities), output.acceleration(motion.accelerations)
 
     def find_times(self, value: float, direction: str, tolerance: float) -> list[float]:
@@ -148,7 +147,7 @@ class SampledReading:
         """Return the deviation of the reading from a value, SI, and its rate; of an angle that wraps, the deviation within half a turn."""
         output = evaluate_output(self._mechanism, self._name, state[0])
         deviation = float(output.value) - value
-        return math.remainder(deviation, math.tau) if self._is_wrapped else deviation, float(output.rate(state[1]))
+        return wrap_difference(self._mechanism.reading(self._name), deviation), float(output.rate(state[1]))
 
     def _locate(self, value: float, low: float, high: float) -> float:
         """Return the time, s, between two points at which the reading passes a value."""

@@ -14,7 +14,7 @@ from governor_mechanism.mechanics.dynamics.force_elements import spring_potentia
 from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed, gravitational_energy, spindle_inertia, spindle_inertia_rate
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value, unwrap_output
+from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output, evaluate_output_value, unwrap_output
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.force_elements import Spring, TorsionSpring
@@ -28,9 +28,6 @@ from governor_mechanism.observables.state_history import StateHistory
 from governor_mechanism.observables.static_forces import evaluate_derived_forces
 from governor_mechanism.observables.work import integrate_work
 from governor_mechanism.types import FloatArray
-
-READING_UNITS = {"angle": "rad", "length": "m"}
-"""Unit of a reading by its quantity."""
 
 ERROR_ESTIMATE_FLOOR = 1e-13
 """Smallest error estimate, relative to the scales: two runs may agree to the last digit and share the same rounding error."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output_value
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import TURNING_PLANE
@@ -219,7 +219,7 @@ def format_coordinate(scene: Scene, value: float) -> str:
         Text in deg or mm.
     """
     mechanism = scene.part.mechanism
-    return format_quantity(value, "rad" if mechanism.reading(mechanism.coordinate).quantity == "angle" else "m")
+    return format_quantity(value, READING_UNITS[mechanism.reading(mechanism.coordinate).quantity])
 
 
 def evaluate_readings(mechanism: Mechanism, coefficients: PathCoefficients) -> dict[str, FloatArray]:

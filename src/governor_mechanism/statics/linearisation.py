@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output_value
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
@@ -21,9 +21,6 @@ from governor_mechanism.statics.scene_dynamics import SceneDynamics
 from governor_mechanism.statics.steady_state import SteadyState, find_steady_state
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity, format_reading_name, parse_quantity
-
-READING_UNITS = {"angle": "rad", "length": "m"}
-"""Unit of a reading by its quantity."""
 
 RATE_PREFIX = "rate of "
 """Start of the name of an output that is the rate of a reading."""

@@ -18,7 +18,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value, wrap_difference
 from governor_mechanism.mechanics.kinematics.path_interpolant import PathPoint
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
@@ -161,7 +161,7 @@ class PathContinuation:
     def _linearity_error(self, name: str, point: ContinuationPoint, next_point: ContinuationPoint) -> float:
         """Return the deviation of a reading from its linear prediction over a step, in length scales or rad."""
         change = self._output_value(name, next_point.poses) - self._output_value(name, point.poses)
-        change = math.remainder(change, math.tau) if isinstance(self.mechanism.reading(name), LineAngle) else change
+        change = wrap_difference(self.mechanism.reading(name), change)
         derivative = self.position_solver.output_derivative(name, point.poses, point.tangent)
         return abs(change - (next_point.arc_length - point.arc_length) * derivative) / self.mechanism.output_scale(name)
 

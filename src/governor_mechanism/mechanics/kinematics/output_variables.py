@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import singledispatch
 
@@ -11,6 +12,9 @@ from governor_mechanism.mechanics.kinematics.points import BodyPoint, body_point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import BodyAngle, FollowerHeight, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.types import FloatArray
+
+READING_UNITS = {"angle": "rad", "length": "m"}
+"""Unit of a reading by its quantity."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,11 @@ def evaluate_output_gradient(mechanism: Mechanism, name: str, poses: FloatArray)
         Derivatives in SI per m and per rad; shape (..., bodies, 3).
     """
     return evaluate_output(mechanism, name, poses).gradient
+
+
+def wrap_difference(reading: Reading, difference: float) -> float:
+    """Return a difference of two values of a reading; that of the angle of a line within half a turn."""
+    return math.remainder(difference, math.tau) if isinstance(reading, LineAngle) else difference
 
 
 def unwrap_output(reading: Reading, values: FloatArray) -> FloatArray:

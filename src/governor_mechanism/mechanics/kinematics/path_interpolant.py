@@ -101,7 +101,7 @@ def build_path(mechanism: Mechanism, low: float, high: float) -> PathInterpolant
     """
     position_solver = BatchedPositionSolver(mechanism)
     initial_value = min(max(position_solver.initial_coordinate, low), high)
-    first_point = _make_path_point(position_solver, initial_value, position_solver.position_solver.solve_at_coordinate(initial_value))
+    first_point = _make_path_point(position_solver, initial_value, position_solver.solve_at_coordinate(initial_value))
     max_spacing = (high - low) / MIN_PATH_INTERVALS
     lower_points, upper_points = (_extend_path(position_solver, first_point, end, max_spacing) for end in (low, high))
     return PathInterpolant.from_points([*lower_points[::-1], first_point, *upper_points])
@@ -121,7 +121,7 @@ def _extend_path(
             step /= 2
             continue
         point = (
-            _make_path_point(position_solver, value, position_solver.position_solver.solve_at_coordinate(value, point.poses))
+            _make_path_point(position_solver, value, position_solver.solve_at_coordinate(value, point.poses))
             if next_point is None
             else next_point
         )
@@ -134,7 +134,7 @@ def _try_next_point(position_solver: BatchedPositionSolver, point: _CurvedPathPo
     """Return the point at a nearby value, or None if Newton's iteration fails, and the error of the tangents' prediction."""
     displacement = value - point.value
     guess = point.poses + displacement * point.tangent + 0.5 * displacement**2 * point.curvature
-    poses, converged = position_solver.try_solve(guess[np.newaxis], np.array([value]))
+    poses, converged = position_solver.try_solve_at_coordinates(guess[np.newaxis], np.array([value]))
     if not converged[0]:
         return None, math.inf
     next_point = _make_path_point(position_solver, value, poses[0])

@@ -108,9 +108,8 @@ def _full_rotation_range(continuation: PathContinuation, high_end: PathEnd) -> R
     """Return the range of a closed motion: half a period to either side of the initial guess."""
     initial_value, n_turns = continuation.start.value, round((high_end.value - continuation.start.value) / math.tau)
     period = math.tau * n_turns
-    message = f"closed motion after {n_turns} turns: {n_turns / 2:g} turns from the initial guess"
-    if n_turns == 1:
-        message = "full rotation: half a turn from the initial guess"
+    several_turns = f"closed motion after {n_turns} turns: {n_turns / 2:g} turns from the initial guess"
+    message = "full rotation: half a turn from the initial guess" if n_turns == 1 else several_turns
     low, high = initial_value - 0.5 * period, initial_value + 0.5 * period
     path = PathInterpolant.from_points(high_end.points).with_previous_period(continuation.pose_increment(high_end), period)
     return RangeOfMotion(low, high, message, message, (low, high), path, period, period)
@@ -128,7 +127,7 @@ def _apply_margin(low: float, high: float) -> tuple[float, float]:
 
 def _range_within_limits(mechanism: Mechanism, coordinate_limit: Limit) -> RangeOfMotion:
     """Return the range between the limits of the coordinate, restricted by those of other readings."""
-    ends, messages = ((coordinate_limit.low, coordinate_limit.high), (coordinate_limit.low_message, coordinate_limit.high_message))
+    ends, messages = (coordinate_limit.low, coordinate_limit.high), (coordinate_limit.low_message, coordinate_limit.high_message)
     full_range = _with_end_margins(mechanism, ends, messages, build_path(mechanism, *_apply_margin(*ends)))
     other_limits = [limit for limit in mechanism.limits if limit is not coordinate_limit]
     return _restrict_to_other_limits(mechanism, full_range, other_limits) if other_limits else full_range
@@ -160,7 +159,7 @@ def _limit_violations(
     position_solver: BatchedPositionSolver, path: PathInterpolant, limits: list[Limit], values: FloatArray
 ) -> Iterator[tuple[FloatArray, str]]:
     """Yield the amounts (n,) by which readings exceed each limit at values (n,), with the message of that limit."""
-    poses = position_solver.solve(path.predict_poses(values), values)
+    poses = position_solver.solve_at_coordinates(path.predict_poses(values), values)
     for limit in limits:
         value = evaluate_output_value(position_solver.mechanism, limit.reading, poses)
         yield limit.low - value, limit.low_message
@@ -169,11 +168,15 @@ def _limit_violations(
 
 def _select_valid_interval(is_inside: NDArray[np.bool_], values: FloatArray, initial_value: float) -> tuple[int, int]:
     """Return the first and last index of the valid run with the initial value, else of the longest one."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], is_inside.astype(int), [0]])))
-    runs = list(zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True))
+    runs = find_runs(is_inside)
     containing = [run for run in runs if values[run[0]] <= initial_value <= values[run[1]]]
-    first, last = max(containing or runs, key=lambda run: run[1] - run[0])
-    return int(first), int(last)
+    return max(containing or runs, key=lambda run: run[1] - run[0])
+
+
+def find_runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return the first and last index of each run of true values in a mask (n,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
+    return list(zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True))
 
 
 def _locate_limit(
