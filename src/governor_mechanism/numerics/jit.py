@@ -26,7 +26,7 @@ KERNEL_FOLDERS = {"numerics", "effects", "mechanics", "integrators"}
 """Folders whose files all enter the cache key: kernels there use constants of modules without kernels."""
 
 
-def _make_decorator(**options: bool | str) -> Callable[[CompiledFunction], CompiledFunction]:
+def _make_decorator(**options: Any) -> Callable[[CompiledFunction], CompiledFunction]:
     """Return a decorator that compiles a function at its first call, without fast-math.
 
     A division by zero gives infinity or NaN, as in numpy; callers check the results.

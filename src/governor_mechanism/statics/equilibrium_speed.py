@@ -102,7 +102,8 @@ def equilibrium_speed_squared(coefficients: PathCoefficients, coordinate_scale: 
     derivatives = np.array([coefficients.potential_second_derivative, coefficients.spindle_inertia_second_derivative])
     is_removable = np.all(np.abs(values) <= REMOVABLE_SINGULARITY_TOLERANCE * coordinate_scale * np.abs(derivatives), axis=0)
     force, gradient = np.where(is_removable, derivatives, values)
-    return np.divide(2 * force, gradient, out=np.full_like(gradient, -1.0), where=gradient != 0.0)
+    speed_squared: FloatArray = np.divide(2 * force, gradient, out=np.full_like(gradient, -1.0), where=gradient != 0.0)
+    return speed_squared
 
 
 def find_folds(reduction: SingleDofReduction, coefficients: PathCoefficients) -> tuple[tuple[float, float], ...]:

@@ -194,7 +194,8 @@ class SingleDofReduction:
             total += self._element_potential(element, path)
         for effect in output_forces_of(self.scene):
             output = self._output_derivatives(self.mechanism.reading(effect.reading), path)
-            total += _derivatives_along_path(*potential_derivatives(effect, output[0])[1:], output)
+            _, force, stiffness = potential_derivatives(effect, output[0])
+            total += _derivatives_along_path(force, stiffness, output)
         return total
 
     def _element_potential(self, element: ForceElement, path: FloatArray) -> FloatArray:
