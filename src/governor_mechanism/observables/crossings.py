@@ -87,7 +87,7 @@ class SampledReading:
             if sign in signs and deviations[before] * sign < 0:
                 # Between two neighbouring points the reading is monotonic. After a rest at the value the last pair counts.
                 low = before + int(np.flatnonzero(deviations[before:after] * sign <= 0)[-1])
-                crossing_times.append(self._locate(value, float(times[low]), float(times[low + 1])))
+                crossing_times.append(self._locate(value, times[low : low + 2].tolist()))
         return crossing_times
 
     def _insert_extremes(self, value: float) -> tuple[FloatArray, FloatArray]:
@@ -128,7 +128,7 @@ class SampledReading:
         """
         if not len(times):
             return []
-        states = [self._motion.state_between(k, float(time)) for time in times]
+        states = [self._motion.dense_output(k, float(time)) for time in times]
         values = [self._values[k] + self._deviation(self._values[k], state)[0] for state in states if state is not None]
         if len(values) == len(times):
             return values
@@ -149,9 +149,9 @@ class SampledReading:
         deviation = float(output.value) - value
         return wrap_difference(self._mechanism.reading(self._name), deviation), float(output.rate(state[1]))
 
-    def _locate(self, value: float, low: float, high: float) -> float:
+    def _locate(self, value: float, bracket: list[float]) -> float:
         """Return the time, s, between two points at which the reading passes a value."""
-        k = min(int(np.searchsorted(self._motion.times, low, side="right")), len(self._motion.times) - 1) - 1
+        k = min(int(np.searchsorted(self._motion.times, bracket[0], side="right")), len(self._motion.times) - 1) - 1
         path = self._interpolant(k)
-        time = find_root(lambda time: float(path(time)) - value, low, high)
-        return self._motion.polish_root(k, time, partial(self._deviation, value), (low, high))
+        time = find_root(lambda time: float(path(time)) - value, *bracket)
+        return self._motion.polish_root(k, time, partial(self._deviation, value), bracket)

@@ -87,12 +87,15 @@ class ReadingEvaluator:
             if plane.given_speed and plane.is_loaded:
                 yield f"{plane.prefix}{SPINDLE_TORQUE}", "N m", self.energy_scale, partial(self._evaluate_spindle_torque, index)
             elif not plane.given_speed and not plane.has_reaction:
-                yield f"{plane.prefix}{SPINDLE_ANGLE}", "rad", 1.0, partial(self._evaluate_spindle_angle, index)
+                yield f"{plane.prefix}{SPINDLE_ANGLE}", "rad", 1.0, lambda history, k=index: self._shaft_column(k, history.poses)
 
     def evaluate(self, history: StateHistory) -> Observables:
         """Return all observables at the states of a history."""
-        readings, rates = self._evaluate_readings(history)
-        units = {reading.name: READING_UNITS[reading.quantity] for reading in self.mechanism.readings}
+        readings, rates, units = dict[str, FloatArray](), dict[str, FloatArray](), dict[str, str]()
+        for reading in self.mechanism.readings:
+            name, output = reading.name, evaluate_output(self.mechanism, reading.name, history.poses)
+            readings[name], rates[name] = unwrap_output(reading, output.value), output.rate(history.velocities)
+            units[name] = READING_UNITS[reading.quantity]
         readings |= evaluate_derived_forces(self.scene, history.poses)
         units |= {output.name: "N" for output in self.mechanism.derived_forces}
         for name, unit, _, evaluate_output_of in self._spindle_outputs():
@@ -107,20 +110,15 @@ class ReadingEvaluator:
 
     def make_trajectory(self, result: RunResult, *, cost: Cost, settings: dict[str, Any]) -> Trajectory:
         """Return the trajectory of a run; its joint reactions and events are computed on first access."""
-        states, observables = result.reported_states, result.observables
-        position_solver = PositionSolver(self.mechanism)
+        states, position_solver = result.reported_states, PositionSolver(self.mechanism)
         mobility = position_solver.count_degrees_of_freedom(states.poses[0]) if result.n_reached else position_solver.mobility
         return Trajectory(
             scene=self.scene,
             times=states.times,
             poses=states.poses,
             velocities=states.velocities,
-            readings=observables.readings,
-            rates=observables.rates,
-            units=observables.units,
+            **vars(result.observables),
             scales=self.reading_scales(),
-            joint_gap=observables.joint_gap,
-            energy=observables.energy,
             outcome=result.outcome or Outcome.NOT_CERTIFIED,
             detail=result.detail,
             cost=cost,
@@ -144,10 +142,6 @@ class ReadingEvaluator:
         """Return the speed (n,) rad/s of a plane at the states of a history."""
         speed_function = self.speed_functions[index]
         return self._shaft_column(index, history.velocities) if speed_function is None else speed_function(history.times)
-
-    def _evaluate_spindle_angle(self, index: int, history: StateHistory) -> FloatArray:
-        """Return the angle (n,) rad of a plane that turns with a shaft."""
-        return self._shaft_column(index, history.poses)
 
     def _shaft_column(self, index: int, motion: FloatArray) -> FloatArray:
         """Return the angles or angular velocities (n,) of a plane from those of its shaft."""
@@ -217,14 +211,6 @@ class ReadingEvaluator:
                 if is_outside.any():
                     exits.append((int(np.argmax(is_outside)), f"{limit.reading}: {message}"))
         return min(exits) if exits else None
-
-    def _evaluate_readings(self, history: StateHistory) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
-        """Return readings and their rates by name."""
-        readings, rates = {}, {}
-        for reading in self.mechanism.readings:
-            output = evaluate_output(self.mechanism, reading.name, history.poses)
-            readings[reading.name], rates[reading.name] = unwrap_output(reading, output.value), output.rate(history.velocities)
-        return readings, rates
 
     def _evaluate_spindle_torque(self, index: int, history: StateHistory) -> FloatArray:
         """Return the driving torque at a given speed: the rate of the parts' angular momentum, d(J omega)/dt."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from scipy.linalg import null_space, qr
@@ -182,7 +181,7 @@ def find_cyclic_directions(
     """
     n, patterns = len(z), np.cos(np.arange(1.0, 1.0 + 6 * len(z)) ** 1.5).reshape(3, 2, len(z))
     states = [(z + PERTURBATION * scales * p, rates + scales * r / time_scale) for p, r in patterns]
-    parts = [jacobian(partial(_shifted, accelerations, at, v, scales), np.zeros(n), np.ones(n)) for at, v in states]
+    parts = [jacobian(lambda shift, p=p, v=v: accelerations(p + scales * shift, v), np.zeros(n), np.ones(n)) for p, v in states]
     matrix = np.concatenate([part / scales[:, np.newaxis] for part, _ in parts])
     noise = np.concatenate([np.broadcast_to(errors, (n, n)) / scales[:, np.newaxis] for _, errors in parts])
     if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(noise))):
@@ -205,11 +204,6 @@ def find_cyclic_directions(
     pivots = np.sort(qr((candidates / scales[:, np.newaxis]).T, mode="r", pivoting=True)[1][:n_cyclic])
     cyclic = candidates @ np.linalg.inv(candidates[pivots])
     return np.setdiff1d(np.arange(n), pivots), np.where(np.abs(cyclic) < CYCLIC_TOLERANCE * np.max(np.abs(cyclic)), 0.0, cyclic)
-
-
-def _shifted(accelerations: Accelerations, z: FloatArray, rates: FloatArray, scales: FloatArray, displacement: FloatArray) -> FloatArray:
-    """Return the accelerations at coordinates displaced by multiples of their scales."""
-    return accelerations(z + scales * displacement, rates)
 
 
 def find_steady_state(accelerations: Accelerations, z: FloatArray, rates: FloatArray, scales: FloatArray, time_scale: float) -> SteadyState:

@@ -82,26 +82,6 @@ def evaluate_output_value(mechanism: Mechanism, name: str, poses: FloatArray) ->
     return evaluate_output(mechanism, name, poses).value
 
 
-def evaluate_output_gradient(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatArray:
-    """Return the gradient of a reading.
-
-    Parameters
-    ----------
-    mechanism
-        The mechanism with that reading.
-    name
-        Name of the reading.
-    poses
-        Poses; shape (..., bodies, 3).
-
-    Returns
-    -------
-    FloatArray
-        Derivatives in SI per m and per rad; shape (..., bodies, 3).
-    """
-    return evaluate_output(mechanism, name, poses).gradient
-
-
 def wrap_difference(reading: Reading, difference: float) -> float:
     """Return a difference of two values of a reading; that of the angle of a line within half a turn."""
     return math.remainder(difference, math.tau) if isinstance(reading, LineAngle) else difference
