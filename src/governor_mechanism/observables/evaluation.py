@@ -64,9 +64,8 @@ class ReadingEvaluator:
         self._initial_poses = initial_poses
         self.mechanism: Mechanism = scene.mechanism
         self.planes = scene.system.planes
-        self.speed_functions = [
-            SpindleSpeedFunction(plane.given_speed, plane.ratio) if plane.given_speed else None for plane in self.planes
-        ]
+        speeds = [(plane.given_speed, plane.ratio) for plane in self.planes]
+        self.speed_functions = [SpindleSpeedFunction(given, ratio) if given else None for given, ratio in speeds]
         self._shaft_indices = [self.mechanism.body_index(plane.shaft) if plane.shaft else -1 for plane in self.planes]
         self._constraint_equations = ConstraintEquations(self.mechanism)
         mass = sum(body.mass for body in self.mechanism.bodies)
