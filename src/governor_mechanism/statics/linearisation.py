@@ -236,9 +236,11 @@ class Linearisation(FirstOrderSystem):
             column: FloatArray = dynamics.force_columns(z)[:, dynamics.reading_names.index(name.removeprefix(FORCE_PREFIX))]
             return column
         index = dynamics.input_indices[name]
-        return directional_derivative(lambda change: dynamics.accelerations(z, rates, {index: float(change[0])}), np.zeros(1), np.ones(1))[
-            0
-        ]
+
+        def accelerations(change: FloatArray) -> FloatArray:
+            return dynamics.accelerations(z, rates, {index: float(change[0])})
+
+        return directional_derivative(accelerations, np.zeros(1), np.ones(1))[0]
 
 
 def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spindle_speed: float | str | None = None) -> Linearisation:

@@ -169,10 +169,9 @@ def _(reading: FollowerHeight, mechanism: Mechanism, poses: FloatArray, velociti
     horizontal_offset = knee[..., 0] - reading.guide_x
     vertical_offset = np.sqrt(np.maximum(reading.length**2 - horizontal_offset**2, 0.0))
     # Beyond the reach of the link there is no height; the limits of the machine end a run before that.
-    drop_derivative = np.divide(horizontal_offset, vertical_offset, out=np.zeros_like(horizontal_offset), where=vertical_offset > 0)
-    drop_second_derivative = np.divide(
-        1 + drop_derivative**2, vertical_offset, out=np.zeros_like(horizontal_offset), where=vertical_offset > 0
-    )
+    divisor = np.where(vertical_offset > 0, vertical_offset, np.inf)
+    drop_derivative = horizontal_offset / divisor
+    drop_second_derivative = (1 + drop_derivative**2) / divisor
     direction = np.stack([drop_derivative, np.ones_like(horizontal_offset)], axis=-1)
     height = knee[..., 1] - vertical_offset
     gradient = interpolate(top.gradient_along(poses, direction), end.gradient_along(poses, direction))

@@ -116,15 +116,12 @@ def _extend_path(
         step = min(step, max_spacing)
         value = end if abs(end - point.value) <= step else point.value + math.copysign(step, end - point.value)
         next_point, prediction_error = _try_next_point(position_solver, point, value)
-        at_min_spacing = step <= MIN_PATH_SPACING_RATIO * max_spacing
-        if not at_min_spacing and (next_point is None or prediction_error > TANGENT_ERROR_TOLERANCE):
+        if prediction_error > TANGENT_ERROR_TOLERANCE and step > MIN_PATH_SPACING_RATIO * max_spacing:
             step /= 2
             continue
-        point = (
-            _make_path_point(position_solver, value, position_solver.solve_at_coordinate(value, point.poses))
-            if next_point is None
-            else next_point
-        )
+        if next_point is None:
+            next_point = _make_path_point(position_solver, value, position_solver.solve_at_coordinate(value, point.poses))
+        point = next_point
         points.append(point)
         step = 2 * step if prediction_error < TANGENT_ERROR_TOLERANCE / 8 else step
     return points
@@ -138,10 +135,8 @@ def _try_next_point(position_solver: BatchedPositionSolver, point: _CurvedPathPo
     if not converged[0]:
         return None, math.inf
     next_point = _make_path_point(position_solver, value, poses[0])
-    prediction_error = (
-        next_point.poses - point.poses - 0.5 * displacement * (point.tangent + next_point.tangent)
-    ) / position_solver.pose_scales
-    return next_point, float(np.max(np.abs(prediction_error)))
+    prediction_error = next_point.poses - point.poses - 0.5 * displacement * (point.tangent + next_point.tangent)
+    return next_point, float(np.max(np.abs(prediction_error) / position_solver.pose_scales))
 
 
 def _make_path_point(position_solver: BatchedPositionSolver, value: float, poses: FloatArray) -> _CurvedPathPoint:
