@@ -86,7 +86,7 @@ class ReadingEvaluator:
             if plane.given_speed and plane.is_loaded:
                 yield f"{plane.prefix}{SPINDLE_TORQUE}", "N m", self.energy_scale, partial(self._evaluate_spindle_torque, index)
             elif not plane.given_speed and not plane.has_reaction:
-                yield f"{plane.prefix}{SPINDLE_ANGLE}", "rad", 1.0, lambda history, k=index: self._shaft_column(k, history.poses)
+                yield f"{plane.prefix}{SPINDLE_ANGLE}", "rad", 1.0, partial(self._evaluate_spindle_angle, index)
 
     def evaluate(self, history: StateHistory) -> Observables:
         """Return all observables at the states of a history."""
@@ -141,6 +141,10 @@ class ReadingEvaluator:
         """Return the speed (n,) rad/s of a plane at the states of a history."""
         speed_function = self.speed_functions[index]
         return self._shaft_column(index, history.velocities) if speed_function is None else speed_function(history.times)
+
+    def _evaluate_spindle_angle(self, index: int, history: StateHistory) -> FloatArray:
+        """Return the angle (n,) rad of a plane that turns with a shaft."""
+        return self._shaft_column(index, history.poses)
 
     def _shaft_column(self, index: int, motion: FloatArray) -> FloatArray:
         """Return the angles or angular velocities (n,) of a plane from those of its shaft."""

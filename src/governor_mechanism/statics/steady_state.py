@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.linalg import null_space, qr
@@ -179,9 +180,13 @@ def find_cyclic_directions(
     cyclic : FloatArray
         Directions along which no acceleration changes; shape (n, n - m). Each is 1 in one of the other coordinates.
     """
+
+    def shifted_accelerations(at: FloatArray, v: FloatArray, shift: FloatArray) -> FloatArray:
+        return accelerations(at + scales * shift, v)
+
     n, patterns = len(z), np.cos(np.arange(1.0, 1.0 + 6 * len(z)) ** 1.5).reshape(3, 2, len(z))
     states = [(z + PERTURBATION * scales * p, rates + scales * r / time_scale) for p, r in patterns]
-    parts = [jacobian(lambda shift, p=p, v=v: accelerations(p + scales * shift, v), np.zeros(n), np.ones(n)) for p, v in states]
+    parts = [jacobian(partial(shifted_accelerations, p, v), np.zeros(n), np.ones(n)) for p, v in states]
     matrix = np.concatenate([part / scales[:, np.newaxis] for part, _ in parts])
     noise = np.concatenate([np.broadcast_to(errors, (n, n)) / scales[:, np.newaxis] for _, errors in parts])
     if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(noise))):

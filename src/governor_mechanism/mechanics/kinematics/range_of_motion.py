@@ -7,7 +7,7 @@ Without a given limit of the leading coordinate the motion is traced from the in
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -137,8 +137,7 @@ def _restrict_to_other_limits(mechanism: Mechanism, full_range: RangeOfMotion, o
     """Return the part of a range within the limits of other readings: the one with the initial guess, else the longest."""
     position_solver = BatchedPositionSolver(mechanism)
     values = np.linspace(full_range.low, full_range.high, N_LIMIT_SAMPLES)
-    violations = np.array([violation for violation, _ in _limit_violations(position_solver, full_range.path, other_limits, values)])
-    is_inside = np.all(violations < 0.0, axis=0)
+    is_inside = np.all(_limit_violations(position_solver, full_range.path, other_limits, values) < 0.0, axis=0)
     if is_inside.all():
         return full_range
     if not is_inside.any():
@@ -155,15 +154,12 @@ def _restrict_to_other_limits(mechanism: Mechanism, full_range: RangeOfMotion, o
     return _with_end_margins(mechanism, (ends[0], ends[1]), (messages[0], messages[1]), full_range.path)
 
 
-def _limit_violations(
-    position_solver: BatchedPositionSolver, path: PathInterpolant, limits: list[Limit], values: FloatArray
-) -> Iterator[tuple[FloatArray, str]]:
-    """Yield the amounts (n,) by which readings exceed each limit at values (n,), with the message of that limit."""
+def _limit_violations(position_solver: BatchedPositionSolver, path: PathInterpolant, limits: list[Limit], values: FloatArray) -> FloatArray:
+    """Return the amounts (2 limits, n) by which readings exceed the low and the high end of each limit at values (n,)."""
     poses = position_solver.solve_at_coordinates(path.predict_poses(values), values)
-    for limit in limits:
-        value = evaluate_output_value(position_solver.mechanism, limit.reading, poses)
-        yield limit.low - value, limit.low_message
-        yield value - limit.high, limit.high_message
+    readings = [evaluate_output_value(position_solver.mechanism, limit.reading, poses) for limit in limits]
+    pairs = [(limit.low - value, value - limit.high) for limit, value in zip(limits, readings, strict=True)]
+    return np.concatenate(pairs)
 
 
 def _select_valid_interval(is_inside: NDArray[np.bool_], values: FloatArray, initial_value: float) -> tuple[int, int]:
@@ -184,13 +180,12 @@ def _locate_limit(
 ) -> tuple[float, str]:
     """Return the first value between inside and outside at which a reading reaches a limit, with its message."""
 
-    def violation_at(value: float, limit_index: int) -> float:
-        return float(list(_limit_violations(position_solver, path, limits, np.array([value])))[limit_index][0][0])
+    def violation_at(value: float, side: int) -> float:
+        return float(_limit_violations(position_solver, path, limits, np.array([value]))[side, 0])
 
-    violations = list(_limit_violations(position_solver, path, limits, np.array([outside])))
+    messages = [message for limit in limits for message in (limit.low_message, limit.high_message)]
+    exceeded = np.flatnonzero(_limit_violations(position_solver, path, limits, np.array([outside]))[:, 0] >= 0.0)
     crossings = [
-        (float(brentq(violation_at, inside, outside, args=(limit_index,), xtol=1e-14, rtol=1e-14)), message)
-        for limit_index, (violation, message) in enumerate(violations)
-        if violation[0] >= 0.0
+        (float(brentq(violation_at, inside, outside, args=(side,), xtol=1e-14, rtol=1e-14)), messages[side]) for side in exceeded.tolist()
     ]
     return min(crossings, key=lambda crossing: abs(crossing[0] - inside))
