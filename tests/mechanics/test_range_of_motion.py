@@ -210,6 +210,5 @@ def test_the_path_predicts_the_assembled_poses():
     # One at a time, on the branch of the initial guess, the same.
     for value in (-1.2, 0.1, 1.4):
         assembled = solver.solve_at_coordinate(value)
-        np.testing.assert_allclose(
-            solver.solve(motion_range.path.predict_poses(np.array([value])), np.array([value]))[0], assembled, atol=1e-12
-        )
+        together = solver.solve_at_coordinates(motion_range.path.predict_poses(np.array([value])), np.array([value]))
+        np.testing.assert_allclose(together[0], assembled, atol=1e-12)
