@@ -12,7 +12,7 @@ from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_gradient
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_scenes import governor_scene
@@ -108,4 +108,4 @@ def _arm_acceleration_from_rest(scene, angle, speed):
     model, h = PymunkModel(scene, iterations=200), 1e-3
     model.start(poses, np.zeros_like(poses), TimeInputs(scene).start_inputs(h))
     _, velocities = model.to_mass_centres(*model.state())
-    return float(np.sum(evaluate_output_gradient(scene.part.mechanism, "arm_angle", poses) * velocities)) / (h / 2)
+    return float(evaluate_output(scene.part.mechanism, "arm_angle", poses).rate(velocities)) / (h / 2)

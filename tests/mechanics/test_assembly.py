@@ -11,7 +11,7 @@ from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_gradient, evaluate_output_value
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
@@ -61,7 +61,7 @@ def test_the_gradient_of_every_reading_is_its_derivative(seed):
     tangent = solver.solve_velocities(solver.solve_at_coordinate(angle), {"arm_angle": 1.0})
     for reading in mechanism.readings:
         up, down = (float(evaluate_output_value(mechanism, reading.name, poses)) for poses in ends)
-        expected_rate = np.sum(evaluate_output_gradient(mechanism, reading.name, solver.solve_at_coordinate(angle)) * tangent)
+        expected_rate = evaluate_output(mechanism, reading.name, solver.solve_at_coordinate(angle)).rate(tangent)
         assert expected_rate == pytest.approx((up - down) / (2 * step), abs=2e-8)
 
 

@@ -203,13 +203,12 @@ def test_the_path_predicts_the_assembled_poses():
     values = np.linspace(motion_range.low, motion_range.high, 501)
     solver = BatchedPositionSolver(mechanism)
     predicted = motion_range.path.predict_poses(values)
-    poses, converged = solver.try_solve(predicted, values)
+    poses, converged = solver.try_solve_at_coordinates(predicted, values)
     assert converged.all()
     assert np.max(np.abs(poses - predicted)) < 1e-3
-    assert np.max(np.abs(solver.position_solver.equations.residuals(poses))) < 1e-12
+    assert np.max(np.abs(solver.equations.residuals(poses))) < 1e-12
     # One at a time, on the branch of the initial guess, the same.
     for value in (-1.2, 0.1, 1.4):
-        assembled = solver.position_solver.solve_at_coordinate(value)
-        np.testing.assert_allclose(
-            solver.solve(motion_range.path.predict_poses(np.array([value])), np.array([value]))[0], assembled, atol=1e-12
-        )
+        assembled = solver.solve_at_coordinate(value)
+        together = solver.solve_at_coordinates(motion_range.path.predict_poses(np.array([value])), np.array([value]))
+        np.testing.assert_allclose(together[0], assembled, atol=1e-12)

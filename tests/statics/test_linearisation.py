@@ -196,11 +196,11 @@ damping = 0.2
 type = "torque"
 name = "drive"
 body = "shaft"
-moment = "3 N m"
+moment = {moment}
 [readings]
 angle = {{ angle = "shaft" }}
 [start]
-angle_rate = {rate}
+{start}
 [run]
 duration = "1 s"
 """
@@ -210,10 +210,14 @@ def custom_scene(text: str, **tables):
     return parse_scene_document({**tomllib.loads(CUSTOM + text), **tables})
 
 
+def shaft_scene(moment: str = '"3 N m"', *, offset: float = 0.0, start: str = "angle_rate = 1.0", **tables):
+    return custom_scene(SHAFT.format(moment=moment, offset=offset, start=start), **tables)
+
+
 @pytest.mark.parametrize("offset", [0.0, 0.3])
 def test_steady_rotation_of_a_shaft(offset):
     """Speed torque / damping and eigenvalue -damping / inertia about the pin, also if the mass centre turns about it."""
-    found = gm.linearise(custom_scene(SHAFT.format(offset=offset, rate=1.0)))
+    found = gm.linearise(shaft_scene(offset=offset))
     assert found.rates["angle"] == pytest.approx(15.0, rel=1e-13)
     assert "angle" not in found.readings
     assert found.eigenvalues == pytest.approx([-0.2 / (0.5 + 2 * offset**2)], rel=RELATIVE_TOLERANCE)
@@ -332,38 +336,10 @@ def test_a_spring_that_is_just_slack():
         gm.linearise(custom_scene(OSCILLATOR, effects={"spring": {"x": {"rate": 100.0, "zero": 0.4, "one_sided": True}}}))
 
 
-LOADED_SHAFT = """
-[[body]]
-name = "shaft"
-mass = "2 kg"
-inertia = "0.5 kg m^2"
-[[joint]]
-type = "pin"
-first = "ground.A"
-second = "shaft.centre"
-[[force]]
-type = "torsion_damper"
-first = "ground"
-second = "shaft"
-damping = 0.2
-[[force]]
-type = "torque"
-name = "drive"
-body = "shaft"
-moment = {moment}
-[readings]
-angle = {{ angle = "shaft" }}
-[start]
-angle = 0.1
-[run]
-duration = "1 s"
-"""
-
-
 def test_a_load_that_follows_a_reading_with_a_lag():
     """I x'' + c x' + k / (1 + tau s) x = 0 has three eigenvalues; without damper the lag would make it grow."""
     moment = '{ reading = "angle", gain = "-30 N m/rad", about = 0.0, lag = "2 ms" }'
-    found = gm.linearise(custom_scene(LOADED_SHAFT.format(moment=moment)))
+    found = gm.linearise(shaft_scene(moment, start="angle = 0.1"))
     expected = np.roots([0.5 * 0.002, 0.5 + 0.2 * 0.002, 0.2, 30.0])
     assert np.sort_complex(found.eigenvalues) == pytest.approx(np.sort_complex(expected), rel=RELATIVE_TOLERANCE)
     assert found.readings["angle"] == pytest.approx(0.0, abs=1e-13)
@@ -371,11 +347,11 @@ def test_a_load_that_follows_a_reading_with_a_lag():
 
 def test_a_load_by_a_table_counts_with_its_slope():
     moment = '{ reading = "angle", table = [["-1 rad", "40 N m"], ["-0.2 rad", "8 N m"], ["1 rad", "-4 N m"]] }'
-    found = gm.linearise(custom_scene(LOADED_SHAFT.format(moment=moment)))
+    found = gm.linearise(shaft_scene(moment, start="angle = 0.1"))
     assert found.readings["angle"] == pytest.approx(0.6, rel=1e-13)
     assert found.modes[0].natural_frequency == pytest.approx(math.sqrt(10 / 0.5), rel=RELATIVE_TOLERANCE)
     with pytest.raises(gm.MechanismError, match="at a kink of a table"):
-        gm.linearise(custom_scene(LOADED_SHAFT.format(moment=moment.replace('"8 N m"', '"0 N m"'))))
+        gm.linearise(shaft_scene(moment.replace('"8 N m"', '"0 N m"'), start="angle = 0.1"))
 
 
 def watt_engine(damping: float) -> WattEngine:
@@ -514,7 +490,7 @@ def test_refusals(scene, message):
 
 
 def test_a_turning_crank_under_gravity_is_periodic():
-    scene = custom_scene(SHAFT.format(offset=0.3, rate=20.0), effects={"gravity": True})
+    scene = shaft_scene(offset=0.3, start="angle_rate = 20.0", effects={"gravity": True})
     with pytest.raises(gm.MechanismError, match=r"the steady state is periodic: shaft\.angle turns"):
         gm.linearise(scene)
 

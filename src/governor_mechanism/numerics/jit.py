@@ -8,8 +8,8 @@ import re
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -26,17 +26,22 @@ KERNEL_FOLDERS = {"numerics", "effects", "mechanics", "integrators"}
 """Folders whose files all enter the cache key: kernels there use constants of modules without kernels."""
 
 
-def _make_decorator(**options: bool | str) -> Callable[[CompiledFunction], CompiledFunction]:
+def _make_decorator(**options: Any) -> Callable[[CompiledFunction], CompiledFunction]:
     """Return a decorator that compiles a function at its first call, without fast-math.
 
-    A division by zero gives infinity or NaN, as in numpy; callers check the results.
+    A division by zero gives infinity or NaN, as in numpy; callers check the results. Other users of numba keep their cache folder.
     """
 
     def decorate(function: CompiledFunction) -> CompiledFunction:
         from numba import njit
+        from numba.core import config  # numba creates its settings at run time; type checkers do not know them
 
-        with _numba_cache_folder(kernel_cache_folder()):
+        settings: Any = config
+        previous_folder, settings.CACHE_DIR = settings.CACHE_DIR, str(kernel_cache_folder())
+        try:
             return cast(CompiledFunction, njit(error_model="numpy", **options)(function))
+        finally:
+            settings.CACHE_DIR = previous_folder
 
     return decorate
 
@@ -78,20 +83,6 @@ def kernel_cache_folder() -> Path:
         if _is_writable(user_cache):
             return user_cache
     return Path(tempfile.gettempdir()) / f"governor-mechanism-{os.getuid()}" / name
-
-
-@contextmanager
-def _numba_cache_folder(folder: Path) -> Iterator[None]:
-    """Let numba cache what is declared in this context in `folder`; other users of numba keep their folder."""
-    from numba.core import config  # numba creates its settings at run time; type checkers do not know them
-
-    settings: Any = config
-    previous_folder = settings.CACHE_DIR
-    settings.CACHE_DIR = str(folder)
-    try:
-        yield
-    finally:
-        settings.CACHE_DIR = previous_folder
 
 
 def _remove_older_caches(base: Path, name: str) -> None:

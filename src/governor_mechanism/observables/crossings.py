@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import BPoly, PPoly
 
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, unwrap_output
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, unwrap_output, wrap_difference
 from governor_mechanism.model.events import Event, EventKind, NamedCrossing
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
@@ -70,11 +70,10 @@ class SampledReading:
         self, mechanism: Mechanism, motion: SampledMotion, name: str, start_time: float, start_values: Mapping[str, float]
     ) -> None:
         self._mechanism, self._motion, self._name = mechanism, motion, name
-        self._is_wrapped = isinstance(mechanism.reading(name), LineAngle)
         output = evaluate_output(mechanism, name, motion.poses, motion.velocities)
         values = unwrap_output(mechanism.reading(name), output.value)
         shift = start_values.get(name, 0.0) - float(np.interp(start_time, motion.times, values))
-        self._values = values + (math.tau * round(shift / math.tau) if self._is_wrapped else 0.0)
+        self._values = values + (math.tau * round(shift / math.tau) if isinstance(mechanism.reading(name), LineAngle) else 0.0)
         self._rates, self._accelerations = output.rate(motion.velocities), output.acceleration(motion.accelerations)
 
     def find_times(self, value: float, direction: str, tolerance: float) -> list[float]:
@@ -88,7 +87,7 @@ class SampledReading:
             if sign in signs and deviations[before] * sign < 0:
                 # Between two neighbouring points the reading is monotonic. After a rest at the value the last pair counts.
                 low = before + int(np.flatnonzero(deviations[before:after] * sign <= 0)[-1])
-                crossing_times.append(self._locate(value, float(times[low]), float(times[low + 1])))
+                crossing_times.append(self._locate(value, times[low : low + 2].tolist()))
         return crossing_times
 
     def _insert_extremes(self, value: float) -> tuple[FloatArray, FloatArray]:
@@ -129,7 +128,7 @@ class SampledReading:
         """
         if not len(times):
             return []
-        states = [self._motion.state_between(k, float(time)) for time in times]
+        states = [self._motion.dense_output(k, float(time)) for time in times]
         values = [self._values[k] + self._deviation(self._values[k], state)[0] for state in states if state is not None]
         if len(values) == len(times):
             return values
@@ -148,11 +147,11 @@ class SampledReading:
         """Return the deviation of the reading from a value, SI, and its rate; of an angle that wraps, the deviation within half a turn."""
         output = evaluate_output(self._mechanism, self._name, state[0])
         deviation = float(output.value) - value
-        return math.remainder(deviation, math.tau) if self._is_wrapped else deviation, float(output.rate(state[1]))
+        return wrap_difference(self._mechanism.reading(self._name), deviation), float(output.rate(state[1]))
 
-    def _locate(self, value: float, low: float, high: float) -> float:
+    def _locate(self, value: float, bracket: list[float]) -> float:
         """Return the time, s, between two points at which the reading passes a value."""
-        k = min(int(np.searchsorted(self._motion.times, low, side="right")), len(self._motion.times) - 1) - 1
+        k = min(int(np.searchsorted(self._motion.times, bracket[0], side="right")), len(self._motion.times) - 1) - 1
         path = self._interpolant(k)
-        time = find_root(lambda time: float(path(time)) - value, low, high)
-        return self._motion.polish_root(k, time, partial(self._deviation, value), (low, high))
+        time = find_root(lambda time: float(path(time)) - value, *bracket)
+        return self._motion.polish_root(k, time, partial(self._deviation, value), bracket)

@@ -48,8 +48,8 @@ class DeferredMotionAnalysis:
             states, modes, dense_output = states()
         dynamics = self._evaluate_dynamics(states, modes)
         contact_times = np.unique([event.time for event in self.result.contact_events])
-        accelerations, pivot_ratios = dynamics.accelerations, dynamics.pivot_ratios
-        return SampledMotion(states.times, states.poses, states.velocities, accelerations, pivot_ratios, dense_output, contact_times)
+        motion = states.times, states.poses, states.velocities, dynamics.accelerations
+        return SampledMotion(*motion, dynamics.pivot_ratios, dense_output or (lambda k, time: None), contact_times)
 
     def _find_crossings(self, motion: SampledMotion) -> list[Event]:
         """Return the named crossings; without an error estimate, the errors are taken to be those that the scene asks for."""

@@ -14,7 +14,7 @@ from governor_mechanism.mechanics.dynamics.force_elements import spring_potentia
 from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed, gravitational_energy, spindle_inertia, spindle_inertia_rate
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value, unwrap_output
+from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output, evaluate_output_value, unwrap_output
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.force_elements import Spring, TorsionSpring
@@ -28,9 +28,6 @@ from governor_mechanism.observables.state_history import StateHistory
 from governor_mechanism.observables.static_forces import evaluate_derived_forces
 from governor_mechanism.observables.work import integrate_work
 from governor_mechanism.types import FloatArray
-
-READING_UNITS = {"angle": "rad", "length": "m"}
-"""Unit of a reading by its quantity."""
 
 ERROR_ESTIMATE_FLOOR = 1e-13
 """Smallest error estimate, relative to the scales: two runs may agree to the last digit and share the same rounding error."""
@@ -67,9 +64,8 @@ class ReadingEvaluator:
         self._initial_poses = initial_poses
         self.mechanism: Mechanism = scene.mechanism
         self.planes = scene.system.planes
-        self.speed_functions = [
-            SpindleSpeedFunction(plane.given_speed, plane.ratio) if plane.given_speed else None for plane in self.planes
-        ]
+        speeds = [(plane.given_speed, plane.ratio) for plane in self.planes]
+        self.speed_functions = [SpindleSpeedFunction(given, ratio) if given else None for given, ratio in speeds]
         self._shaft_indices = [self.mechanism.body_index(plane.shaft) if plane.shaft else -1 for plane in self.planes]
         self._constraint_equations = ConstraintEquations(self.mechanism)
         mass = sum(body.mass for body in self.mechanism.bodies)
@@ -94,8 +90,11 @@ class ReadingEvaluator:
 
     def evaluate(self, history: StateHistory) -> Observables:
         """Return all observables at the states of a history."""
-        readings, rates = self._evaluate_readings(history)
-        units = {reading.name: READING_UNITS[reading.quantity] for reading in self.mechanism.readings}
+        readings, rates, units = dict[str, FloatArray](), dict[str, FloatArray](), dict[str, str]()
+        for reading in self.mechanism.readings:
+            name, output = reading.name, evaluate_output(self.mechanism, reading.name, history.poses)
+            readings[name], rates[name] = unwrap_output(reading, output.value), output.rate(history.velocities)
+            units[name] = READING_UNITS[reading.quantity]
         readings |= evaluate_derived_forces(self.scene, history.poses)
         units |= {output.name: "N" for output in self.mechanism.derived_forces}
         for name, unit, _, evaluate_output_of in self._spindle_outputs():
@@ -110,20 +109,15 @@ class ReadingEvaluator:
 
     def make_trajectory(self, result: RunResult, *, cost: Cost, settings: dict[str, Any]) -> Trajectory:
         """Return the trajectory of a run; its joint reactions and events are computed on first access."""
-        states, observables = result.reported_states, result.observables
-        position_solver = PositionSolver(self.mechanism)
+        states, position_solver = result.reported_states, PositionSolver(self.mechanism)
         mobility = position_solver.count_degrees_of_freedom(states.poses[0]) if result.n_reached else position_solver.mobility
         return Trajectory(
             scene=self.scene,
             times=states.times,
             poses=states.poses,
             velocities=states.velocities,
-            readings=observables.readings,
-            rates=observables.rates,
-            units=observables.units,
+            **vars(result.observables),
             scales=self.reading_scales(),
-            joint_gap=observables.joint_gap,
-            energy=observables.energy,
             outcome=result.outcome or Outcome.NOT_CERTIFIED,
             detail=result.detail,
             cost=cost,
@@ -220,14 +214,6 @@ class ReadingEvaluator:
                 if is_outside.any():
                     exits.append((int(np.argmax(is_outside)), f"{limit.reading}: {message}"))
         return min(exits) if exits else None
-
-    def _evaluate_readings(self, history: StateHistory) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
-        """Return readings and their rates by name."""
-        readings, rates = {}, {}
-        for reading in self.mechanism.readings:
-            output = evaluate_output(self.mechanism, reading.name, history.poses)
-            readings[reading.name], rates[reading.name] = unwrap_output(reading, output.value), output.rate(history.velocities)
-        return readings, rates
 
     def _evaluate_spindle_torque(self, index: int, history: StateHistory) -> FloatArray:
         """Return the driving torque at a given speed: the rate of the parts' angular momentum, d(J omega)/dt."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import BPoly
@@ -47,7 +47,7 @@ class SampledMotion:
     """A motion sampled at n times (s).
 
     Poses, velocities and accelerations have shape (n, bodies, 3); pivot_ratios (n,) measure the independence of the
-    constraint rows. dense_output(k, time) gives poses and velocities between samples k and k + 1. contact_times are the times
+    constraint rows. dense_output(k, time) gives the engine's own state between samples k and k + 1, if it can. contact_times are the times
     of contact events, s, ascending.
     """
 
@@ -56,8 +56,8 @@ class SampledMotion:
     velocities: FloatArray
     accelerations: FloatArray
     pivot_ratios: FloatArray
-    dense_output: DenseOutput | None = None
-    contact_times: FloatArray = field(default_factory=lambda: np.empty(0))
+    dense_output: DenseOutput
+    contact_times: FloatArray
 
     def quintic_interpolant(self, k: int) -> MotionPath:
         """Return the quintic Hermite interpolant between samples k and k + 1."""
@@ -67,17 +67,13 @@ class SampledMotion:
         velocity = path.derivative()
         return lambda time: (path(time), velocity(time))
 
-    def state_between(self, k: int, time: float) -> BodyState | None:
-        """Return the engine's own state at a time (s) between samples k and k + 1, or None if there is none."""
-        return self.dense_output(k, time) if self.dense_output else None
-
-    def polish_root(self, k: int, time: float, function: Callable[[BodyState], tuple[float, float]], bracket: tuple[float, float]) -> float:
+    def polish_root(self, k: int, time: float, function: Callable[[BodyState], tuple[float, float]], bracket: Sequence[float]) -> float:
         """Return a root (s) between samples k and k + 1, refined by Newton steps with the engine's own dense output.
 
         The function returns a value and its rate.
         """
         for _ in range(MAX_NEWTON_POLISH_STEPS):
-            state = self.state_between(k, time)
+            state = self.dense_output(k, time)
             value, slope = (0.0, 0.0) if state is None else function(state)
             if state is None or not slope:
                 break

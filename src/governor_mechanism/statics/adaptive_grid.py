@@ -108,7 +108,8 @@ def _is_unresolved(coefficients: PathCoefficients, intervals: IntArray) -> BoolA
     numerator, magnitude = equilibrium_speed_slope_numerator(coefficients)
     error = np.abs(potential_second * spindle_middle - potential_middle * spindle_second - numerator[intervals[:, 1]])
     tolerance = 100 * INTERPOLATION_TOLERANCE * np.max(np.abs(numerator[intervals]), axis=1)
-    return unresolved | (error > np.maximum(tolerance, ASTATIC_TOLERANCE * np.max(magnitude[intervals], axis=1)))
+    unresolved |= error > np.maximum(tolerance, ASTATIC_TOLERANCE * np.max(magnitude[intervals], axis=1))
+    return unresolved
 
 
 def equilibrium_speed_slope_numerator(coefficients: PathCoefficients) -> tuple[FloatArray, FloatArray]:

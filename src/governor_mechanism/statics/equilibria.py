@@ -11,6 +11,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
+from governor_mechanism.mechanics.kinematics.range_of_motion import find_runs
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
@@ -274,9 +275,8 @@ class _EquilibriumSearch:
 
 def _zero_force_ranges(values: FloatArray, is_zero_force: BoolArray) -> list[tuple[int, int]]:
     """Return first and last index of each wide run of three or more; a narrow one is an equilibrium at a grid value."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], is_zero_force.astype(int), [0]])))
-    runs = [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 3]
-    return [(a, b) for a, b in runs if values[b] - values[a] > MIN_ASTATIC_RANGE_RATIO * (values[-1] - values[0])]
+    min_range = MIN_ASTATIC_RANGE_RATIO * (values[-1] - values[0])
+    return [(a, b) for a, b in find_runs(is_zero_force) if b - a >= 2 and values[b] - values[a] > min_range]
 
 
 def _cubic_root_guesses(values: FloatArray, force: FloatArray, force_derivative: FloatArray) -> Iterator[tuple[int, float]]:

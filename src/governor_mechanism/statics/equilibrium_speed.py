@@ -8,7 +8,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output_value
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import TURNING_PLANE
@@ -102,7 +102,8 @@ def equilibrium_speed_squared(coefficients: PathCoefficients, coordinate_scale: 
     derivatives = np.array([coefficients.potential_second_derivative, coefficients.spindle_inertia_second_derivative])
     is_removable = np.all(np.abs(values) <= REMOVABLE_SINGULARITY_TOLERANCE * coordinate_scale * np.abs(derivatives), axis=0)
     force, gradient = np.where(is_removable, derivatives, values)
-    return np.divide(2 * force, gradient, out=np.full_like(gradient, -1.0), where=gradient != 0.0)
+    speed_squared: FloatArray = np.divide(2 * force, gradient, out=np.full_like(gradient, -1.0), where=gradient != 0.0)
+    return speed_squared
 
 
 def find_folds(reduction: SingleDofReduction, coefficients: PathCoefficients) -> tuple[tuple[float, float], ...]:
@@ -219,7 +220,7 @@ def format_coordinate(scene: Scene, value: float) -> str:
         Text in deg or mm.
     """
     mechanism = scene.part.mechanism
-    return format_quantity(value, "rad" if mechanism.reading(mechanism.coordinate).quantity == "angle" else "m")
+    return format_quantity(value, READING_UNITS[mechanism.reading(mechanism.coordinate).quantity])
 
 
 def evaluate_readings(mechanism: Mechanism, coefficients: PathCoefficients) -> dict[str, FloatArray]:

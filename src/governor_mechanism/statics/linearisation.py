@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output_value
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
@@ -21,9 +21,6 @@ from governor_mechanism.statics.scene_dynamics import SceneDynamics
 from governor_mechanism.statics.steady_state import SteadyState, find_steady_state
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity, format_reading_name, parse_quantity
-
-READING_UNITS = {"angle": "rad", "length": "m"}
-"""Unit of a reading by its quantity."""
 
 RATE_PREFIX = "rate of "
 """Start of the name of an output that is the rate of a reading."""
@@ -239,9 +236,11 @@ class Linearisation(FirstOrderSystem):
             column: FloatArray = dynamics.force_columns(z)[:, dynamics.reading_names.index(name.removeprefix(FORCE_PREFIX))]
             return column
         index = dynamics.input_indices[name]
-        return directional_derivative(lambda change: dynamics.accelerations(z, rates, {index: float(change[0])}), np.zeros(1), np.ones(1))[
-            0
-        ]
+
+        def accelerations(change: FloatArray) -> FloatArray:
+            return dynamics.accelerations(z, rates, {index: float(change[0])})
+
+        return directional_derivative(accelerations, np.zeros(1), np.ones(1))[0]
 
 
 def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spindle_speed: float | str | None = None) -> Linearisation:

@@ -180,9 +180,13 @@ def find_cyclic_directions(
     cyclic : FloatArray
         Directions along which no acceleration changes; shape (n, n - m). Each is 1 in one of the other coordinates.
     """
+
+    def shifted_accelerations(at: FloatArray, v: FloatArray, shift: FloatArray) -> FloatArray:
+        return accelerations(at + scales * shift, v)
+
     n, patterns = len(z), np.cos(np.arange(1.0, 1.0 + 6 * len(z)) ** 1.5).reshape(3, 2, len(z))
     states = [(z + PERTURBATION * scales * p, rates + scales * r / time_scale) for p, r in patterns]
-    parts = [jacobian(partial(_shifted, accelerations, at, v, scales), np.zeros(n), np.ones(n)) for at, v in states]
+    parts = [jacobian(partial(shifted_accelerations, p, v), np.zeros(n), np.ones(n)) for p, v in states]
     matrix = np.concatenate([part / scales[:, np.newaxis] for part, _ in parts])
     noise = np.concatenate([np.broadcast_to(errors, (n, n)) / scales[:, np.newaxis] for _, errors in parts])
     if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(noise))):
@@ -205,11 +209,6 @@ def find_cyclic_directions(
     pivots = np.sort(qr((candidates / scales[:, np.newaxis]).T, mode="r", pivoting=True)[1][:n_cyclic])
     cyclic = candidates @ np.linalg.inv(candidates[pivots])
     return np.setdiff1d(np.arange(n), pivots), np.where(np.abs(cyclic) < CYCLIC_TOLERANCE * np.max(np.abs(cyclic)), 0.0, cyclic)
-
-
-def _shifted(accelerations: Accelerations, z: FloatArray, rates: FloatArray, scales: FloatArray, displacement: FloatArray) -> FloatArray:
-    """Return the accelerations at coordinates displaced by multiples of their scales."""
-    return accelerations(z + scales * displacement, rates)
 
 
 def find_steady_state(accelerations: Accelerations, z: FloatArray, rates: FloatArray, scales: FloatArray, time_scale: float) -> SteadyState:

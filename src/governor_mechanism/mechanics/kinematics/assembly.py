@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value, wrap_difference
 from governor_mechanism.model.joints import Distance
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import least_norm_solution, numerical_rank
 from governor_mechanism.types import FloatArray
@@ -138,13 +137,8 @@ class PositionSolver:
             `MAX_TRAVEL` from the guess.
         """
         poses = self._move_off_turning_point(self._gauss_newton(self.initial_guess if guess is None else guess, {}), values)
-        displacements = {name: value - float(evaluate_output_value(self.mechanism, name, poses)) for name, value in values.items()}
-        for name in displacements:
-            if isinstance(self.mechanism.reading(name), LineAngle):
-                displacements[name] = math.remainder(displacements[name], math.tau)
-        max_displacement = max(
-            (abs(displacement) / self.mechanism.output_scale(name) for name, displacement in displacements.items()), default=0.0
-        )
+        displacements = {name: -self._output_residual(name, value, poses) for name, value in values.items()}
+        max_displacement = max((abs(change) / self.mechanism.output_scale(name) for name, change in displacements.items()), default=0.0)
         if max_displacement > MAX_TRAVEL:
             raise MechanismError(
                 f"the values of {list(values)} are {max_displacement:.6g} rad or length scales away from the initial guess; "
@@ -246,18 +240,16 @@ class PositionSolver:
         return self._check_closure(poses, values)
 
     def _output_residual(self, name: str, value: float, poses: FloatArray) -> float:
-        residual = float(evaluate_output_value(self.mechanism, name, poses)) - value
-        return math.remainder(residual, math.tau) if isinstance(self.mechanism.reading(name), LineAngle) else residual
+        return wrap_difference(self.mechanism.reading(name), float(evaluate_output_value(self.mechanism, name, poses)) - value)
 
     def _check_closure(self, poses: FloatArray, values: Mapping[str, float]) -> FloatArray:
+        tolerance = 1e3 * ASSEMBLY_TOLERANCE
         residuals = {name: self._output_residual(name, value, poses) for name, value in values.items()}
-        unsatisfied = [
-            name for name in residuals if not abs(residuals[name]) < 1e3 * ASSEMBLY_TOLERANCE * self.mechanism.output_scale(name)
-        ]
+        unsatisfied = [name for name in residuals if not abs(residuals[name]) < tolerance * self.mechanism.output_scale(name)]
         location = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
         location = f" at {location}" if location else ""
         joint, gap = self.equations.largest_gap(poses, self.time) if self.equations.joints else (None, 0.0)
-        if math.isfinite(gap) and abs(gap) < 1e3 * ASSEMBLY_TOLERANCE * self.mechanism.length_scale:
+        if math.isfinite(gap) and abs(gap) < tolerance * self.mechanism.length_scale:
             if not unsatisfied:
                 return poses
             raise MechanismError(
@@ -266,8 +258,7 @@ class PositionSolver:
             )
         suggestion = ""
         if isinstance(joint, Distance):
-            closing_length = joint.length + gap
-            suggestion = f"; a length near {closing_length:.6g} m instead of {joint.length:.6g} m would close it"
+            suggestion = f"; a length near {joint.length + gap:.6g} m instead of {joint.length:.6g} m would close it"
         name = joint.name if joint else ""
         raise MechanismError(f"the mechanism cannot be assembled{location}: joint {name!r} stays open by {abs(gap):.6g} m{suggestion}")
 

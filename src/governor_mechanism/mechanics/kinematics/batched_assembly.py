@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
-from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.types import FloatArray
 
@@ -25,34 +24,25 @@ NEWTON_CONVERGENCE_STEP = 1e-8
 """Newton step, in length scales and rad, below which the iteration has converged; the next error is of rounding size."""
 
 
-class BatchedPositionSolver:
+class BatchedPositionSolver(PositionSolver):
     """Assemble one mechanism at many values of its leading coordinate and differentiate the poses along it."""
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
-        self.position_solver = PositionSolver(mechanism)
-        self.coordinate_scale = self.mechanism.output_scale(mechanism.coordinate)
-        """SI value of a radian, or of a length scale, of the leading coordinate."""
-        self.pose_scales = self.position_solver.pose_scales
-        """SI values of a length scale and of a radian for the coordinates of a body; shape (3,)."""
-        self._coordinate_wraps = isinstance(mechanism.reading(mechanism.coordinate), LineAngle)
 
     @property
     def initial_coordinate(self) -> float:
         """Value of the leading coordinate at the initial guess, SI."""
-        return float(evaluate_output(self.mechanism, self.mechanism.coordinate, self.position_solver.initial_guess).value)
+        return float(evaluate_output(self.mechanism, self.mechanism.coordinate, self.initial_guess).value)
 
-    def solve(self, guesses: FloatArray, values: FloatArray) -> FloatArray:
+    def solve_at_coordinates(self, guesses: FloatArray, values: FloatArray) -> FloatArray:
         """Return poses (n, bodies, 3) at values (n,), on the branches of the guesses (n, bodies, 3).
 
         Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
         """
-        poses, converged = self.try_solve(guesses, values)
+        poses, converged = self.try_solve_at_coordinates(guesses, values)
         for k in np.flatnonzero(~converged):
-            poses[k] = self.position_solver.solve_at_coordinate(float(values[k]), guesses[k])
+            poses[k] = self.solve_at_coordinate(float(values[k]), guesses[k])
         return poses
 
-    def try_solve(self, guesses: FloatArray, values: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    def try_solve_at_coordinates(self, guesses: FloatArray, values: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Return poses (n, bodies, 3) at values (n,), and which of them converged on the branch of their guess."""
         poses, active, converged = guesses.copy(), np.arange(len(values)), np.zeros(len(values), dtype=np.bool_)
         for _ in range(MAX_BATCHED_NEWTON_STEPS):
@@ -74,24 +64,25 @@ class BatchedPositionSolver:
 
         Raises MechanismError at a turning point of the coordinate.
         """
-        jacobian = self._jacobian(poses, evaluate_output(self.mechanism, self.mechanism.coordinate, poses).gradient)
+        jacobian = self._coordinate_jacobian(poses, evaluate_output(self.mechanism, self.mechanism.coordinate, poses).gradient)
         tangent_rhs = np.zeros(jacobian.shape[:-1])
         tangent_rhs[:, -1] = 1.0
         tangents = self._solve_linear(jacobian, tangent_rhs)
-        gamma = self.position_solver.equations.gamma(poses, tangents)
+        gamma = self.equations.gamma(poses, tangents)
         output_gamma = -evaluate_output(self.mechanism, self.mechanism.coordinate, poses, tangents).quadratic_velocity_term
         return tangents, self._solve_linear(jacobian, np.column_stack([gamma, output_gamma]))
 
     def _newton_step(self, poses: FloatArray, values: FloatArray) -> FloatArray:
         output = evaluate_output(self.mechanism, self.mechanism.coordinate, poses)
         residual = output.value - values
-        residual = np.remainder(residual + np.pi, 2 * np.pi) - np.pi if self._coordinate_wraps else residual
-        joint_residuals = self.position_solver.equations.residuals(poses)
-        return self._solve_linear(self._jacobian(poses, output.gradient), np.column_stack([joint_residuals, residual]))
+        if isinstance(self.mechanism.reading(self.mechanism.coordinate), LineAngle):
+            residual = np.remainder(residual + np.pi, 2 * np.pi) - np.pi
+        all_residuals = np.column_stack([self.equations.residuals(poses), residual])
+        return self._solve_linear(self._coordinate_jacobian(poses, output.gradient), all_residuals)
 
-    def _jacobian(self, poses: FloatArray, coordinate_gradient: FloatArray) -> FloatArray:
-        coordinate_rows = coordinate_gradient.reshape(len(poses), 1, -1)[..., self.position_solver.free_mask]
-        return np.concatenate([self.position_solver.joint_jacobian(poses), coordinate_rows], axis=1)
+    def _coordinate_jacobian(self, poses: FloatArray, coordinate_gradient: FloatArray) -> FloatArray:
+        coordinate_rows = coordinate_gradient.reshape(len(poses), 1, -1)[..., self.free_mask]
+        return np.concatenate([self.joint_jacobian(poses), coordinate_rows], axis=1)
 
     def _solve_linear(self, jacobian: FloatArray, rhs: FloatArray) -> FloatArray:
         """Return the changes of all poses (n, bodies, 3) that solve the linearised equations of joints and coordinate."""
@@ -100,4 +91,4 @@ class BatchedPositionSolver:
             solution = np.linalg.solve(jacobian, column) if jacobian.shape[1] == jacobian.shape[2] else np.linalg.pinv(jacobian) @ column
         except np.linalg.LinAlgError as error:
             raise MechanismError(f"{self.mechanism.coordinate!r} is at a turning point there and does not determine the poses") from error
-        return self.position_solver.expand_free(solution[..., 0])
+        return self.expand_free(solution[..., 0])

@@ -141,17 +141,15 @@ def make_constraint_table(mechanism: Mechanism, origins: Origins | None = None) 
         for row in _constraint_rows(joint, mechanism.length_scale)
         if not _is_trivially_satisfied(mechanism, joint, row)
     ]
-
-    no_segments = np.zeros((0, 2))
-    table, curve_segments, n_segments = np.zeros(len(entries), dtype=CONSTRAINT_ROW_DTYPE), [no_segments], 0
+    table, curve_segments, n_segments = np.zeros(len(entries), dtype=CONSTRAINT_ROW_DTYPE), [np.zeros((0, 2))], 0
     motions: list[PrescribedMotion] = []
     for i, (_, joint, row) in enumerate(entries):
-        segments = no_segments if row.curve is None else make_curve_segments(row.curve)
+        segments = curve_segments[0] if row.curve is None else make_curve_segments(row.curve)
         drive = -1 if row.motion is None else len(motions)
         points = attachment_fields(mechanism, joint.first, joint.second, origins or {})
         parameters = row.parameters + (0.0,) * (N_ROW_PARAMETERS - len(row.parameters))
         table[i] = (row.kind, *points, *parameters, row.drive_scale, drive, n_segments, len(segments))
-        curve_segments += [] if row.curve is None else [segments]
+        curve_segments.append(segments)
         n_segments += len(segments)
         motions += [] if row.motion is None else [row.motion]
     joint_indices = np.array([index for index, _, _ in entries], dtype=np.int64)
@@ -161,8 +159,6 @@ def make_constraint_table(mechanism: Mechanism, origins: Origins | None = None) 
 
 def _concatenate_segments(parts: list[FloatArray]) -> FloatArray:
     """Return all curve segments with as many coefficients as the highest degree needs; the others are zero."""
-    if len(parts) == 1:
-        return parts[0]
     n_columns = max(part.shape[1] for part in parts)
     return np.concatenate([np.insert(part, [1] * (n_columns - part.shape[1]), 0.0, axis=1) for part in parts])
 

@@ -18,7 +18,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value, wrap_difference
 from governor_mechanism.mechanics.kinematics.path_interpolant import PathPoint
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
@@ -91,7 +91,10 @@ class PathContinuation:
             raise MechanismError(f"{mechanism.coordinate!r} is at a turning point in the initial guess; move the initial guess a little")
         value = self._output_value(mechanism.coordinate, initial_poses)
         self.start = self._make_point(initial_poses, right_singular_vectors[-1] * math.copysign(1.0, coordinate_derivative), value, 0.0)
-        self._axis_crossing_bodies = [k for k in range(len(mechanism.bodies)) if rotates_with_spindle and self._crosses_axis(k)]
+        # Mass centres off the spindle axis that move towards or away from it may reach it.
+        tolerance, start_tangent = RANK_TOLERANCE * mechanism.length_scale, self._body_tangent(self.start)
+        crosses_axis = np.all(np.abs([initial_poses[:, 0], start_tangent[:, 0]]) > tolerance, axis=0)
+        self._axis_crossing_bodies = np.flatnonzero(crosses_axis & rotates_with_spindle).tolist()
         self._monitored_readings = list(dict.fromkeys([mechanism.coordinate, *(limit.reading for limit in mechanism.limits)]))
 
     def find_end(self, direction: float) -> PathEnd:
@@ -161,7 +164,7 @@ class PathContinuation:
     def _linearity_error(self, name: str, point: ContinuationPoint, next_point: ContinuationPoint) -> float:
         """Return the deviation of a reading from its linear prediction over a step, in length scales or rad."""
         change = self._output_value(name, next_point.poses) - self._output_value(name, point.poses)
-        change = math.remainder(change, math.tau) if isinstance(self.mechanism.reading(name), LineAngle) else change
+        change = wrap_difference(self.mechanism.reading(name), change)
         derivative = self.position_solver.output_derivative(name, point.poses, point.tangent)
         return abs(change - (next_point.arc_length - point.arc_length) * derivative) / self.mechanism.output_scale(name)
 
@@ -282,11 +285,6 @@ class PathContinuation:
         except MechanismError as error:
             return f"turning point: {name} turns back; beyond it, {error.problems[0].partition(': ')[2]}"
         return f"turning point: {name} turns back there"
-
-    def _crosses_axis(self, k: int) -> bool:
-        """Return whether the mass centre of a body is off the spindle axis and moves towards or away from it at the initial guess."""
-        tolerance = RANK_TOLERANCE * self.mechanism.length_scale
-        return bool(abs(self.start.poses[k, 0]) > tolerance and abs(self._body_tangent(self.start)[k, 0]) > tolerance)
 
     def _unwrapped_coordinate(self, poses: FloatArray, reference: float) -> float:
         """Return the coordinate at poses; the angle of a line is unwrapped to the value nearest the reference."""

@@ -98,7 +98,7 @@ def solve_kinematics(
     degrees_of_freedom = position_solver.count_degrees_of_freedom(poses)
     if degrees_of_freedom != required:
         raise MechanismError(f"a kinematic analysis needs {required} degrees of freedom: {reason}; this mechanism has {degrees_of_freedom}")
-    states = []
+    states = list[tuple[FloatArray, FloatArray, FloatArray]]()
     for value in samples.tolist():  # each assembly starts from the previous one
         position_solver.time = 0.0 if driving_readings else value
         states.append(_solve_motion(position_solver, driving_readings, value, (rate, acceleration), states[-1][0] if states else poses))

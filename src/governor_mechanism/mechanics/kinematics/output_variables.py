@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import singledispatch
 
@@ -11,6 +12,9 @@ from governor_mechanism.mechanics.kinematics.points import BodyPoint, body_point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import BodyAngle, FollowerHeight, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.types import FloatArray
+
+READING_UNITS = {"angle": "rad", "length": "m"}
+"""Unit of a reading by its quantity."""
 
 
 @dataclass(frozen=True)
@@ -78,24 +82,9 @@ def evaluate_output_value(mechanism: Mechanism, name: str, poses: FloatArray) ->
     return evaluate_output(mechanism, name, poses).value
 
 
-def evaluate_output_gradient(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatArray:
-    """Return the gradient of a reading.
-
-    Parameters
-    ----------
-    mechanism
-        The mechanism with that reading.
-    name
-        Name of the reading.
-    poses
-        Poses; shape (..., bodies, 3).
-
-    Returns
-    -------
-    FloatArray
-        Derivatives in SI per m and per rad; shape (..., bodies, 3).
-    """
-    return evaluate_output(mechanism, name, poses).gradient
+def wrap_difference(reading: Reading, difference: float) -> float:
+    """Return a difference of two values of a reading; that of the angle of a line within half a turn."""
+    return math.remainder(difference, math.tau) if isinstance(reading, LineAngle) else difference
 
 
 def unwrap_output(reading: Reading, values: FloatArray) -> FloatArray:
@@ -180,10 +169,9 @@ def _(reading: FollowerHeight, mechanism: Mechanism, poses: FloatArray, velociti
     horizontal_offset = knee[..., 0] - reading.guide_x
     vertical_offset = np.sqrt(np.maximum(reading.length**2 - horizontal_offset**2, 0.0))
     # Beyond the reach of the link there is no height; the limits of the machine end a run before that.
-    drop_derivative = np.divide(horizontal_offset, vertical_offset, out=np.zeros_like(horizontal_offset), where=vertical_offset > 0)
-    drop_second_derivative = np.divide(
-        1 + drop_derivative**2, vertical_offset, out=np.zeros_like(horizontal_offset), where=vertical_offset > 0
-    )
+    divisor = np.where(vertical_offset > 0, vertical_offset, np.inf)
+    drop_derivative = horizontal_offset / divisor
+    drop_second_derivative = (1 + drop_derivative**2) / divisor
     direction = np.stack([drop_derivative, np.ones_like(horizontal_offset)], axis=-1)
     height = knee[..., 1] - vertical_offset
     gradient = interpolate(top.gradient_along(poses, direction), end.gradient_along(poses, direction))

@@ -101,7 +101,7 @@ def build_path(mechanism: Mechanism, low: float, high: float) -> PathInterpolant
     """
     position_solver = BatchedPositionSolver(mechanism)
     initial_value = min(max(position_solver.initial_coordinate, low), high)
-    first_point = _make_path_point(position_solver, initial_value, position_solver.position_solver.solve_at_coordinate(initial_value))
+    first_point = _make_path_point(position_solver, initial_value, position_solver.solve_at_coordinate(initial_value))
     max_spacing = (high - low) / MIN_PATH_INTERVALS
     lower_points, upper_points = (_extend_path(position_solver, first_point, end, max_spacing) for end in (low, high))
     return PathInterpolant.from_points([*lower_points[::-1], first_point, *upper_points])
@@ -116,15 +116,12 @@ def _extend_path(
         step = min(step, max_spacing)
         value = end if abs(end - point.value) <= step else point.value + math.copysign(step, end - point.value)
         next_point, prediction_error = _try_next_point(position_solver, point, value)
-        at_min_spacing = step <= MIN_PATH_SPACING_RATIO * max_spacing
-        if not at_min_spacing and (next_point is None or prediction_error > TANGENT_ERROR_TOLERANCE):
+        if prediction_error > TANGENT_ERROR_TOLERANCE and step > MIN_PATH_SPACING_RATIO * max_spacing:
             step /= 2
             continue
-        point = (
-            _make_path_point(position_solver, value, position_solver.position_solver.solve_at_coordinate(value, point.poses))
-            if next_point is None
-            else next_point
-        )
+        if next_point is None:
+            next_point = _make_path_point(position_solver, value, position_solver.solve_at_coordinate(value, point.poses))
+        point = next_point
         points.append(point)
         step = 2 * step if prediction_error < TANGENT_ERROR_TOLERANCE / 8 else step
     return points
@@ -134,14 +131,12 @@ def _try_next_point(position_solver: BatchedPositionSolver, point: _CurvedPathPo
     """Return the point at a nearby value, or None if Newton's iteration fails, and the error of the tangents' prediction."""
     displacement = value - point.value
     guess = point.poses + displacement * point.tangent + 0.5 * displacement**2 * point.curvature
-    poses, converged = position_solver.try_solve(guess[np.newaxis], np.array([value]))
+    poses, converged = position_solver.try_solve_at_coordinates(guess[np.newaxis], np.array([value]))
     if not converged[0]:
         return None, math.inf
     next_point = _make_path_point(position_solver, value, poses[0])
-    prediction_error = (
-        next_point.poses - point.poses - 0.5 * displacement * (point.tangent + next_point.tangent)
-    ) / position_solver.pose_scales
-    return next_point, float(np.max(np.abs(prediction_error)))
+    prediction_error = next_point.poses - point.poses - 0.5 * displacement * (point.tangent + next_point.tangent)
+    return next_point, float(np.max(np.abs(prediction_error) / position_solver.pose_scales))
 
 
 def _make_path_point(position_solver: BatchedPositionSolver, value: float, poses: FloatArray) -> _CurvedPathPoint:

@@ -7,7 +7,7 @@ Without a given limit of the leading coordinate the motion is traced from the in
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -108,9 +108,8 @@ def _full_rotation_range(continuation: PathContinuation, high_end: PathEnd) -> R
     """Return the range of a closed motion: half a period to either side of the initial guess."""
     initial_value, n_turns = continuation.start.value, round((high_end.value - continuation.start.value) / math.tau)
     period = math.tau * n_turns
-    message = f"closed motion after {n_turns} turns: {n_turns / 2:g} turns from the initial guess"
-    if n_turns == 1:
-        message = "full rotation: half a turn from the initial guess"
+    several_turns = f"closed motion after {n_turns} turns: {n_turns / 2:g} turns from the initial guess"
+    message = "full rotation: half a turn from the initial guess" if n_turns == 1 else several_turns
     low, high = initial_value - 0.5 * period, initial_value + 0.5 * period
     path = PathInterpolant.from_points(high_end.points).with_previous_period(continuation.pose_increment(high_end), period)
     return RangeOfMotion(low, high, message, message, (low, high), path, period, period)
@@ -128,7 +127,7 @@ def _apply_margin(low: float, high: float) -> tuple[float, float]:
 
 def _range_within_limits(mechanism: Mechanism, coordinate_limit: Limit) -> RangeOfMotion:
     """Return the range between the limits of the coordinate, restricted by those of other readings."""
-    ends, messages = ((coordinate_limit.low, coordinate_limit.high), (coordinate_limit.low_message, coordinate_limit.high_message))
+    ends, messages = (coordinate_limit.low, coordinate_limit.high), (coordinate_limit.low_message, coordinate_limit.high_message)
     full_range = _with_end_margins(mechanism, ends, messages, build_path(mechanism, *_apply_margin(*ends)))
     other_limits = [limit for limit in mechanism.limits if limit is not coordinate_limit]
     return _restrict_to_other_limits(mechanism, full_range, other_limits) if other_limits else full_range
@@ -138,8 +137,7 @@ def _restrict_to_other_limits(mechanism: Mechanism, full_range: RangeOfMotion, o
     """Return the part of a range within the limits of other readings: the one with the initial guess, else the longest."""
     position_solver = BatchedPositionSolver(mechanism)
     values = np.linspace(full_range.low, full_range.high, N_LIMIT_SAMPLES)
-    violations = np.array([violation for violation, _ in _limit_violations(position_solver, full_range.path, other_limits, values)])
-    is_inside = np.all(violations < 0.0, axis=0)
+    is_inside = np.all(_limit_violations(position_solver, full_range.path, other_limits, values) < 0.0, axis=0)
     if is_inside.all():
         return full_range
     if not is_inside.any():
@@ -156,24 +154,25 @@ def _restrict_to_other_limits(mechanism: Mechanism, full_range: RangeOfMotion, o
     return _with_end_margins(mechanism, (ends[0], ends[1]), (messages[0], messages[1]), full_range.path)
 
 
-def _limit_violations(
-    position_solver: BatchedPositionSolver, path: PathInterpolant, limits: list[Limit], values: FloatArray
-) -> Iterator[tuple[FloatArray, str]]:
-    """Yield the amounts (n,) by which readings exceed each limit at values (n,), with the message of that limit."""
-    poses = position_solver.solve(path.predict_poses(values), values)
-    for limit in limits:
-        value = evaluate_output_value(position_solver.mechanism, limit.reading, poses)
-        yield limit.low - value, limit.low_message
-        yield value - limit.high, limit.high_message
+def _limit_violations(position_solver: BatchedPositionSolver, path: PathInterpolant, limits: list[Limit], values: FloatArray) -> FloatArray:
+    """Return the amounts (2 limits, n) by which readings exceed the low and the high end of each limit at values (n,)."""
+    poses = position_solver.solve_at_coordinates(path.predict_poses(values), values)
+    readings = [evaluate_output_value(position_solver.mechanism, limit.reading, poses) for limit in limits]
+    pairs = [(limit.low - value, value - limit.high) for limit, value in zip(limits, readings, strict=True)]
+    return np.concatenate(pairs)
 
 
 def _select_valid_interval(is_inside: NDArray[np.bool_], values: FloatArray, initial_value: float) -> tuple[int, int]:
     """Return the first and last index of the valid run with the initial value, else of the longest one."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], is_inside.astype(int), [0]])))
-    runs = list(zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True))
+    runs = find_runs(is_inside)
     containing = [run for run in runs if values[run[0]] <= initial_value <= values[run[1]]]
-    first, last = max(containing or runs, key=lambda run: run[1] - run[0])
-    return int(first), int(last)
+    return max(containing or runs, key=lambda run: run[1] - run[0])
+
+
+def find_runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return the first and last index of each run of true values in a mask (n,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
+    return list(zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True))
 
 
 def _locate_limit(
@@ -181,13 +180,12 @@ def _locate_limit(
 ) -> tuple[float, str]:
     """Return the first value between inside and outside at which a reading reaches a limit, with its message."""
 
-    def violation_at(value: float, limit_index: int) -> float:
-        return float(list(_limit_violations(position_solver, path, limits, np.array([value])))[limit_index][0][0])
+    def violation_at(value: float, side: int) -> float:
+        return float(_limit_violations(position_solver, path, limits, np.array([value]))[side, 0])
 
-    violations = list(_limit_violations(position_solver, path, limits, np.array([outside])))
+    messages = [message for limit in limits for message in (limit.low_message, limit.high_message)]
+    exceeded = np.flatnonzero(_limit_violations(position_solver, path, limits, np.array([outside]))[:, 0] >= 0.0)
     crossings = [
-        (float(brentq(violation_at, inside, outside, args=(limit_index,), xtol=1e-14, rtol=1e-14)), message)
-        for limit_index, (violation, message) in enumerate(violations)
-        if violation[0] >= 0.0
+        (float(brentq(violation_at, inside, outside, args=(side,), xtol=1e-14, rtol=1e-14)), messages[side]) for side in exceeded.tolist()
     ]
     return min(crossings, key=lambda crossing: abs(crossing[0] - inside))

@@ -128,12 +128,12 @@ class SingleDofReduction:
         self.scene = scene
         self.mechanism: Mechanism = scene.part.mechanism
         self._position_solver = BatchedPositionSolver(self.mechanism)
-        position_solver = self._position_solver.position_solver
-        if position_solver.equations.is_driven.any() or position_solver.mobility != 1:
+        mobility = self._position_solver.mobility
+        if self._position_solver.equations.is_driven.any() or mobility != 1:
             raise MechanismError(
-                f"statics need a mechanism with one degree of freedom and without drives; this one has mobility {position_solver.mobility}"
+                f"statics need a mechanism with one degree of freedom and without drives; this one has mobility {mobility}"
             )
-        self.coordinate_scale = self._position_solver.coordinate_scale
+        self.coordinate_scale = self.mechanism.output_scale(self.mechanism.coordinate)
         """SI value of a radian, or of a length scale, of the coordinate."""
         self.free_spindle_inertia = scene.spindle.inertia if isinstance(scene.spindle, FreeSpindle) else 0.0
         """Moment of inertia of a free spindle itself, kg m2; else 0."""
@@ -150,7 +150,7 @@ class SingleDofReduction:
         """
         coordinates = np.asarray(values, dtype=np.float64)
         guesses = self.range_of_motion.path.predict_poses(coordinates) if guess is None else np.stack([guess] * len(coordinates))
-        return self.evaluate_at_poses(self._position_solver.solve(guesses, coordinates), coordinates)
+        return self.evaluate_at_poses(self._position_solver.solve_at_coordinates(guesses, coordinates), coordinates)
 
     def evaluate_at_poses(self, poses: FloatArray, values: FloatArray) -> PathCoefficients:
         """Return the coefficients at poses (n, bodies, 3) assembled at values (n,). Raises MechanismError at a turning point."""
@@ -194,7 +194,8 @@ class SingleDofReduction:
             total += self._element_potential(element, path)
         for effect in output_forces_of(self.scene):
             output = self._output_derivatives(self.mechanism.reading(effect.reading), path)
-            total += _derivatives_along_path(*potential_derivatives(effect, output[0])[1:], output)
+            _, force, stiffness = potential_derivatives(effect, output[0])
+            total += _derivatives_along_path(force, stiffness, output)
         return total
 
     def _element_potential(self, element: ForceElement, path: FloatArray) -> FloatArray:

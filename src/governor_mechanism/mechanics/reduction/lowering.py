@@ -148,10 +148,8 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
     springs, dampers, programmed_force_elements = _split_force_elements(force_elements)
     program_indices = np.unique([programmed_force_elements[name] for name in ("input_index", "input_index_y")]).astype(np.int64)
     low, high = _coordinate_bounds(mechanism)
-    scene_time_scale = time_scale(scene)
     has_centrifugal_forces = plane is not None and plane.is_loaded
     is_steady = not (plane and plane.shaft) and spindle.speed_function.is_constant and not spindle.speed_fluctuation
-    output_scales = np.array([scene.mechanism.output_scale(name) for name in names])
     arrays = ReductionArrays(
         constraint_rows=ConstraintRows(rows, bodies_of_rows(rows), joint_rows.curve_segments),
         coordinate_wraps=isinstance(mechanism.reading(mechanism.coordinate), LineAngle),
@@ -166,12 +164,12 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
         programmed_force_elements=programmed_force_elements,
         program_indices=program_indices[program_indices >= 0],
         output_rows=ConstraintRows(output_rows.table[:-1], output_rows.row_bodies[:-1], output_rows.curve_segments),
-        output_scales=output_scales,
+        output_scales=np.array([scene.mechanism.output_scale(name) for name in names]),
         output_springs=_tabulated_forces(scene, names),
         limits=np.array([(names.index(prefix + limit.reading), limit.low, limit.high) for limit in limits]).reshape(-1, 3),
         steady_speed=abs(spindle.speeds[0]) if is_steady else -1.0,
         coordinate_scale=mechanism.output_scale(mechanism.coordinate),
-        time_scale=scene_time_scale,
+        time_scale=time_scale(scene),
         length_scale=mechanism.length_scale,
         low=low,
         high=high,
@@ -216,8 +214,6 @@ def _split_by_part(
 
 def _split_force_elements(force_elements: RecordArray) -> tuple[RecordArray, RecordArray, RecordArray]:
     """Return the force elements with a potential, those that damp, and those with a time function."""
-    if not len(force_elements):
-        return force_elements, force_elements, force_elements
     has_potential = (force_elements["kind"] == ForceElementKind.SPRING) | (force_elements["kind"] == ForceElementKind.TORSION_SPRING)
     return (
         force_elements[has_potential],
