@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
 from governor_mechanism.errors import MechanismError
@@ -68,22 +68,28 @@ class Machine(ABC):
     supported_effects: ClassVar[tuple[type[Effect], ...]] = ()
 
     def __post_init__(self) -> None:
-        problems = []
+        # Only plausible dimensions can be tested together.
+        if problems := [*self._implausible_dimensions()] or [*self.dimension_problems()]:
+            raise MechanismError(*problems)
+
+    def _implausible_dimensions(self) -> Iterator[str]:
+        """Yield sentences about unknown words and magnitudes outside the plausible range."""
         for field in dataclasses.fields(self):
-            value = getattr(self, field.name)
+            value, words = getattr(self, field.name), field.metadata.get("words")
             if value is None:
                 continue
-            if field.metadata["kind"] == CHOICE_KIND:
-                words = field.metadata["words"]
+            if words:
                 if value not in words:
-                    problems.append(f"{field.name} must be one of {', '.join(map(repr, words))}; got {value!r}")
+                    yield f"{field.name} must be one of {', '.join(map(repr, words))}; got {value!r}"
                 continue
             signed, max_size = field.metadata["signed"], field.metadata["most"]
             if not (MIN_DIMENSION <= (abs(value) or MIN_DIMENSION) <= max_size and (signed or value > 0)):
                 required = "a finite" if signed else "a positive"
-                problems.append(f"{field.name} must be {required} number between {MIN_DIMENSION:g} and {max_size:g} in SI; got {value:g}")
-        if problems:
-            raise MechanismError(*problems)
+                yield f"{field.name} must be {required} number between {MIN_DIMENSION:g} and {max_size:g} in SI; got {value:g}"
+
+    def dimension_problems(self) -> Iterable[str]:
+        """Return sentences about dimensions that contradict one another."""
+        return ()
 
     @abstractmethod
     def mechanism(self, *args: Any, **kwargs: Any) -> Mechanism:

@@ -22,7 +22,7 @@ PLACEHOLDER_INERTIA_RATIO = 10.0
 """Moment of inertia of a massless crank, relative to that of the parts it moves: the iterative joint solver converges faster with it."""
 
 
-def driven_crank_joints(speed: float, start_angle: float, mass_centre: float = 0.0) -> tuple[Joint, ...]:
+def crank_joints(speed: float, start_angle: float, mass_centre: float = 0.0) -> tuple[Joint, ...]:
     """Return shaft and driver: the crank angle is start_angle + speed * time (rad); mass_centre is its distance from the shaft (m)."""
     on_crank = Point(body=CRANK, x=-mass_centre)
     return (

@@ -8,11 +8,10 @@ axis, y up from the vertex of the parabola.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine, dimension_field, x_coordinate, y_coordinate
 from governor_mechanism.model.curves import PolynomialCurve
 from governor_mechanism.model.joints import GROUND, CurveSlot, Point, ProportionalDisplacement, Slider
@@ -36,10 +35,10 @@ class ParabolicGovernor(Machine):
     ball_mass: float = dimension_field("mass", "of one ball; there are two")
     sleeve_mass: float = dimension_field("mass", "of the whole sleeve and its load")
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def dimension_problems(self) -> Iterator[str]:
+        """Yield a sentence about ends of the guide in the wrong order."""
         if self.inner_radius >= self.outer_radius:
-            raise MechanismError(f"inner_radius ({self.inner_radius:g} m) must be less than outer_radius ({self.outer_radius:g} m)")
+            yield f"inner_radius ({self.inner_radius:g} m) must be less than outer_radius ({self.outer_radius:g} m)"
 
     def mechanism(self) -> Mechanism:
         """Build the balls on their guides at equal height, and the sleeve on the spindle."""

@@ -16,7 +16,6 @@ from typing import ClassVar
 
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import rotate_point, travel_problems, unit_hint, x_coordinate, y_coordinate
 from governor_mechanism.machines.hartung.dimensions import FAILURE_HINTS, HartungDimensions
 from governor_mechanism.machines.hartung.spring import LinearSpringLaw, build_spring_law, spring_problems, stress_warnings
@@ -170,12 +169,12 @@ class HartungGovernor(HartungDimensions):
     plane: ClassVar[str] = TURNING_PLANE
     supported_effects: ClassVar[tuple[type[Effect], ...]] = (BellCrankMasses,)
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def dimension_problems(self) -> list[str]:
+        """Return sentences about angles, stroke and springs."""
         problems = [*self._angle_problems(), *self._stroke_problems(), *spring_problems(self)]
-        if problems:
-            raise MechanismError(*problems)
-        self.spring_law()  # raises for two speeds that no spring satisfies
+        if not problems:
+            self.spring_law()  # raises for two speeds that no spring satisfies
+        return problems
 
     def spring_law(self) -> LinearSpringLaw:
         """Return the force of each spring over the radius of its weight."""

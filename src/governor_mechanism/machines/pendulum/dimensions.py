@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine, dimension_field
 from governor_mechanism.model.output_variables import Limit
 
@@ -28,19 +28,19 @@ class PendulumDimensions(Machine):
         "mass", "of the whole sleeve and its load; left out for a governor without a loaded sleeve", default=None
     )
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.joint_length > self.arm:
-            raise MechanismError(f"arm_joint ({_mm(self.joint_length)}) lies beyond the ball; it must not exceed arm ({_mm(self.arm)})")
+    def dimension_problems(self) -> Iterator[str]:
+        """Yield a sentence about dimensions with which the governor cannot be assembled."""
         low, high = self._angle_range_with_ball_off_axis()
-        if low >= high:
-            raise MechanismError(
+        reach = self._min_link_reach(low, high)
+        if self.joint_length > self.arm:
+            yield f"arm_joint ({_mm(self.joint_length)}) lies beyond the ball; it must not exceed arm ({_mm(self.arm)})"
+        elif low >= high:
+            yield (
                 f"offset ({_mm(self.offset)}) puts the balls on or across the spindle axis at every arm angle; "
                 f"with an arm of {_mm(self.arm)} it must lie above {_mm(-self.arm)}"
             )
-        reach = self._min_link_reach(low, high)
-        if reach >= self.link_length:
-            raise MechanismError(
+        elif reach >= self.link_length:
+            yield (
                 f"link ({_mm(self.link_length)}) is too short to be assembled: between arm joint and sleeve it stays "
                 f"open by {_mm(reach - self.link_length)} at best; it closes for a link longer than {_mm(reach)}"
             )

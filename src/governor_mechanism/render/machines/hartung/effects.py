@@ -16,19 +16,8 @@ from governor_mechanism.render.machines.hartung.proportions import HartungPropor
 
 _WEIGHT_READINGS = ("lever_angle", "weight_radius")
 """Readings that determine the position of the weights."""
-_DASHPOT = parts.DashpotSizes(
-    half_width=0.24,
-    axis_distance=0.50,
-    extra_length=0.45,
-    min_length=0.7,
-    wall_thickness=0.05,
-    gap=0.1,
-    piston_clearance=0.06,
-    lowest_piston=0.14,
-    piston_thickness=0.1,
-    rod_half_width=0.04,
-    bracket_width=0.1,
-)
+_CYLINDER = parts.CylinderSizes(half_width=0.24, axis_distance=0.50, extra_length=0.45, min_length=0.7, wall=0.05, gap=0.1)
+_PISTON = parts.PistonSizes(clearance=0.06, lowest=0.14, thickness=0.1, rod_half_width=0.04, bracket_width=0.1)
 _STOP_HALF_HEIGHT = 0.16
 """Half height of the weight stops, as a fraction of the weight arm."""
 _SHOE_HEIGHT = 0.20
@@ -110,5 +99,5 @@ def _weight_stop_shapes(governor: HartungProportions, stops: Stops) -> Iterator[
 
 def _dashpot(governor: HartungProportions, heights: Vec2) -> parts.DashpotDrawing:
     """Return the dashpot for the lowest and highest lug height (m)."""
-    (low, high), width = heights, governor.sleeve_size[0]
-    return parts.DashpotDrawing(sizes=_DASHPOT, arm=governor.arm, sleeve_half_width=width, top=low - 0.45 * governor.arm, stroke=high - low)
+    u, (low, high), width = governor.arm, heights, governor.sleeve_size[0]
+    return parts.DashpotDrawing(cylinder=_CYLINDER, piston=_PISTON, arm=u, sleeve_half_width=width, top=low - 0.45 * u, stroke=high - low)

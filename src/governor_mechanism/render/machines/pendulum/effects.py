@@ -22,19 +22,8 @@ from governor_mechanism.types import FloatArray
 
 _SHOE_WIDTH = 0.060
 """Width of the friction shoes under the sleeve, as a fraction of the arm."""
-_DASHPOT = parts.DashpotSizes(
-    half_width=0.075,
-    axis_distance=0.16,
-    extra_length=0.20,
-    min_length=0.26,
-    wall_thickness=0.016,
-    gap=0.035,
-    piston_clearance=0.022,
-    lowest_piston=0.05,
-    piston_thickness=0.035,
-    rod_half_width=0.013,
-    bracket_width=0.036,
-)
+_CYLINDER = parts.CylinderSizes(half_width=0.075, axis_distance=0.16, extra_length=0.20, min_length=0.26, wall=0.016, gap=0.035)
+_PISTON = parts.PistonSizes(clearance=0.022, lowest=0.05, thickness=0.035, rod_half_width=0.013, bracket_width=0.036)
 
 
 def spindle_foot_distance(governor: PendulumProportions, heights: Vec2) -> float:
@@ -101,9 +90,9 @@ def _spring_seat(governor: PendulumProportions) -> Vec2:
 
 
 def _dashpot(governor: PendulumProportions) -> parts.DashpotDrawing:
-    (low, high), (width, depth) = governor.lug_height_range, governor.sleeve_size
-    top = low - depth - 0.06 * governor.arm
-    return parts.DashpotDrawing(sizes=_DASHPOT, arm=governor.arm, sleeve_half_width=width, top=top, stroke=high - low)
+    u, (low, high), (width, depth) = governor.arm, governor.lug_height_range, governor.sleeve_size
+    top, stroke = low - depth - 0.06 * u, high - low
+    return parts.DashpotDrawing(cylinder=_CYLINDER, piston=_PISTON, arm=u, sleeve_half_width=width, top=top, stroke=stroke)
 
 
 def _arm_shoe_shapes(governor: PendulumProportions, friction: DryFriction, time: float) -> list[DrawnShape]:
