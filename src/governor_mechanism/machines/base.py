@@ -6,6 +6,7 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, ClassVar
 
 from governor_mechanism.errors import MechanismError
@@ -13,6 +14,7 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Limit, PointCoordinate
+from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.types import Vector2
 
 MIN_DIMENSION, MAX_DIMENSION = 1e-9, 1e9
@@ -29,21 +31,19 @@ def choice_field(words: tuple[str, ...], meaning: str) -> Any:
 
 
 def dimension_field(
-    kind: str,
-    meaning: str,
-    *,
-    default: Any = dataclasses.MISSING,
-    signed: bool = False,
-    max_size: float = MAX_DIMENSION,
-    omission_word: str = "",
+    kind: str, meaning: str, *, default: Any = dataclasses.MISSING, signed: bool = False, max_size: float = MAX_DIMENSION, word: str = ""
 ) -> Any:
     """Declare a dimension of a machine: its kind of quantity ('length', 'mass', ...) and its meaning.
 
-    A `signed` dimension may be zero or negative; the others are positive. A default makes it optional. `omission_word` is the word for
+    A `signed` dimension may be zero or negative; the others are positive. A default makes it optional. `word` is the word for
     "left out" in a scene file. `max_size` (SI) is the largest plausible magnitude.
     """
-    metadata = {"kind": kind, "meaning": meaning, "signed": signed, "most": max_size, "word": omission_word}
+    metadata = {"kind": kind, "meaning": meaning, "signed": signed, "most": max_size, "word": word}
     return dataclasses.field(default=default, metadata=metadata)
+
+
+optional_field = partial(dimension_field, default=None)
+"""Declare a dimension that may be left out."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -55,7 +55,7 @@ class Machine(ABC):
     name
         Name in scene files.
     plane
-        TURNING_PLANE or FIXED_PLANE.
+        TURNING_PLANE, the default, or FIXED_PLANE.
     driver_dimensions
         Dimensions that prescribe the motion of a driven machine; empty for a machine that [start] sets in motion.
     supported_effects
@@ -63,7 +63,7 @@ class Machine(ABC):
     """
 
     name: ClassVar[str]
-    plane: ClassVar[str]
+    plane: ClassVar[str] = TURNING_PLANE
     driver_dimensions: ClassVar[tuple[str, ...]] = ()
     supported_effects: ClassVar[tuple[type[Effect], ...]] = ()
 

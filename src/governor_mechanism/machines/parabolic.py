@@ -17,7 +17,6 @@ from governor_mechanism.model.curves import PolynomialCurve
 from governor_mechanism.model.joints import GROUND, CurveSlot, Point, ProportionalDisplacement, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit
-from governor_mechanism.model.part import TURNING_PLANE
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 
@@ -27,7 +26,6 @@ class ParabolicGovernor(Machine):
     """Two balls as points in guides, and a sleeve. Lengths in m, masses in kg."""
 
     name: ClassVar[str] = "parabolic_governor"
-    plane: ClassVar[str] = TURNING_PLANE
 
     double_parameter: float = dimension_field("length", "c of the guide x^2 = c y")
     inner_radius: float = dimension_field("length", "of the guide's inner end from the spindle axis")

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from governor_mechanism.machines import driven_crank
-from governor_mechanism.machines.base import Machine, choice_field, dimension_field, rotate_point, unit_hint, x_coordinate
+from governor_mechanism.machines.base import Machine, choice_field, dimension_field, optional_field, rotate_point, unit_hint, x_coordinate
 from governor_mechanism.machines.driven_crank import CROSSHEAD, VALVE
 from governor_mechanism.machines.slider_crank import rod_length_problems
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Point, Slider
@@ -61,13 +61,9 @@ class SlideValve(Machine):
     driver_dimensions: ClassVar[tuple[str, ...]] = ("crank_speed", "crank_start")
 
     crank: float = dimension_field("length", "from the shaft to the crank pin: half the stroke")
-    connecting_rod: float | None = dimension_field(
-        "length", "from the crank pin to the crosshead; endless if left out", default=None, omission_word="endless"
-    )
+    connecting_rod: float | None = optional_field("length", "from the crank pin to the crosshead; endless if left out", word="endless")
     eccentric: float = dimension_field("length", "from the shaft to the eccentric's centre: half the valve's travel")
-    eccentric_rod: float | None = dimension_field(
-        "length", "from the eccentric's centre to the valve; endless if left out", default=None, omission_word="endless"
-    )
+    eccentric_rod: float | None = optional_field("length", "from the eccentric's centre to the valve; endless if left out", word="endless")
     advance: float = dimension_field("angle", "by which the eccentric runs ahead of a right angle to the crank", signed=True)
     outside_lap: float = dimension_field("length", "by which the valve in its middle covers the outer edges", signed=True)
     inside_lap: float = dimension_field("length", "by which it covers the inner edges; negative leaves them open", default=0.0, signed=True)

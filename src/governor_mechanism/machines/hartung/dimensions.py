@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from governor_mechanism.machines.base import Machine, dimension_field
+from governor_mechanism.machines.base import Machine, dimension_field, optional_field
 from governor_mechanism.model.output_variables import Limit
 from governor_mechanism.types import Vector2
 
@@ -36,27 +36,27 @@ class HartungDimensions(Machine):
     sleeve_arm: float = dimension_field("length", "from the fulcrum to the hanger")
     bell_crank_angle: float = dimension_field("angle", "between its two arms, 90 to 180 deg", default=math.pi / 2)
     fulcrum_radius: float = dimension_field("length", "of the fulcrum from the spindle axis")
-    fulcrum_height: float | None = dimension_field(
-        "length", "of the fulcrum above the cross axis; as far below as weight_arm is long, if left out", default=None, signed=True
+    fulcrum_height: float | None = optional_field(
+        "length", "of the fulcrum above the cross axis; as far below as weight_arm is long, if left out", signed=True
     )
     weight_mass: float = dimension_field("mass", "of one weight; there are two")
     sleeve_mass: float = dimension_field("mass", "of the whole sleeve and its load")
-    hanger: float | None = dimension_field("length", "of the hangers, from bell crank to sleeve", default=None, omission_word="vertical")
+    hanger: float | None = optional_field("length", "of the hangers, from bell crank to sleeve", word="vertical")
     lug_offset: float = dimension_field("length", "of the sleeve's lugs from the axis", default=0.0, signed=True)
-    inner_angle: float | None = dimension_field("angle", "of the lever at the inner end of the stroke", default=None, signed=True)
-    outer_angle: float | None = dimension_field("angle", "of the lever at the outer end of the stroke", default=None, signed=True)
-    spring_rate: float | None = dimension_field("stiffness", "of each spring", default=None)
-    spring_preload: float | None = dimension_field("force", "of each spring at preload_radius", default=None, signed=True)
-    preload_radius: float | None = dimension_field(
-        "length", "of a weight where spring_preload is its spring's force; fulcrum_radius if left out", default=None
+    inner_angle: float | None = optional_field("angle", "of the lever at the inner end of the stroke", signed=True)
+    outer_angle: float | None = optional_field("angle", "of the lever at the outer end of the stroke", signed=True)
+    spring_rate: float | None = optional_field("stiffness", "of each spring")
+    spring_preload: float | None = optional_field("force", "of each spring at preload_radius", signed=True)
+    preload_radius: float | None = optional_field(
+        "length", "of a weight where spring_preload is its spring's force; fulcrum_radius if left out"
     )
-    spring_wire: float | None = dimension_field("length", "of each spring's wire, its diameter", default=None)
-    spring_coil: float | None = dimension_field("length", "of each spring's coil, its mean diameter", default=None)
-    spring_turns: float | None = dimension_field("number", "of each spring's active turns", default=None)
-    spring_modulus: float | None = dimension_field("modulus", "of shear of the springs' wire", default=None, max_size=1e13)
-    spring_stress_limit: float | None = dimension_field("pressure", "that the springs' wire may bear", default=None)
-    inner_speed: float | None = dimension_field("angular_speed", "that holds the weights at the inner end of the stroke", default=None)
-    outer_speed: float | None = dimension_field("angular_speed", "that holds the weights at the outer end of the stroke", default=None)
+    spring_wire: float | None = optional_field("length", "of each spring's wire, its diameter")
+    spring_coil: float | None = optional_field("length", "of each spring's coil, its mean diameter")
+    spring_turns: float | None = optional_field("number", "of each spring's active turns")
+    spring_modulus: float | None = optional_field("modulus", "of shear of the springs' wire", max_size=1e13)
+    spring_stress_limit: float | None = optional_field("pressure", "that the springs' wire may bear")
+    inner_speed: float | None = optional_field("angular_speed", "that holds the weights at the inner end of the stroke")
+    outer_speed: float | None = optional_field("angular_speed", "that holds the weights at the outer end of the stroke")
     insensitivity: float = dimension_field("ratio", "that the regulating force is computed with", default=0.04)
 
     @property

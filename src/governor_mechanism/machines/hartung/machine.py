@@ -25,7 +25,6 @@ from governor_mechanism.model.force_elements import Spring
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import DerivedForce, LineAngle, Reading, SpringForce, StaticForce
-from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.types import Vector2
 from governor_mechanism.units.quantities import format_quantity
 
@@ -166,7 +165,6 @@ class HartungGovernor(HartungDimensions):
     """
 
     name: ClassVar[str] = "hartung"
-    plane: ClassVar[str] = TURNING_PLANE
     supported_effects: ClassVar[tuple[type[Effect], ...]] = (BellCrankMasses,)
 
     def dimension_problems(self) -> list[str]:

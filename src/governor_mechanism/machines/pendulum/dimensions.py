@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from governor_mechanism.machines.base import Machine, dimension_field
+from governor_mechanism.machines.base import Machine, dimension_field, optional_field
 from governor_mechanism.model.output_variables import Limit
 
 
@@ -17,16 +17,10 @@ class PendulumDimensions(Machine):
     arm: float = dimension_field("length", "from the suspension to the ball's centre")
     ball_mass: float = dimension_field("mass", "of one ball; there are two")
     offset: float = dimension_field("length", "of the suspension from the spindle axis; negative = crossed arms", default=0.0, signed=True)
-    arm_joint: float | None = dimension_field(
-        "length", "from the suspension to the joint of arm and link; the whole arm if left out", default=None
-    )
-    link: float | None = dimension_field("length", "of the sleeve link; as long as arm_joint if left out", default=None)
-    lug_offset: float | None = dimension_field(
-        "length", "of the sleeve's lug from the axis; the same as offset if left out", default=None, signed=True
-    )
-    sleeve_mass: float | None = dimension_field(
-        "mass", "of the whole sleeve and its load; left out for a governor without a loaded sleeve", default=None
-    )
+    arm_joint: float | None = optional_field("length", "from the suspension to the joint of arm and link; the whole arm if left out")
+    link: float | None = optional_field("length", "of the sleeve link; as long as arm_joint if left out")
+    lug_offset: float | None = optional_field("length", "of the sleeve's lug from the axis; the same as offset if left out", signed=True)
+    sleeve_mass: float | None = optional_field("mass", "of the whole sleeve and its load; left out for a governor without a loaded sleeve")
 
     def dimension_problems(self) -> Iterator[str]:
         """Yield a sentence about dimensions with which the governor cannot be assembled."""

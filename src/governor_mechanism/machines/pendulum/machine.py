@@ -23,7 +23,6 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import FollowerHeight, Limit, LineAngle, Reading
-from governor_mechanism.model.part import TURNING_PLANE
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 RIGHT_LINK, LEFT_LINK = "right link", "left link"
@@ -81,8 +80,8 @@ class PendulumBuilder:
             coordinate="arm_angle",
             length_scale=self.governor.arm,
             initial_guess=self.poses(min(max(math.radians(40.0), travel.low + margin), travel.high - margin)),
-            limits=(travel, *self._dead_centre_limits()),
-            internal_outputs=self._internal_outputs(),
+            limits=(travel, *(limit for _, limit in self._dead_centres())),
+            internal_outputs=tuple(reading for reading, _ in self._dead_centres()),
         )
 
     @property
@@ -138,25 +137,20 @@ class PendulumBuilder:
             *clearance,
         )
 
-    def _internal_outputs(self) -> tuple[Reading, ...]:
-        """Return the reading that shows the dead centre of the links.
+    def _dead_centres(self) -> Iterator[tuple[Reading, Limit]]:
+        """Yield the reading that shows the dead centre of the links, and its limit.
 
         There the arm angle has a turning point, so it cannot show it. With clearance the reading is the horizontal distance of the
         link's upper end from the lug.
         """
         knee, lug = self._point_on_arm(RIGHT_BALL, self.governor.joint_length), Point(body=SLEEVE, x=self.governor.lug_distance)
+        reading: Reading = LineAngle(name="link_angle", quantity="angle", start=knee, end=lug)
+        max_deviation, sentence = math.pi / 2, "the link is at 90 degrees to the spindle (dead centre)"
         if self.clearance:
-            return (x_coordinate("link_reach", knee, zero=self.governor.lug_distance),)
-        return (LineAngle(name="link_angle", quantity="angle", start=knee, end=lug),) if self._is_sleeve_linked else ()
-
-    def _dead_centre_limits(self) -> tuple[Limit, ...]:
-        """Return the limits of the internal outputs."""
-        sentence = "the link is at 90 degrees to the spindle (dead centre)"
-        max_deviation = MAX_FOLLOWER_REACH_RATIO * self.governor.link_length if self.clearance else math.pi / 2
-        return tuple(
-            Limit(reading=reading.name, low=-max_deviation, high=max_deviation, low_message=sentence, high_message=sentence)
-            for reading in self._internal_outputs()
-        )
+            reading = x_coordinate("link_reach", knee, zero=self.governor.lug_distance)
+            max_deviation = MAX_FOLLOWER_REACH_RATIO * self.governor.link_length
+        if self.clearance or self._is_sleeve_linked:
+            yield reading, Limit(reading=reading.name, low=-max_deviation, high=max_deviation, low_message=sentence, high_message=sentence)
 
     def poses(self, angle: float) -> tuple[tuple[float, float, float], ...]:
         """Return the poses of all bodies at an arm angle (rad), with the sleeve hanging on its links."""
@@ -230,7 +224,6 @@ class PendulumGovernor(PendulumDimensions):
     """Two balls on arms and a sleeve on links. Lengths in m, masses in kg; the effect `rods` gives mass to arms and links."""
 
     name: ClassVar[str] = "pendulum_governor"
-    plane: ClassVar[str] = TURNING_PLANE
     supported_effects: ClassVar[tuple[type[Effect], ...]] = (RodMasses, Clearance)
 
     def mechanism(self, rod_masses: RodMasses | None = None, clearance: Clearance | None = None) -> Mechanism:
