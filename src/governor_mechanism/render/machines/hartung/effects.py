@@ -88,7 +88,8 @@ def _weight_stop_shapes(governor: HartungProportions, stops: Stops) -> Iterator[
     if math.isfinite(inner):
         hub_face = max(inner - 0.16 * u, -0.2 * u) if inner > 0.05 * u else inner - 0.1 * u
         yield make_rectangle("bracket", -max(hub_face, 0.0), max(hub_face, 0.0), y - 0.5 * half_height, y + 0.5 * half_height)
-        yield from parts.stop_block_shapes(*sorted((max(hub_face, 0.02 * u), inner)), y - half_height, y + half_height, 0.07 * u)
+        near, far = sorted((max(hub_face, 0.02 * u), inner))
+        yield from parts.stop_block_shapes(near, far, y - half_height, y + half_height, 0.07 * u)
     if math.isfinite(outer):
         plate = governor.spring_seat_radius + 0.03 * u
         for sign, sides in zip((-1.0, 1.0), parts.both_sides(outer, outer + 0.13 * u), strict=True):
