@@ -75,10 +75,11 @@ class Machine(ABC):
     def _implausible_dimensions(self) -> Iterator[str]:
         """Yield sentences about unknown words and magnitudes outside the plausible range."""
         for field in dataclasses.fields(self):
-            value, words = getattr(self, field.name), field.metadata.get("words")
+            value = getattr(self, field.name)
             if value is None:
                 continue
-            if words:
+            if field.metadata["kind"] == CHOICE_KIND:
+                words = field.metadata["words"]
                 if value not in words:
                     yield f"{field.name} must be one of {', '.join(map(repr, words))}; got {value!r}"
                 continue

@@ -58,7 +58,8 @@ def rod_shape(mass: float, length: float) -> BodyShape:
     BodyShape
         Shape with the points `start` and `end`.
     """
-    rod, ends = slender_rod(mass, (length, 0.0)), {"start": (0.0, 0.0), "end": (length, 0.0)}
+    rod = slender_rod(mass, (length, 0.0))
+    ends = {"start": (0.0, 0.0), "end": (length, 0.0)}
     return BodyShape(second_moments=rod.moments, mass_centre=rod.centre, points=ends, extent=length)
 
 

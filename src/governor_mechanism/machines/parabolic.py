@@ -41,7 +41,8 @@ class ParabolicGovernor(Machine):
     def mechanism(self) -> Mechanism:
         """Build the balls on their guides at equal height, and the sleeve on the spindle."""
         curve = PolynomialCurve(coefficients=(0.0, 0.0, 1.0 / self.double_parameter))
-        ground, up, drop = Point(body=GROUND), math.pi / 2, self.sleeve_drop
+        ground, up = Point(body=GROUND), math.pi / 2
+        drop = self.sleeve_drop
         masses = {RIGHT_BALL: self.ball_mass, LEFT_BALL: self.ball_mass, SLEEVE: self.sleeve_mass}
         right, left, sleeve = (Point(body=name) for name in masses)
         middle_radius = 0.5 * (self.inner_radius + self.outer_radius)

@@ -84,12 +84,14 @@ class HartungBuilder:
 
         By symmetry it stretches twice as far as each spring, so it has half the rate.
         """
-        law, left, right = build_spring_law(self.governor), self._weight_centre(LEFT_WEIGHT), self._weight_centre(RIGHT_WEIGHT)
+        law = build_spring_law(self.governor)
+        left, right = self._weight_centre(LEFT_WEIGHT), self._weight_centre(RIGHT_WEIGHT)
         return Spring(name=SPRING_NAME, first=left, second=right, stiffness=0.5 * law.rate, free_length=2.0 * law.free_radius)
 
     def _readings(self) -> tuple[Reading, ...]:
         """Return the readings; the sleeve lift is zero at the inner end of the stroke, or at the lever angle zero."""
-        weight_centre, zero = self._weight_centre(RIGHT_WEIGHT), self._sleeve_height(self.governor.inner_angle or 0.0)
+        weight_centre = self._weight_centre(RIGHT_WEIGHT)
+        zero = self._sleeve_height(self.governor.inner_angle or 0.0)
         return (
             LineAngle(name="lever_angle", quantity="angle", start=weight_centre, end=self._fulcrum(1.0)),
             x_coordinate("weight_radius", weight_centre),

@@ -145,7 +145,8 @@ class PendulumBuilder:
 
     def _find_problems(self) -> Iterator[str]:
         """Yield sentences about rods or clearance that the governor does not support."""
-        has_sleeve, arm = self.governor.sleeve_mass is not None, self.governor.arm
+        has_sleeve = self.governor.sleeve_mass is not None
+        arm = self.governor.arm
         if self.link_mass and not has_sleeve:
             yield (
                 "rods.link_mass needs links that carry a sleeve; a governor without sleeve_mass has none; "
@@ -243,7 +244,8 @@ class PendulumBuilder:
         """
         knee, lug = self._point_on_arm(RIGHT_BALL, self.governor.joint_length), Point(body=SLEEVE, x=self.governor.lug_distance)
         reading: Reading = LineAngle(name="link_angle", quantity="angle", start=knee, end=lug)
-        max_deviation, sentence = math.pi / 2, "the link is at 90 degrees to the spindle (dead centre)"
+        max_deviation = math.pi / 2
+        sentence = "the link is at 90 degrees to the spindle (dead centre)"
         if self.clearance:
             reading = x_coordinate("link_reach", knee, zero=self.governor.lug_distance)
             max_deviation = MAX_FOLLOWER_REACH_RATIO * self.governor.link_length
@@ -281,13 +283,15 @@ class PendulumBuilder:
         return Point(body=GROUND, x=sign * self.governor.offset)
 
     def _arm_joint(self, side: str, sign: float) -> Joint:
-        name, suspension, ball = f"{side} arm", self._suspension(sign), RIGHT_BALL if sign > 0 else LEFT_BALL
+        name, ball = f"{side} arm", RIGHT_BALL if sign > 0 else LEFT_BALL
+        suspension = self._suspension(sign)
         if self._can_arms_rotate:
             return Pin(name=name, first=suspension, second=self._point_on_arm(ball, 0.0))
         return Distance(name=name, first=suspension, second=Point(body=ball), length=self.governor.arm)
 
     def _link_joints(self, side: str, sign: float) -> list[Joint]:
-        (ball, link), length = (RIGHT_BALL, RIGHT_LINK) if sign > 0 else (LEFT_BALL, LEFT_LINK), self.governor.link_length
+        ball, link = (RIGHT_BALL, RIGHT_LINK) if sign > 0 else (LEFT_BALL, LEFT_LINK)
+        length = self.governor.link_length
         knee, lug = self._point_on_arm(ball, self.governor.joint_length), Point(body=SLEEVE, x=sign * self.governor.lug_distance)
         if not self.link_mass:
             return [Distance(name=f"{side} link", first=knee, second=lug, length=length)]

@@ -206,7 +206,8 @@ class DashpotDrawing:
 
     def cylinder_shapes(self) -> Iterator[DrawnShape]:
         """Yield an open cylinder filled with oil on a hatched base."""
-        (left, right, bottom, top), t, gap = self.box, self.cylinder.wall * self.arm, self.cylinder.gap * self.arm
+        left, right, bottom, top = self.box
+        t, gap = self.cylinder.wall * self.arm, self.cylinder.gap * self.arm
         yield make_rectangle("dashpot", left, right, bottom, top)
         yield make_rectangle("bore", left + t, right - t, bottom + t, top)
         yield make_rectangle("oil", left + t, right - t, bottom + t, top - gap)
@@ -215,7 +216,8 @@ class DashpotDrawing:
     def piston_shapes(self, lift: float, rod_top: float) -> Iterator[DrawnShape]:
         """Yield the piston at a lift above its lowest position, its rod, and the bracket from the top of the rod to the sleeve (m)."""
         sizes, u, (left, right, bottom, _) = self.piston, self.arm, self.box
-        x, height, clearance, rod = (left + right) / 2, bottom + sizes.lowest * u + lift, sizes.clearance * u, sizes.rod_half_width * u
+        x, height = (left + right) / 2, bottom + sizes.lowest * u + lift
+        clearance, rod = sizes.clearance * u, sizes.rod_half_width * u
         yield make_rectangle("piston rod", x - rod, x + rod, height, rod_top)
         yield make_rectangle("piston", left + clearance, right - clearance, height, height + sizes.thickness * u)
         yield make_bar("piston rod", (x, rod_top), (-0.9 * self.sleeve_half_width, rod_top), sizes.bracket_width * u)

@@ -66,7 +66,8 @@ def _shapes_of_effect(effect: OutputEffect, axes: PoseTuple, value: float, exten
 
 
 def _stop_shapes(stops: Stops, axes: PoseTuple, value: float, extents: RunExtents) -> Iterator[DrawnShape]:
-    u, last_impact = extents.length_scale, extents.effect_state.recent_impact(stops.reading, extents.time)
+    u = extents.length_scale
+    last_impact = extents.effect_state.recent_impact(stops.reading, extents.time)
     for limit, direction in ((stops.low, -1.0), (stops.high, 1.0)):
         if math.isfinite(limit):
             point = axes_to_plane(axes, limit - value + direction * _STOP_GAP * u, 0.0)

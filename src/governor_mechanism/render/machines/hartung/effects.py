@@ -47,7 +47,8 @@ def static_effect_shapes(governor: HartungProportions, heights: Vec2) -> Iterato
 
 def moving_effect_shapes(governor: HartungProportions, height: float, time: float) -> Iterator[DrawnShape]:
     """Yield the shapes that move with the sleeve, with its lugs at a height (m), at a time (s)."""
-    u, w, base = governor.arm, governor.spindle_ratio * governor.arm, height - governor.sleeve_size[1]
+    u, base = governor.arm, height - governor.sleeve_size[1]
+    w = governor.spindle_ratio * u
     low, high = governor.lug_height_range
     if governor.find_lift_effect(Dashpot):
         yield from _dashpot(governor, (low, high)).piston_shapes(height - low, height)
@@ -82,9 +83,10 @@ def _stop_radii(governor: HartungProportions, stops: Stops) -> Vec2:
 
 def _weight_stop_shapes(governor: HartungProportions, stops: Stops) -> Iterator[DrawnShape]:
     """Yield the blocks that stop the weights: inside on the hub, outside on brackets from the spring seats."""
-    u, y, radii = governor.arm, _stop_height(governor), _stop_radii(governor, stops)
+    u, y = governor.arm, _stop_height(governor)
+    inner_radius, outer_radius = _stop_radii(governor, stops)
     half_height = min(_STOP_HALF_HEIGHT * u, 0.8 * (governor.half_height - governor.bore_half_height) / 2)
-    inner, outer = radii[0] - governor.half_width, radii[1] + governor.half_width
+    inner, outer = inner_radius - governor.half_width, outer_radius + governor.half_width
     if math.isfinite(inner):
         hub_face = max(inner - 0.16 * u, -0.2 * u) if inner > 0.05 * u else inner - 0.1 * u
         yield make_rectangle("bracket", -max(hub_face, 0.0), max(hub_face, 0.0), y - 0.5 * half_height, y + 0.5 * half_height)

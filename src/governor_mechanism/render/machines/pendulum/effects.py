@@ -35,7 +35,8 @@ _PISTON = parts.PistonSizes(clearance=0.022, lowest=0.05, thickness=0.035, rod_h
 def spindle_foot_distance(governor: PendulumProportions, heights: Vec2) -> float:
     """Return the distance (m) from the low end of the sleeve to the spindle foot, for the lowest and highest lug height (m)."""
     u, shoe_height = governor.arm, _sleeve_depth(governor) - governor.sleeve_size[1]
-    distance, collar = 0.10 * u + shoe_height, (_COLLAR_HEIGHT + 0.05) * u
+    distance = 0.10 * u + shoe_height
+    collar = (_COLLAR_HEIGHT + 0.05) * u
     stops = governor.find_lift_effect(Stops)
     if stops and math.isfinite(stops.low):
         distance = max(distance, heights[0] - (governor.zero_lift_height + stops.low) + shoe_height + collar)
@@ -58,7 +59,8 @@ def static_effect_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
 
 def sleeve_effect_shapes(governor: PendulumProportions, height: float, time: float) -> Iterator[DrawnShape]:
     """Yield the effects on the sleeve, behind the governor, with its lugs at a height (m), at a time (s)."""
-    u, w, base = governor.arm, governor.spindle_ratio * governor.arm, height - governor.sleeve_size[1]
+    u, base = governor.arm, height - governor.sleeve_size[1]
+    w = governor.spindle_ratio * u
     if governor.find_lift_effect(Dashpot):
         yield from _dashpot(governor).piston_shapes(height - governor.lug_height_range[0], base + 0.035 * u)
     if governor.spring_side:
@@ -70,7 +72,8 @@ def sleeve_effect_shapes(governor: PendulumProportions, height: float, time: flo
 
 def arm_effect_shapes(governor: PendulumProportions, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
     """Yield the effects on the arms, in front of the governor, at a pose (bodies, 3) and a time (s), and the impacts."""
-    find_effect_on, sides = governor.effect_state.find_effect_on, governor.sides(pose)
+    find_effect_on = governor.effect_state.find_effect_on
+    sides = governor.sides(pose)
     if find_effect_on(OutputSpring, "ball_radius"):
         yield _ball_spring(governor, sides)
     if find_effect_on(OutputSpring, "arm_angle"):
@@ -194,7 +197,8 @@ def _sleeve_stop_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
 
 def _collar_boxes(governor: PendulumProportions) -> dict[bool, BoundingBox]:
     """Return left, right, bottom and top (m) of the right halves of the low (False) and the high (True) collar."""
-    stops, u, inner = governor.find_lift_effect(Stops), governor.arm, governor.spindle_ratio * governor.arm
+    stops = governor.find_lift_effect(Stops)
+    u, inner = governor.arm, governor.spindle_ratio * governor.arm
     boxes: dict[bool, BoundingBox] = {}
     if stops and math.isfinite(stops.low):
         top = governor.zero_lift_height + stops.low - _sleeve_depth(governor)
