@@ -17,7 +17,7 @@ from typing import ClassVar
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.machines.base import rotate_point, travel_problems, unit_hint, x_coordinate, y_coordinate
-from governor_mechanism.machines.hartung.dimensions import FAILURE_HINTS, HartungDimensions
+from governor_mechanism.machines.hartung.dimensions import HartungDimensions
 from governor_mechanism.machines.hartung.spring import LinearSpringLaw, build_spring_law, spring_problems, stress_warnings
 from governor_mechanism.machines.mass_elements import MassElement, join_elements, slender_rod
 from governor_mechanism.model.effect import Effect
@@ -227,7 +227,7 @@ class HartungGovernor(HartungDimensions):
         for stops in (one for one in effects if isinstance(one, Stops) and one.reading == "lever_angle"):
             ends = [self.middle_angle, *filter(math.isfinite, (stops.low, stops.high))]
             if failure := self.first_failure(min(ends), max(ends)):
-                location = f"at {format_quantity(failure[0], 'rad')} {failure[1]}"
+                location = f"at {format_quantity(failure[0], 'rad')} {failure[1].sentence}"
                 problems.append(f"the stops of 'lever_angle' are too far apart: {location}; move them nearer")
         return problems
 
@@ -235,8 +235,8 @@ class HartungGovernor(HartungDimensions):
         failure = None if self._angle_problems() else self.first_failure(outer_angle, inner_angle)
         if failure is None:
             return []
-        lever_angle, sentence = failure
-        hint = unit_hint(max(inner_angle, -outer_angle), math.pi / 2, "15 deg") or f"; {FAILURE_HINTS[sentence]}, or shorten the stroke"
+        lever_angle, (sentence, cure) = failure
+        hint = unit_hint(max(inner_angle, -outer_angle), math.pi / 2, "15 deg") or f"; {cure}, or shorten the stroke"
         return [
             f"the stroke, lever_angle from {format_quantity(outer_angle, 'rad')} to {format_quantity(inner_angle, 'rad')}, "
             f"is not possible: at {format_quantity(lever_angle, 'rad')} {sentence}{hint}"
