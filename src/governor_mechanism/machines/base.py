@@ -5,7 +5,8 @@ from __future__ import annotations
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, ClassVar
 
 from governor_mechanism.errors import MechanismError
@@ -13,6 +14,7 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Limit, PointCoordinate
+from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.types import Vector2
 
 MIN_DIMENSION, MAX_DIMENSION = 1e-9, 1e9
@@ -29,21 +31,19 @@ def choice_field(words: tuple[str, ...], meaning: str) -> Any:
 
 
 def dimension_field(
-    kind: str,
-    meaning: str,
-    *,
-    default: Any = dataclasses.MISSING,
-    signed: bool = False,
-    max_size: float = MAX_DIMENSION,
-    omission_word: str = "",
+    kind: str, meaning: str, *, default: Any = dataclasses.MISSING, signed: bool = False, max_size: float = MAX_DIMENSION, word: str = ""
 ) -> Any:
     """Declare a dimension of a machine: its kind of quantity ('length', 'mass', ...) and its meaning.
 
-    A `signed` dimension may be zero or negative; the others are positive. A default makes it optional. `omission_word` is the word for
+    A `signed` dimension may be zero or negative; the others are positive. A default makes it optional. `word` is the word for
     "left out" in a scene file. `max_size` (SI) is the largest plausible magnitude.
     """
-    metadata = {"kind": kind, "meaning": meaning, "signed": signed, "most": max_size, "word": omission_word}
+    metadata = {"kind": kind, "meaning": meaning, "signed": signed, "most": max_size, "word": word}
     return dataclasses.field(default=default, metadata=metadata)
+
+
+optional_field = partial(dimension_field, default=None)
+"""Declare a dimension that may be left out."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -55,7 +55,7 @@ class Machine(ABC):
     name
         Name in scene files.
     plane
-        TURNING_PLANE or FIXED_PLANE.
+        TURNING_PLANE, the default, or FIXED_PLANE.
     driver_dimensions
         Dimensions that prescribe the motion of a driven machine; empty for a machine that [start] sets in motion.
     supported_effects
@@ -63,12 +63,17 @@ class Machine(ABC):
     """
 
     name: ClassVar[str]
-    plane: ClassVar[str]
+    plane: ClassVar[str] = TURNING_PLANE
     driver_dimensions: ClassVar[tuple[str, ...]] = ()
     supported_effects: ClassVar[tuple[type[Effect], ...]] = ()
 
     def __post_init__(self) -> None:
-        problems = []
+        # Only plausible dimensions can be tested together.
+        if problems := [*self._implausible_dimensions()] or [*self.dimension_problems()]:
+            raise MechanismError(*problems)
+
+    def _implausible_dimensions(self) -> Iterator[str]:
+        """Yield sentences about unknown words and magnitudes outside the plausible range."""
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             if value is None:
@@ -76,14 +81,16 @@ class Machine(ABC):
             if field.metadata["kind"] == CHOICE_KIND:
                 words = field.metadata["words"]
                 if value not in words:
-                    problems.append(f"{field.name} must be one of {', '.join(map(repr, words))}; got {value!r}")
+                    yield f"{field.name} must be one of {', '.join(map(repr, words))}; got {value!r}"
                 continue
             signed, max_size = field.metadata["signed"], field.metadata["most"]
             if not (MIN_DIMENSION <= (abs(value) or MIN_DIMENSION) <= max_size and (signed or value > 0)):
                 required = "a finite" if signed else "a positive"
-                problems.append(f"{field.name} must be {required} number between {MIN_DIMENSION:g} and {max_size:g} in SI; got {value:g}")
-        if problems:
-            raise MechanismError(*problems)
+                yield f"{field.name} must be {required} number between {MIN_DIMENSION:g} and {max_size:g} in SI; got {value:g}"
+
+    def dimension_problems(self) -> Iterable[str]:
+        """Return sentences about dimensions that contradict one another."""
+        return ()
 
     @abstractmethod
     def mechanism(self, *args: Any, **kwargs: Any) -> Mechanism:

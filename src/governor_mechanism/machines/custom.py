@@ -58,7 +58,8 @@ def rod_shape(mass: float, length: float) -> BodyShape:
     BodyShape
         Shape with the points `start` and `end`.
     """
-    rod, ends = slender_rod(mass, (length, 0.0)), {"start": (0.0, 0.0), "end": (length, 0.0)}
+    rod = slender_rod(mass, (length, 0.0))
+    ends = {"start": (0.0, 0.0), "end": (length, 0.0)}
     return BodyShape(second_moments=rod.moments, mass_centre=rod.centre, points=ends, extent=length)
 
 
@@ -354,7 +355,8 @@ def build_custom_mechanism(
     Mechanism
         The mechanism.
     """
-    slots = [(slot, slot.curve) for slot in joints if isinstance(slot, CurveSlot) and isinstance(slot.curve, SplineCurve)]
+    slots = [slot for slot in joints if isinstance(slot, CurveSlot)]
+    ranges = [_slot_range(slot, slot.curve) for slot in slots if isinstance(slot.curve, SplineCurve)]
     return Mechanism(
         bodies=tuple(body.body for body in bodies),
         joints=tuple(joints),
@@ -362,14 +364,15 @@ def build_custom_mechanism(
         coordinate=coordinate,
         length_scale=length_scale,
         initial_guess=tuple(body.pose for body in bodies),
-        limits=tuple(_slot_limit(slot, curve) for slot, curve in slots),
-        internal_outputs=tuple(_slot_coordinate(slot) for slot, _ in slots),
+        limits=tuple(limit for _, limit in ranges),
+        internal_outputs=tuple(coordinate for coordinate, _ in ranges),
         force_elements=tuple(force_elements),
     )
 
 
-def _slot_coordinate(slot: CurveSlot) -> PointCoordinate:
-    return PointCoordinate(
+def _slot_range(slot: CurveSlot, table: SplineCurve) -> tuple[PointCoordinate, Limit]:
+    """Return the coordinate along the axis of a slot, and its range in the table of the slot."""
+    coordinate = PointCoordinate(
         name=f"way in {slot.name}",
         quantity="length",
         point=slot.second,
@@ -377,14 +380,6 @@ def _slot_coordinate(slot: CurveSlot) -> PointCoordinate:
         direction_y=math.sin(slot.angle),
         origin=slot.first,
     )
-
-
-def _slot_limit(slot: CurveSlot, table: SplineCurve) -> Limit:
-    message_start = f"the point leaves the table of curve slot {slot.name!r} at its"
-    return Limit(
-        reading=_slot_coordinate(slot).name,
-        low=table.x[0],
-        high=table.x[-1],
-        low_message=f"{message_start} first point",
-        high_message=f"{message_start} last point",
-    )
+    text = f"the point leaves the table of curve slot {slot.name!r} at its"
+    messages = {"low_message": f"{text} first point", "high_message": f"{text} last point"}
+    return coordinate, Limit(reading=coordinate.name, low=table.x[0], high=table.x[-1], **messages)

@@ -8,17 +8,15 @@ axis, y up from the vertex of the parabola.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine, dimension_field, x_coordinate, y_coordinate
 from governor_mechanism.model.curves import PolynomialCurve
 from governor_mechanism.model.joints import GROUND, CurveSlot, Point, ProportionalDisplacement, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit
-from governor_mechanism.model.part import TURNING_PLANE
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 
@@ -28,7 +26,6 @@ class ParabolicGovernor(Machine):
     """Two balls as points in guides, and a sleeve. Lengths in m, masses in kg."""
 
     name: ClassVar[str] = "parabolic_governor"
-    plane: ClassVar[str] = TURNING_PLANE
 
     double_parameter: float = dimension_field("length", "c of the guide x^2 = c y")
     inner_radius: float = dimension_field("length", "of the guide's inner end from the spindle axis")
@@ -36,15 +33,16 @@ class ParabolicGovernor(Machine):
     ball_mass: float = dimension_field("mass", "of one ball; there are two")
     sleeve_mass: float = dimension_field("mass", "of the whole sleeve and its load")
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def dimension_problems(self) -> Iterator[str]:
+        """Yield a sentence about ends of the guide in the wrong order."""
         if self.inner_radius >= self.outer_radius:
-            raise MechanismError(f"inner_radius ({self.inner_radius:g} m) must be less than outer_radius ({self.outer_radius:g} m)")
+            yield f"inner_radius ({self.inner_radius:g} m) must be less than outer_radius ({self.outer_radius:g} m)"
 
     def mechanism(self) -> Mechanism:
         """Build the balls on their guides at equal height, and the sleeve on the spindle."""
         curve = PolynomialCurve(coefficients=(0.0, 0.0, 1.0 / self.double_parameter))
-        ground, up, drop = Point(body=GROUND), math.pi / 2, self.sleeve_drop
+        ground, up = Point(body=GROUND), math.pi / 2
+        drop = self.sleeve_drop
         masses = {RIGHT_BALL: self.ball_mass, LEFT_BALL: self.ball_mass, SLEEVE: self.sleeve_mass}
         right, left, sleeve = (Point(body=name) for name in masses)
         middle_radius = 0.5 * (self.inner_radius + self.outer_radius)

@@ -10,21 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, choice_field, dimension_field, rotate_point, unit_hint, x_coordinate
-from governor_mechanism.machines.driven_crank import (
-    CONNECTING_ROD,
-    CRANK,
-    CROSSHEAD,
-    CROSSHEAD_GUIDE,
-    PLACEHOLDER_MASS,
-    VALVE,
-    driven_crank_joints,
-    placeholder_crank,
-)
+from governor_mechanism.machines import driven_crank
+from governor_mechanism.machines.base import Machine, choice_field, dimension_field, optional_field, rotate_point, unit_hint, x_coordinate
+from governor_mechanism.machines.driven_crank import CROSSHEAD, VALVE
 from governor_mechanism.machines.slider_crank import rod_length_problems
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
@@ -70,13 +61,9 @@ class SlideValve(Machine):
     driver_dimensions: ClassVar[tuple[str, ...]] = ("crank_speed", "crank_start")
 
     crank: float = dimension_field("length", "from the shaft to the crank pin: half the stroke")
-    connecting_rod: float | None = dimension_field(
-        "length", "from the crank pin to the crosshead; endless if left out", default=None, omission_word="endless"
-    )
+    connecting_rod: float | None = optional_field("length", "from the crank pin to the crosshead; endless if left out", word="endless")
     eccentric: float = dimension_field("length", "from the shaft to the eccentric's centre: half the valve's travel")
-    eccentric_rod: float | None = dimension_field(
-        "length", "from the eccentric's centre to the valve; endless if left out", default=None, omission_word="endless"
-    )
+    eccentric_rod: float | None = optional_field("length", "from the eccentric's centre to the valve; endless if left out", word="endless")
     advance: float = dimension_field("angle", "by which the eccentric runs ahead of a right angle to the crank", signed=True)
     outside_lap: float = dimension_field("length", "by which the valve in its middle covers the outer edges", signed=True)
     inside_lap: float = dimension_field("length", "by which it covers the inner edges; negative leaves them open", default=0.0, signed=True)
@@ -84,12 +71,11 @@ class SlideValve(Machine):
     crank_start: float = dimension_field("angle", "of the crank at the start", default=0.0, signed=True)
     setting: str = choice_field((EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS), "rule for the centre of the valve's motion")
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def dimension_problems(self) -> list[str]:
+        """Return sentences about rods, angle of advance, laps and ports."""
         problems = [*rod_length_problems(self, {"connecting_rod": "crank", "eccentric_rod": "eccentric"}), *self._turning_problems()]
         # The ports can only be tested for valid rods and laps.
-        if problems := problems or [*self._port_problems()]:
-            raise MechanismError(*problems)
+        return problems or [*self._port_problems()]
 
     def _turning_problems(self) -> Iterator[str]:
         """Yield sentences about a wrong angle of advance and laps larger than the travel of the valve."""
@@ -168,20 +154,19 @@ class SlideValve(Machine):
 
     def mechanism(self) -> Mechanism:
         """Build crank with eccentric, valve and crosshead from placeholder masses. An infinite rod is a crossed slide."""
-        ground, pin, crosshead, valve = Point(body=GROUND), Point(body=CRANK, x=-self.crank), Point(body=CROSSHEAD), Point(body=VALVE)
-        eccentric = Point(body=CRANK, x=self.eccentric * math.sin(self.advance), y=-self.eccentric * math.cos(self.advance))
+        ground, pin = Point(body=GROUND), Point(body=driven_crank.CRANK, x=-self.crank)
+        eccentric = replace(pin, x=self.eccentric * math.sin(self.advance), y=-self.eccentric * math.cos(self.advance))
+        sliding_bodies = [Body(name=name, mass=driven_crank.PLACEHOLDER_MASS, can_rotate=False) for name in (CROSSHEAD, VALVE)]
+        crosshead, valve = (Point(body=body.name) for body in sliding_bodies)
         angle = self.crank_start
         crosshead_x = (self.connecting_rod or 0.0) + self._piston_displacement(angle) - self.crank
         valve_x = (self.eccentric_rod or 0.0) + self._valve_displacement(angle)
         return Mechanism(
-            bodies=(
-                placeholder_crank(self.crank, 2 * PLACEHOLDER_MASS),
-                *(Body(name=name, mass=PLACEHOLDER_MASS, can_rotate=False) for name in (CROSSHEAD, VALVE)),
-            ),
+            bodies=(driven_crank.placeholder_crank(self.crank, 2 * driven_crank.PLACEHOLDER_MASS), *sliding_bodies),
             joints=(
-                *driven_crank_joints(self.crank_speed, angle),
-                _rod_joint(CONNECTING_ROD, pin, crosshead, self.connecting_rod),
-                Slider(name=CROSSHEAD_GUIDE, first=ground, second=crosshead, angle=0.0),
+                *driven_crank.crank_joints(self.crank_speed, angle),
+                _rod_joint(driven_crank.CONNECTING_ROD, pin, crosshead, self.connecting_rod),
+                Slider(name=driven_crank.CROSSHEAD_GUIDE, first=ground, second=crosshead, angle=0.0),
                 _rod_joint(ECCENTRIC_ROD, eccentric, valve, self.eccentric_rod),
                 Slider(name=VALVE_GUIDE, first=ground, second=valve, angle=0.0),
             ),
@@ -195,7 +180,7 @@ class SlideValve(Machine):
         """Return crank angle, valve displacement, piston displacements and port openings (negative: closed)."""
         crank_end, centre = (self.connecting_rod or 0.0) - self.crank, self.valve_centre
         return (
-            BodyAngle(name="crank_angle", quantity="angle", body=CRANK),
+            BodyAngle(name="crank_angle", quantity="angle", body=driven_crank.CRANK),
             x_coordinate("valve_displacement", valve, zero=centre),
             x_coordinate("crank_end_travel", crosshead, zero=crank_end),
             x_coordinate("head_end_travel", crosshead, sign=-1.0, zero=-crank_end - 2 * self.crank),

@@ -13,18 +13,8 @@ from typing import ClassVar
 
 from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.machines import driven_crank
 from governor_mechanism.machines.base import Machine, dimension_field, rotate_point, x_coordinate
-from governor_mechanism.machines.driven_crank import (
-    CONNECTING_ROD,
-    CRANK,
-    CRANK_PIN,
-    CROSSHEAD,
-    CROSSHEAD_GUIDE,
-    GUDGEON_PIN,
-    PLACEHOLDER_MASS,
-    driven_crank_joints,
-    placeholder_crank,
-)
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
@@ -46,21 +36,20 @@ class SliderCrank(Machine):
     crank_speed: float = dimension_field("angular_speed", "of the crank, which is driven")
     crank_start: float = dimension_field("angle", "of the crank at the start, from the outer dead centre", default=0.0, signed=True)
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if problems := rod_length_problems(self, {"connecting_rod": "crank"}):
-            raise MechanismError(*problems)
+    def dimension_problems(self) -> list[str]:
+        """Return a sentence about a rod that is too short."""
+        return rod_length_problems(self, {"connecting_rod": "crank"})
 
     def mechanism(self, masses: CrankMasses | None = None) -> Mechanism:
         """Build crank, rod and crosshead. A massless rod is a distance. Raise MechanismError for a mass centre beyond the rod."""
         parts = self._build_parts(masses)
-        rod_end = Point(body=CROSSHEAD) if parts.crosshead else self._rod_end(parts)
-        crank_pin = Point(body=CRANK, x=self.crank - parts.crank_centre)
+        rod_end = Point(body=driven_crank.CROSSHEAD) if parts.crosshead else self._rod_end(parts)
+        crank_pin = Point(body=driven_crank.CRANK, x=self.crank - parts.crank_centre)
         return Mechanism(
             bodies=tuple(body for body in (parts.crank, parts.rod, parts.crosshead) if body),
             joints=self._joints(parts, crank_pin, rod_end),
             readings=(
-                BodyAngle(name="crank_angle", quantity="angle", body=CRANK),
+                BodyAngle(name="crank_angle", quantity="angle", body=driven_crank.CRANK),
                 x_coordinate("crosshead_distance", rod_end),
                 LineAngle(name="rod_angle", quantity="angle", start=crank_pin, end=rod_end, zero=math.pi / 2),
             ),
@@ -71,9 +60,9 @@ class SliderCrank(Machine):
 
     def _build_parts(self, masses: CrankMasses | None) -> _CrankTrainParts:
         """Return the parts. A massless part that is necessary gets a placeholder mass."""
-        placeholder = Body(name=CROSSHEAD, mass=PLACEHOLDER_MASS, can_rotate=False)
+        placeholder = Body(name=driven_crank.CROSSHEAD, mass=driven_crank.PLACEHOLDER_MASS, can_rotate=False)
         if masses is None:
-            return _CrankTrainParts(crank=placeholder_crank(self.crank, PLACEHOLDER_MASS), crosshead=placeholder)
+            return _CrankTrainParts(crank=driven_crank.placeholder_crank(self.crank, driven_crank.PLACEHOLDER_MASS), crosshead=placeholder)
         rod_centre = 0.5 * self.connecting_rod if masses.rod_centre is None else masses.rod_centre
         if rod_centre > self.connecting_rod:
             raise MechanismError(
@@ -81,23 +70,26 @@ class SliderCrank(Machine):
                 f"pin, and connecting_rod is {self.connecting_rod * 1e3:.6g} mm"
             )
         rod_moments = SecondMoments(xx=masses.rod_inertia or masses.rod * self.connecting_rod**2 / 12)
-        rod = Body(name=CONNECTING_ROD, mass=masses.rod, second_moments=rod_moments) if masses.rod else None
-        crosshead = replace(placeholder, mass=masses.crosshead) if masses.crosshead else None if rod else placeholder
+        rod = Body(name=driven_crank.CONNECTING_ROD, mass=masses.rod, second_moments=rod_moments) if masses.rod else None
+        needs_crosshead = masses.crosshead or not rod
+        crosshead = replace(placeholder, mass=masses.crosshead or placeholder.mass) if needs_crosshead else None
         crank_moments = SecondMoments(xx=masses.crank * self.crank**2 / 12)
-        crank = Body(name=CRANK, mass=masses.crank, second_moments=crank_moments)
+        crank = Body(name=driven_crank.CRANK, mass=masses.crank, second_moments=crank_moments)
         return _CrankTrainParts(crank=crank, crank_centre=masses.crank_centre, rod=rod, rod_centre=rod_centre, crosshead=crosshead)
 
     def _rod_end(self, parts: _CrankTrainParts) -> Point:
-        return Point(body=CONNECTING_ROD, x=self.connecting_rod - parts.rod_centre)
+        return Point(body=driven_crank.CONNECTING_ROD, x=self.connecting_rod - parts.rod_centre)
 
     def _joints(self, parts: _CrankTrainParts, crank_pin: Point, rod_end: Point) -> tuple[Joint, ...]:
-        joints = [*driven_crank_joints(self.crank_speed, self.crank_start, parts.crank_centre)]
+        joints = [*driven_crank.crank_joints(self.crank_speed, self.crank_start, parts.crank_centre)]
         if not parts.rod:
-            joints.append(Distance(name=CONNECTING_ROD, first=crank_pin, second=rod_end, length=self.connecting_rod))
+            joints.append(Distance(name=driven_crank.CONNECTING_ROD, first=crank_pin, second=rod_end, length=self.connecting_rod))
         else:
-            joints.append(Pin(name=CRANK_PIN, first=crank_pin, second=Point(body=CONNECTING_ROD, x=-parts.rod_centre)))
-            joints += [Pin(name=GUDGEON_PIN, first=self._rod_end(parts), second=rod_end)] if parts.crosshead else []
-        return *joints, Slider(name=CROSSHEAD_GUIDE, first=Point(body=GROUND), second=rod_end, angle=0.0)
+            joints.append(
+                Pin(name=driven_crank.CRANK_PIN, first=crank_pin, second=Point(body=driven_crank.CONNECTING_ROD, x=-parts.rod_centre))
+            )
+            joints += [Pin(name=driven_crank.GUDGEON_PIN, first=self._rod_end(parts), second=rod_end)] if parts.crosshead else []
+        return *joints, Slider(name=driven_crank.CROSSHEAD_GUIDE, first=Point(body=GROUND), second=rod_end, angle=0.0)
 
     def _initial_guess(self, parts: _CrankTrainParts) -> tuple[tuple[float, float, float], ...]:
         angle = self.crank_start

@@ -4,28 +4,30 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
-from governor_mechanism.machines.base import Machine, dimension_field
+from governor_mechanism.machines.base import Machine, dimension_field, optional_field
 from governor_mechanism.model.output_variables import Limit
 from governor_mechanism.types import Vector2
 
 N_TRAVEL_SAMPLES = 720
 """Samples per quarter turn to bracket an end of the travel, before bisection."""
 
-ARMS_LEVEL_OUTERMOST = "the weights' arms are horizontal, outermost (dead centre)"
-ARMS_LEVEL_INNERMOST = "the weights' arms are horizontal, innermost (dead centre)"
-WEIGHTS_MEET = "the weights meet on the spindle axis"
-LEVER_DEAD_CENTRE = "the sleeve has a turning point: the lever no longer lifts it"
-HANGER_TOO_SHORT = "the hanger is too short: it is at 90 degrees to the spindle"
 
-FAILURE_HINTS = {
-    ARMS_LEVEL_OUTERMOST: "keep outer_angle above -90 deg",
-    ARMS_LEVEL_INNERMOST: "keep inner_angle below 90 deg",
-    WEIGHTS_MEET: "raise fulcrum_radius",
-    LEVER_DEAD_CENTRE: "lower bell_crank_angle, lengthen the hanger where it has a length",
-    HANGER_TOO_SHORT: "lengthen the hanger",
-}
-"""Cures by failure."""
+class Failure(NamedTuple):
+    """Why the governor does not work at a lever angle, and the cure."""
+
+    sentence: str
+    cure: str
+
+
+ARMS_LEVEL_OUTERMOST = Failure("the weights' arms are horizontal, outermost (dead centre)", "keep outer_angle above -90 deg")
+ARMS_LEVEL_INNERMOST = Failure("the weights' arms are horizontal, innermost (dead centre)", "keep inner_angle below 90 deg")
+WEIGHTS_MEET = Failure("the weights meet on the spindle axis", "raise fulcrum_radius")
+LEVER_DEAD_CENTRE = Failure(
+    "the sleeve has a turning point: the lever no longer lifts it", "lower bell_crank_angle, lengthen the hanger where it has a length"
+)
+HANGER_TOO_SHORT = Failure("the hanger is too short: it is at 90 degrees to the spindle", "lengthen the hanger")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,27 +38,27 @@ class HartungDimensions(Machine):
     sleeve_arm: float = dimension_field("length", "from the fulcrum to the hanger")
     bell_crank_angle: float = dimension_field("angle", "between its two arms, 90 to 180 deg", default=math.pi / 2)
     fulcrum_radius: float = dimension_field("length", "of the fulcrum from the spindle axis")
-    fulcrum_height: float | None = dimension_field(
-        "length", "of the fulcrum above the cross axis; as far below as weight_arm is long, if left out", default=None, signed=True
+    fulcrum_height: float | None = optional_field(
+        "length", "of the fulcrum above the cross axis; as far below as weight_arm is long, if left out", signed=True
     )
     weight_mass: float = dimension_field("mass", "of one weight; there are two")
     sleeve_mass: float = dimension_field("mass", "of the whole sleeve and its load")
-    hanger: float | None = dimension_field("length", "of the hangers, from bell crank to sleeve", default=None, omission_word="vertical")
+    hanger: float | None = optional_field("length", "of the hangers, from bell crank to sleeve", word="vertical")
     lug_offset: float = dimension_field("length", "of the sleeve's lugs from the axis", default=0.0, signed=True)
-    inner_angle: float | None = dimension_field("angle", "of the lever at the inner end of the stroke", default=None, signed=True)
-    outer_angle: float | None = dimension_field("angle", "of the lever at the outer end of the stroke", default=None, signed=True)
-    spring_rate: float | None = dimension_field("stiffness", "of each spring", default=None)
-    spring_preload: float | None = dimension_field("force", "of each spring at preload_radius", default=None, signed=True)
-    preload_radius: float | None = dimension_field(
-        "length", "of a weight where spring_preload is its spring's force; fulcrum_radius if left out", default=None
+    inner_angle: float | None = optional_field("angle", "of the lever at the inner end of the stroke", signed=True)
+    outer_angle: float | None = optional_field("angle", "of the lever at the outer end of the stroke", signed=True)
+    spring_rate: float | None = optional_field("stiffness", "of each spring")
+    spring_preload: float | None = optional_field("force", "of each spring at preload_radius", signed=True)
+    preload_radius: float | None = optional_field(
+        "length", "of a weight where spring_preload is its spring's force; fulcrum_radius if left out"
     )
-    spring_wire: float | None = dimension_field("length", "of each spring's wire, its diameter", default=None)
-    spring_coil: float | None = dimension_field("length", "of each spring's coil, its mean diameter", default=None)
-    spring_turns: float | None = dimension_field("number", "of each spring's active turns", default=None)
-    spring_modulus: float | None = dimension_field("modulus", "of shear of the springs' wire", default=None, max_size=1e13)
-    spring_stress_limit: float | None = dimension_field("pressure", "that the springs' wire may bear", default=None)
-    inner_speed: float | None = dimension_field("angular_speed", "that holds the weights at the inner end of the stroke", default=None)
-    outer_speed: float | None = dimension_field("angular_speed", "that holds the weights at the outer end of the stroke", default=None)
+    spring_wire: float | None = optional_field("length", "of each spring's wire, its diameter")
+    spring_coil: float | None = optional_field("length", "of each spring's coil, its mean diameter")
+    spring_turns: float | None = optional_field("number", "of each spring's active turns")
+    spring_modulus: float | None = optional_field("modulus", "of shear of the springs' wire", max_size=1e13)
+    spring_stress_limit: float | None = optional_field("pressure", "that the springs' wire may bear")
+    inner_speed: float | None = optional_field("angular_speed", "that holds the weights at the inner end of the stroke")
+    outer_speed: float | None = optional_field("angular_speed", "that holds the weights at the outer end of the stroke")
     insensitivity: float = dimension_field("ratio", "that the regulating force is computed with", default=0.04)
 
     @property
@@ -94,7 +96,7 @@ class HartungDimensions(Machine):
             hanger_tangent = reach / math.sqrt(self.hanger**2 - reach**2)
         return -self.sleeve_arm * (math.sin(sleeve_arm_angle) + math.cos(sleeve_arm_angle) * hanger_tangent)
 
-    def failure_at(self, lever_angle: float) -> str | None:
+    def failure_at(self, lever_angle: float) -> Failure | None:
         """Return why the governor does not work at a lever angle (rad), or None if it does."""
         if abs(lever_angle) >= math.pi / 2:
             return ARMS_LEVEL_INNERMOST if lever_angle > 0 else ARMS_LEVEL_OUTERMOST
@@ -104,15 +106,11 @@ class HartungDimensions(Machine):
             return HANGER_TOO_SHORT
         return LEVER_DEAD_CENTRE if self.lift_derivative(lever_angle) >= 0 else None
 
-    def first_failure(self, outer_angle: float, inner_angle: float) -> tuple[float, str] | None:
+    def first_failure(self, outer_angle: float, inner_angle: float) -> tuple[float, Failure] | None:
         """Return the first failing lever angle (rad) of a stroke from outer to inner end and its reason, or None."""
         n_samples = max(round((inner_angle - outer_angle) / (math.pi / 2) * N_TRAVEL_SAMPLES), 1)
-        for k in range(n_samples + 1):
-            lever_angle = outer_angle + (inner_angle - outer_angle) * k / n_samples
-            sentence = self.failure_at(lever_angle)
-            if sentence is not None:
-                return lever_angle, sentence
-        return None
+        angles = (outer_angle + (inner_angle - outer_angle) * k / n_samples for k in range(n_samples + 1))
+        return next(((angle, failure) for angle in angles if (failure := self.failure_at(angle))), None)
 
     def travel_limit(self) -> Limit:
         """Return the working range of the lever angle around mid stroke."""
@@ -125,4 +123,5 @@ class HartungDimensions(Machine):
             valid_angle, failing_angle = failing_angle, failing_angle + direction * 0.5 * math.pi / N_TRAVEL_SAMPLES
         while (midpoint := 0.5 * (valid_angle + failing_angle)) not in (valid_angle, failing_angle):
             valid_angle, failing_angle = (midpoint, failing_angle) if self.failure_at(midpoint) is None else (valid_angle, midpoint)
-        return valid_angle, self.failure_at(failing_angle) or ""
+        failure = self.failure_at(failing_angle)
+        return valid_angle, failure.sentence if failure else ""

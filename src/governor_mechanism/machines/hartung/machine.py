@@ -16,9 +16,8 @@ from typing import ClassVar
 
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import rotate_point, travel_problems, unit_hint, x_coordinate, y_coordinate
-from governor_mechanism.machines.hartung.dimensions import FAILURE_HINTS, HartungDimensions
+from governor_mechanism.machines.hartung.dimensions import HartungDimensions
 from governor_mechanism.machines.hartung.spring import LinearSpringLaw, build_spring_law, spring_problems, stress_warnings
 from governor_mechanism.machines.mass_elements import MassElement, join_elements, slender_rod
 from governor_mechanism.model.effect import Effect
@@ -26,7 +25,6 @@ from governor_mechanism.model.force_elements import Spring
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import DerivedForce, LineAngle, Reading, SpringForce, StaticForce
-from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.types import Vector2
 from governor_mechanism.units.quantities import format_quantity
 
@@ -86,12 +84,14 @@ class HartungBuilder:
 
         By symmetry it stretches twice as far as each spring, so it has half the rate.
         """
-        law, left, right = build_spring_law(self.governor), self._weight_centre(LEFT_WEIGHT), self._weight_centre(RIGHT_WEIGHT)
+        law = build_spring_law(self.governor)
+        left, right = self._weight_centre(LEFT_WEIGHT), self._weight_centre(RIGHT_WEIGHT)
         return Spring(name=SPRING_NAME, first=left, second=right, stiffness=0.5 * law.rate, free_length=2.0 * law.free_radius)
 
     def _readings(self) -> tuple[Reading, ...]:
         """Return the readings; the sleeve lift is zero at the inner end of the stroke, or at the lever angle zero."""
-        weight_centre, zero = self._weight_centre(RIGHT_WEIGHT), self._sleeve_height(self.governor.inner_angle or 0.0)
+        weight_centre = self._weight_centre(RIGHT_WEIGHT)
+        zero = self._sleeve_height(self.governor.inner_angle or 0.0)
         return (
             LineAngle(name="lever_angle", quantity="angle", start=weight_centre, end=self._fulcrum(1.0)),
             x_coordinate("weight_radius", weight_centre),
@@ -167,15 +167,14 @@ class HartungGovernor(HartungDimensions):
     """
 
     name: ClassVar[str] = "hartung"
-    plane: ClassVar[str] = TURNING_PLANE
     supported_effects: ClassVar[tuple[type[Effect], ...]] = (BellCrankMasses,)
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def dimension_problems(self) -> list[str]:
+        """Return sentences about angles, stroke and springs."""
         problems = [*self._angle_problems(), *self._stroke_problems(), *spring_problems(self)]
-        if problems:
-            raise MechanismError(*problems)
-        self.spring_law()  # raises for two speeds that no spring satisfies
+        if not problems:
+            self.spring_law()  # raises for two speeds that no spring satisfies
+        return problems
 
     def spring_law(self) -> LinearSpringLaw:
         """Return the force of each spring over the radius of its weight."""
@@ -228,7 +227,7 @@ class HartungGovernor(HartungDimensions):
         for stops in (one for one in effects if isinstance(one, Stops) and one.reading == "lever_angle"):
             ends = [self.middle_angle, *filter(math.isfinite, (stops.low, stops.high))]
             if failure := self.first_failure(min(ends), max(ends)):
-                location = f"at {format_quantity(failure[0], 'rad')} {failure[1]}"
+                location = f"at {format_quantity(failure[0], 'rad')} {failure[1].sentence}"
                 problems.append(f"the stops of 'lever_angle' are too far apart: {location}; move them nearer")
         return problems
 
@@ -236,8 +235,8 @@ class HartungGovernor(HartungDimensions):
         failure = None if self._angle_problems() else self.first_failure(outer_angle, inner_angle)
         if failure is None:
             return []
-        lever_angle, sentence = failure
-        hint = unit_hint(max(inner_angle, -outer_angle), math.pi / 2, "15 deg") or f"; {FAILURE_HINTS[sentence]}, or shorten the stroke"
+        lever_angle, (sentence, cure) = failure
+        hint = unit_hint(max(inner_angle, -outer_angle), math.pi / 2, "15 deg") or f"; {cure}, or shorten the stroke"
         return [
             f"the stroke, lever_angle from {format_quantity(outer_angle, 'rad')} to {format_quantity(inner_angle, 'rad')}, "
             f"is not possible: at {format_quantity(lever_angle, 'rad')} {sentence}{hint}"

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 
 from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
 from governor_mechanism.effects.spring import helical_spring_rate
@@ -15,6 +17,7 @@ SPEED_DIMENSIONS = ("inner_speed", "outer_speed")
 SPRING_DESCRIPTIONS = (("spring_rate",), WIRE_DIMENSIONS, SPEED_DIMENSIONS)
 """Alternative descriptions of the spring; the first two do not determine its preload."""
 PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION, STRESS_LIMIT_DIMENSION = ("spring_preload", "preload_radius", "spring_stress_limit")
+SPRING_DIMENSIONS = (*chain(*SPRING_DESCRIPTIONS), PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION, STRESS_LIMIT_DIMENSION)
 PASCAL_PER_KGF_CM2 = 98066.5
 """Pa per kgf/cm2, the unit of stress of the period."""
 
@@ -37,42 +40,39 @@ class LinearSpringLaw:
         return self.radius - self.preload / self.rate
 
 
-def spring_problems(governor: HartungDimensions) -> list[str]:
-    """Return sentences about missing, multiple or contradictory descriptions of the springs."""
-    given = _given_dimensions(governor)
-    descriptions = [way for way in SPRING_DESCRIPTIONS if given & set(way)]
+def spring_problems(governor: HartungDimensions) -> Iterator[str]:
+    """Yield sentences about missing, multiple or contradictory descriptions of the springs."""
+    given = [name for name in SPRING_DIMENSIONS if getattr(governor, name) is not None]
+    descriptions = [way for way in SPRING_DESCRIPTIONS if not set(way).isdisjoint(given)]
     if len(descriptions) != 1:
         names_found = " and ".join(next(name for name in way if name in given) for way in descriptions) or "none"
-        return [
+        yield (
             f"the springs need one description; found {names_found}; give spring_rate, or spring_wire with its coil, turns "
             "and modulus, or inner_speed and outer_speed"
-        ]
+        )
+        return
     (required,) = descriptions
     missing = [name for name in required if name not in given]
-    problems = []
     if missing:
-        problems.append(f"the description of the springs lacks {', '.join(missing)}; it needs {', '.join(required)}")
+        yield f"the description of the springs lacks {', '.join(missing)}; it needs {', '.join(required)}"
     if required == SPEED_DIMENSIONS:
-        problems += [
-            f"{name} cannot be combined with {' and '.join(SPEED_DIMENSIONS)}, which determine it; leave it out"
-            for name in (PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION)
-            if name in given
-        ]
+        for name in (PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION):
+            if name in given:
+                yield f"{name} cannot be combined with {' and '.join(SPEED_DIMENSIONS)}, which determine it; leave it out"
         if governor.inner_angle is None and governor.outer_angle is None:
-            problems.append("inner_speed and outer_speed hold the ends of the stroke; give inner_angle and outer_angle")
+            yield "inner_speed and outer_speed hold the ends of the stroke; give inner_angle and outer_angle"
     elif PRELOAD_DIMENSION not in given:
-        problems.append(f"{PRELOAD_DIMENSION} is missing; it is the force of each spring at preload_radius, or at fulcrum_radius")
+        yield f"{PRELOAD_DIMENSION} is missing; it is the force of each spring at preload_radius, or at fulcrum_radius"
     if required == WIRE_DIMENSIONS and not missing:
         try:
             _wire_rate(governor)
         except MechanismError as error:
-            problems += error.problems
+            yield from error.problems
     if STRESS_LIMIT_DIMENSION in given and (required != WIRE_DIMENSIONS or governor.outer_angle is None):
-        problems.append(
+        yield (
             f"{STRESS_LIMIT_DIMENSION} needs springs described by their wire, and a stroke; give {', '.join(WIRE_DIMENSIONS)} and "
             "inner_angle and outer_angle, or leave it out"
         )
-    return problems
 
 
 def build_spring_law(governor: HartungDimensions) -> LinearSpringLaw:
@@ -82,12 +82,6 @@ def build_spring_law(governor: HartungDimensions) -> LinearSpringLaw:
     rate = _wire_rate(governor) if governor.spring_rate is None else governor.spring_rate
     radius = governor.fulcrum_radius if governor.preload_radius is None else governor.preload_radius
     return LinearSpringLaw(rate=rate, preload=governor.spring_preload or 0.0, radius=radius)
-
-
-def _given_dimensions(governor: HartungDimensions) -> set[str]:
-    """Return the names of the given spring dimensions."""
-    names = (*(name for way in SPRING_DESCRIPTIONS for name in way), PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION, STRESS_LIMIT_DIMENSION)
-    return {name for name in names if getattr(governor, name) is not None}
 
 
 def _wire_rate(governor: HartungDimensions) -> float:

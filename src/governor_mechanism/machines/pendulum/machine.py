@@ -16,14 +16,12 @@ from typing import ClassVar
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import travel_problems, x_coordinate, y_coordinate
+from governor_mechanism.machines.base import Machine, dimension_field, optional_field, travel_problems, x_coordinate, y_coordinate
 from governor_mechanism.machines.mass_elements import MassElement, join_elements, slender_rod, solid_ball
-from governor_mechanism.machines.pendulum.dimensions import PendulumDimensions
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import FollowerHeight, Limit, LineAngle, Reading
-from governor_mechanism.model.part import TURNING_PLANE
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 RIGHT_LINK, LEFT_LINK = "right link", "left link"
@@ -33,10 +31,109 @@ MAX_FOLLOWER_REACH_RATIO = 0.9999
 
 
 @dataclass(frozen=True, kw_only=True)
+class PendulumGovernor(Machine):
+    """Two balls on arms and a sleeve on links. Lengths in m, masses in kg; the effect `rods` gives mass to arms and links."""
+
+    name: ClassVar[str] = "pendulum_governor"
+    supported_effects: ClassVar[tuple[type[Effect], ...]] = (RodMasses, Clearance)
+
+    arm: float = dimension_field("length", "from the suspension to the ball's centre")
+    ball_mass: float = dimension_field("mass", "of one ball; there are two")
+    offset: float = dimension_field("length", "of the suspension from the spindle axis; negative = crossed arms", default=0.0, signed=True)
+    arm_joint: float | None = optional_field("length", "from the suspension to the joint of arm and link; the whole arm if left out")
+    link: float | None = optional_field("length", "of the sleeve link; as long as arm_joint if left out")
+    lug_offset: float | None = optional_field("length", "of the sleeve's lug from the axis; the same as offset if left out", signed=True)
+    sleeve_mass: float | None = optional_field("mass", "of the whole sleeve and its load; left out for a governor without a loaded sleeve")
+
+    def dimension_problems(self) -> Iterator[str]:
+        """Yield a sentence about dimensions with which the governor cannot be assembled."""
+        low, high = self._angle_range_with_ball_off_axis()
+        reach = self._min_link_reach(low, high)
+        if self.joint_length > self.arm:
+            yield f"arm_joint ({_mm(self.joint_length)}) lies beyond the ball; it must not exceed arm ({_mm(self.arm)})"
+        elif low >= high:
+            yield (
+                f"offset ({_mm(self.offset)}) puts the balls on or across the spindle axis at every arm angle; "
+                f"with an arm of {_mm(self.arm)} it must lie above {_mm(-self.arm)}"
+            )
+        elif reach >= self.link_length:
+            yield (
+                f"link ({_mm(self.link_length)}) is too short to be assembled: between arm joint and sleeve it stays "
+                f"open by {_mm(reach - self.link_length)} at best; it closes for a link longer than {_mm(reach)}"
+            )
+
+    @property
+    def joint_length(self) -> float:
+        """Distance of the joint of arm and link from the suspension, m."""
+        return self.arm if self.arm_joint is None else self.arm_joint
+
+    @property
+    def link_length(self) -> float:
+        """Length of the link, m."""
+        return self.joint_length if self.link is None else self.link
+
+    @property
+    def lug_distance(self) -> float:
+        """Distance of the sleeve's lug from the axis, m."""
+        return self.offset if self.lug_offset is None else self.lug_offset
+
+    def sleeve_height(self, angle: float) -> float:
+        """Return the height of the sleeve on its links above the suspension at an arm angle (rad), m."""
+        reach = self._link_reach(angle)
+        return -self.joint_length * math.cos(angle) - math.sqrt(max(self.link_length**2 - reach**2, 0.0))
+
+    def dimensions(self) -> dict[str, float]:
+        """Return all dimensions in SI, with the values that stand for omitted ones; no sleeve load is 0 kg."""
+        omitted = {"arm_joint": self.joint_length, "link": self.link_length, "lug_offset": self.lug_distance}
+        return super().dimensions() | omitted | {"sleeve_mass": self.sleeve_mass or 0.0}
+
+    def _angle_range_with_ball_off_axis(self) -> tuple[float, float]:
+        ratio = -self.offset / self.arm
+        return (math.asin(ratio) if -1 < ratio < 1 else math.copysign(math.pi / 2, ratio)), math.pi / 2
+
+    def _min_link_reach(self, low: float, high: float) -> float:
+        """Return the smallest horizontal distance of arm joint and lug over these arm angles (m)."""
+        ends = self._link_reach(low), self._link_reach(high)
+        return 0.0 if ends[0] * ends[1] <= 0 else min(map(abs, ends))
+
+    def _link_reach(self, angle: float) -> float:
+        """Return the horizontal distance of the arm joint from the lug at an arm angle (rad), m."""
+        return self.offset + self.joint_length * math.sin(angle) - self.lug_distance
+
+    def travel_limit(self) -> Limit:
+        """Return the range of the arm angle, and what happens at its ends."""
+        low, high = self._angle_range_with_ball_off_axis()
+        low_message = "the balls meet on the spindle axis"
+        high_message = "the arms are at 90 degrees to the spindle (dead centre)"
+        reach = self.lug_distance - self.offset
+        in_line_angle = math.asin(reach / (self.joint_length + self.link_length))
+        if in_line_angle > low:
+            low, low_message = in_line_angle, "arms and links are in line (dead centre)"
+        max_sine = (reach + self.link_length) / self.joint_length
+        if max_sine < 1.0:
+            high, high_message = math.asin(max_sine), "the link is at 90 degrees to the spindle; it is too short"
+        return Limit(reading="arm_angle", low=low, high=high, low_message=low_message, high_message=high_message)
+
+    def mechanism(self, rod_masses: RodMasses | None = None, clearance: Clearance | None = None) -> Mechanism:
+        """Build balls, sleeve, arms and links.
+
+        Massless arms and links are distances, or levers if the ball is beyond the joint. Arms and links with mass are bodies; an arm is
+        one body with its ball, also if the ball has a radius. With clearance the sleeve is free, and `sleeve_clearance` is its height
+        above the position on the links. Raise MechanismError for rods or clearance that this governor does not support.
+        """
+        rods = {} if rod_masses is None else asdict(rod_masses)
+        return PendulumBuilder(governor=self, clearance=clearance, **rods).mechanism()
+
+    def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
+        """Return a sentence about a start angle outside the travel."""
+        return travel_problems(values, self.travel_limit(), math.pi, "40 deg")
+
+
+@dataclass(frozen=True, kw_only=True)
 class PendulumBuilder:
     """Builder of the mechanism. Without rod masses and clearance, it has point masses, a sleeve and distances."""
 
-    governor: PendulumDimensions
+    governor: PendulumGovernor
     clearance: Clearance | None = None
     arm_mass: float = 0.0
     link_mass: float = 0.0
@@ -48,7 +145,8 @@ class PendulumBuilder:
 
     def _find_problems(self) -> Iterator[str]:
         """Yield sentences about rods or clearance that the governor does not support."""
-        has_sleeve, arm = self.governor.sleeve_mass is not None, self.governor.arm
+        has_sleeve = self.governor.sleeve_mass is not None
+        arm = self.governor.arm
         if self.link_mass and not has_sleeve:
             yield (
                 "rods.link_mass needs links that carry a sleeve; a governor without sleeve_mass has none; "
@@ -81,8 +179,8 @@ class PendulumBuilder:
             coordinate="arm_angle",
             length_scale=self.governor.arm,
             initial_guess=self.poses(min(max(math.radians(40.0), travel.low + margin), travel.high - margin)),
-            limits=(travel, *self._dead_centre_limits()),
-            internal_outputs=self._internal_outputs(),
+            limits=(travel, *(limit for _, limit in self._dead_centres())),
+            internal_outputs=tuple(reading for reading, _ in self._dead_centres()),
         )
 
     @property
@@ -138,25 +236,21 @@ class PendulumBuilder:
             *clearance,
         )
 
-    def _internal_outputs(self) -> tuple[Reading, ...]:
-        """Return the reading that shows the dead centre of the links.
+    def _dead_centres(self) -> Iterator[tuple[Reading, Limit]]:
+        """Yield the reading that shows the dead centre of the links, and its limit.
 
         There the arm angle has a turning point, so it cannot show it. With clearance the reading is the horizontal distance of the
         link's upper end from the lug.
         """
         knee, lug = self._point_on_arm(RIGHT_BALL, self.governor.joint_length), Point(body=SLEEVE, x=self.governor.lug_distance)
-        if self.clearance:
-            return (x_coordinate("link_reach", knee, zero=self.governor.lug_distance),)
-        return (LineAngle(name="link_angle", quantity="angle", start=knee, end=lug),) if self._is_sleeve_linked else ()
-
-    def _dead_centre_limits(self) -> tuple[Limit, ...]:
-        """Return the limits of the internal outputs."""
+        reading: Reading = LineAngle(name="link_angle", quantity="angle", start=knee, end=lug)
+        max_deviation = math.pi / 2
         sentence = "the link is at 90 degrees to the spindle (dead centre)"
-        max_deviation = MAX_FOLLOWER_REACH_RATIO * self.governor.link_length if self.clearance else math.pi / 2
-        return tuple(
-            Limit(reading=reading.name, low=-max_deviation, high=max_deviation, low_message=sentence, high_message=sentence)
-            for reading in self._internal_outputs()
-        )
+        if self.clearance:
+            reading = x_coordinate("link_reach", knee, zero=self.governor.lug_distance)
+            max_deviation = MAX_FOLLOWER_REACH_RATIO * self.governor.link_length
+        if self.clearance or self._is_sleeve_linked:
+            yield reading, Limit(reading=reading.name, low=-max_deviation, high=max_deviation, low_message=sentence, high_message=sentence)
 
     def poses(self, angle: float) -> tuple[tuple[float, float, float], ...]:
         """Return the poses of all bodies at an arm angle (rad), with the sleeve hanging on its links."""
@@ -189,13 +283,15 @@ class PendulumBuilder:
         return Point(body=GROUND, x=sign * self.governor.offset)
 
     def _arm_joint(self, side: str, sign: float) -> Joint:
-        name, suspension, ball = f"{side} arm", self._suspension(sign), RIGHT_BALL if sign > 0 else LEFT_BALL
+        name, ball = f"{side} arm", RIGHT_BALL if sign > 0 else LEFT_BALL
+        suspension = self._suspension(sign)
         if self._can_arms_rotate:
             return Pin(name=name, first=suspension, second=self._point_on_arm(ball, 0.0))
         return Distance(name=name, first=suspension, second=Point(body=ball), length=self.governor.arm)
 
     def _link_joints(self, side: str, sign: float) -> list[Joint]:
-        (ball, link), length = (RIGHT_BALL, RIGHT_LINK) if sign > 0 else (LEFT_BALL, LEFT_LINK), self.governor.link_length
+        ball, link = (RIGHT_BALL, RIGHT_LINK) if sign > 0 else (LEFT_BALL, LEFT_LINK)
+        length = self.governor.link_length
         knee, lug = self._point_on_arm(ball, self.governor.joint_length), Point(body=SLEEVE, x=sign * self.governor.lug_distance)
         if not self.link_mass:
             return [Distance(name=f"{side} link", first=knee, second=lug, length=length)]
@@ -225,24 +321,5 @@ class PendulumBuilder:
         )
 
 
-@dataclass(frozen=True, kw_only=True)
-class PendulumGovernor(PendulumDimensions):
-    """Two balls on arms and a sleeve on links. Lengths in m, masses in kg; the effect `rods` gives mass to arms and links."""
-
-    name: ClassVar[str] = "pendulum_governor"
-    plane: ClassVar[str] = TURNING_PLANE
-    supported_effects: ClassVar[tuple[type[Effect], ...]] = (RodMasses, Clearance)
-
-    def mechanism(self, rod_masses: RodMasses | None = None, clearance: Clearance | None = None) -> Mechanism:
-        """Build balls, sleeve, arms and links.
-
-        Massless arms and links are distances, or levers if the ball is beyond the joint. Arms and links with mass are bodies; an arm is
-        one body with its ball, also if the ball has a radius. With clearance the sleeve is free, and `sleeve_clearance` is its height
-        above the position on the links. Raise MechanismError for rods or clearance that this governor does not support.
-        """
-        rods = {} if rod_masses is None else asdict(rod_masses)
-        return PendulumBuilder(governor=self, clearance=clearance, **rods).mechanism()
-
-    def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
-        """Return a sentence about a start angle outside the travel."""
-        return travel_problems(values, self.travel_limit(), math.pi, "40 deg")
+def _mm(metres: float) -> str:
+    return f"{metres * 1e3:.6g} mm"

@@ -32,11 +32,6 @@ def point_position(mechanism: Mechanism, poses: Sequence[PoseTuple], point: Poin
     return place_point(body_pose(mechanism, poses, point.body), point)
 
 
-def axes_at(mechanism: Mechanism, poses: Sequence[PoseTuple], origin: Point, angle: float) -> PoseTuple:
-    """Return axes with their origin at a point, rotated by `angle` (rad) from those of its body."""
-    return *point_position(mechanism, poses, origin), body_pose(mechanism, poses, origin.body)[2] + angle
-
-
 def axes_to_plane(axes: PoseTuple, x: float, y: float) -> Vec2:
     """Return the position in the plane of a point (x, y) (m) given in axes."""
     c, s = math.cos(axes[2]), math.sin(axes[2])

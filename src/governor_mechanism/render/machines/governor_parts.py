@@ -156,32 +156,41 @@ def spindle_shoe_shapes(governor: GovernorProportions, time: float, top: float, 
 
 
 @dataclass(frozen=True, kw_only=True)
-class DashpotSizes:
-    """Sizes of a dashpot next to the sleeve, as fractions of the arm.
+class CylinderSizes:
+    """Sizes of a dashpot cylinder next to the sleeve, as fractions of the arm.
 
-    `axis_distance` is that of its axis from the sleeve. The cylinder is longer than the stroke by `extra_length`. `gap` is the free height
-    above the oil and the depth of the hatched base. The piston has a clearance to the outside of the cylinder, a lowest height above the
-    bottom, and a thickness.
+    `axis_distance` is that of its axis from the sleeve. It is longer than the stroke by `extra_length`. `gap` is the free height above the
+    oil and the depth of the hatched base.
     """
 
     half_width: float
     axis_distance: float
     extra_length: float
     min_length: float
-    wall_thickness: float
+    wall: float
     gap: float
-    piston_clearance: float
-    lowest_piston: float
-    piston_thickness: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class PistonSizes:
+    """Sizes of the piston of a dashpot and its rod, as fractions of the arm.
+
+    `clearance` is that to the outside of the cylinder, `lowest` the lowest height above the bottom; the bracket joins rod and sleeve.
+    """
+
+    clearance: float
+    lowest: float
+    thickness: float
     rod_half_width: float
     bracket_width: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class DashpotDrawing:
-    """A dashpot of an arm length, a sleeve half width, the height of its top, and its stroke (m)."""
+    """A dashpot of a governor with an arm length, a sleeve half width, the height of its top, and its stroke (m)."""
 
-    sizes: DashpotSizes
+    cylinder: CylinderSizes
+    piston: PistonSizes
     arm: float
     sleeve_half_width: float
     top: float
@@ -190,14 +199,15 @@ class DashpotDrawing:
     @property
     def box(self) -> BoundingBox:
         """Left, right, bottom and top of the cylinder (m)."""
-        sizes, u = self.sizes, self.arm
+        sizes, u = self.cylinder, self.arm
         x = -(self.sleeve_half_width + sizes.axis_distance * u)
         bottom = self.top - max(self.stroke + sizes.extra_length * u, sizes.min_length * u)
         return x - sizes.half_width * u, x + sizes.half_width * u, bottom, self.top
 
     def cylinder_shapes(self) -> Iterator[DrawnShape]:
         """Yield an open cylinder filled with oil on a hatched base."""
-        (left, right, bottom, top), t, gap = self.box, self.sizes.wall_thickness * self.arm, self.sizes.gap * self.arm
+        left, right, bottom, top = self.box
+        t, gap = self.cylinder.wall * self.arm, self.cylinder.gap * self.arm
         yield make_rectangle("dashpot", left, right, bottom, top)
         yield make_rectangle("bore", left + t, right - t, bottom + t, top)
         yield make_rectangle("oil", left + t, right - t, bottom + t, top - gap)
@@ -205,9 +215,9 @@ class DashpotDrawing:
 
     def piston_shapes(self, lift: float, rod_top: float) -> Iterator[DrawnShape]:
         """Yield the piston at a lift above its lowest position, its rod, and the bracket from the top of the rod to the sleeve (m)."""
-        sizes, u, (left, right, bottom, _) = self.sizes, self.arm, self.box
-        x, piston = (left + right) / 2, bottom + sizes.lowest_piston * u + lift
-        clearance, rod_half_width = sizes.piston_clearance * u, sizes.rod_half_width * u
-        yield make_rectangle("piston rod", x - rod_half_width, x + rod_half_width, piston, rod_top)
-        yield make_rectangle("piston", left + clearance, right - clearance, piston, piston + sizes.piston_thickness * u)
+        sizes, u, (left, right, bottom, _) = self.piston, self.arm, self.box
+        x, height = (left + right) / 2, bottom + sizes.lowest * u + lift
+        clearance, rod = sizes.clearance * u, sizes.rod_half_width * u
+        yield make_rectangle("piston rod", x - rod, x + rod, height, rod_top)
+        yield make_rectangle("piston", left + clearance, right - clearance, height, height + sizes.thickness * u)
         yield make_bar("piston rod", (x, rod_top), (-0.9 * self.sleeve_half_width, rod_top), sizes.bracket_width * u)

@@ -9,9 +9,9 @@ from governor_mechanism.model.force_elements import Damper, Force, ForceElement,
 from governor_mechanism.model.joints import ArcSlot, CurveSlot, Distance, Joint, Pin, Point, Slider, TranslationalDriver, Weld
 from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.output_variables import LineAngle, PointCoordinate, PointDistance, Reading
-from governor_mechanism.render.geometry.body_points import GROUND_POSE, axes_to_plane, distinct_points
+from governor_mechanism.render.geometry.body_points import axes_to_plane, distinct_points
 from governor_mechanism.render.geometry.outlines import convex_hull, make_plate_outline, make_wall
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, PoseTuple, Vec2, drawn_ball_radius, place_point
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, PoseTuple, Vec2, drawn_ball_radius
 from governor_mechanism.render.machines.generic.gears import spoked_wheel, toothed_bodies
 from governor_mechanism.render.machines.generic.guides import STRIP_WIDTH, guide_centreline, make_box
 from governor_mechanism.render.machines.generic.placed_mechanism import PlacedMechanism
@@ -30,7 +30,7 @@ def body_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
     for body, pose in zip(placed.part.mechanism.bodies, placed.poses, strict=True):
         outline = _outline_points(placed, body)
         if len(outline) > 1:
-            width = (STRIP_WIDTH if _has_guide(placed, body) else _BAR_WIDTH) * placed.unit
+            width = (STRIP_WIDTH if _guides_on(placed, body) else _BAR_WIDTH) * placed.unit
             yield make_plate_outline("plate", [axes_to_plane(pose, *point) for point in outline], width)
             if _has_end_mass(placed, body, outline):
                 yield _ball_shape(placed, body, pose)
@@ -96,17 +96,15 @@ def _reading_points(placed: PlacedMechanism, body: Body) -> list[Vec2]:
 def _slot_points(placed: PlacedMechanism, body: Body) -> list[Vec2]:
     """Return points of the guides on the body, which its plate must contain."""
     points: list[Vec2] = []
-    for joint in placed.joints:
-        if joint.first.body == body.name and isinstance(joint, Slider | ArcSlot | CurveSlot):
-            angle = 0.0 if isinstance(joint, ArcSlot) else joint.angle
-            axes = (*place_point(GROUND_POSE, joint.first), angle)
-            chain = guide_centreline(joint, placed.extents)
-            points += [axes_to_plane(axes, *point) for point in chain[:: max(len(chain) // 12, 1)]]
+    for joint in _guides_on(placed, body):
+        axes = (joint.first.x, joint.first.y, 0.0 if isinstance(joint, ArcSlot) else joint.angle)
+        chain = guide_centreline(joint, placed.extents)
+        points += [axes_to_plane(axes, *point) for point in chain[:: max(len(chain) // 12, 1)]]
     return points
 
 
-def _has_guide(placed: PlacedMechanism, body: Body) -> bool:
-    return any(joint.first.body == body.name and isinstance(joint, Slider | ArcSlot | CurveSlot) for joint in placed.joints)
+def _guides_on(placed: PlacedMechanism, body: Body) -> list[Slider | ArcSlot | CurveSlot]:
+    return [joint for joint in placed.joints if isinstance(joint, Slider | ArcSlot | CurveSlot) and joint.first.body == body.name]
 
 
 def _is_sliding_block(placed: PlacedMechanism, body: Body) -> bool:
@@ -151,8 +149,7 @@ def _single_point_shapes(placed: PlacedMechanism, body: Body, pose: PoseTuple) -
 
 def _gyration_radius(body: Body) -> float:
     """Return the radius of gyration about the mass centre, m; 0 without mass."""
-    xx, yy, _ = body.second_moments.in_plane
-    return math.sqrt(max(xx + yy, 0.0) / body.mass) if body.mass else 0.0
+    return math.sqrt(max(body.planar_inertia, 0.0) / body.mass) if body.mass else 0.0
 
 
 def _ball_shape(placed: PlacedMechanism, body: Body, pose: PoseTuple) -> Circle:

@@ -56,7 +56,8 @@ def moving_shapes(part: Part, pose: FloatArray, extents: RunExtents) -> Iterator
 
 def plan_shapes(part: Part, pose: FloatArray, angle: float, _: EffectState) -> Iterator[DrawnShape]:
     """Yield every body at its distance from the axis, seen from above."""
-    c, s, u = math.cos(angle), math.sin(angle), part.mechanism.length_scale
+    c, s = math.cos(angle), math.sin(angle)
+    u = part.mechanism.length_scale
     positions = [(x * c, x * s) for x, _, _ in as_pose_tuples(pose)]
     yield from (make_bar("arm", (0.0, 0.0), point, 0.05 * u) for point in positions)
     for body, point in zip(part.mechanism.bodies, positions, strict=True):

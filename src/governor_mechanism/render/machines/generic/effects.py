@@ -6,7 +6,7 @@ Only readings that are the coordinate of a point along a direction of the ground
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
@@ -42,7 +42,7 @@ def output_effect_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
             yield from _shapes_of_effect(effect, axes, value, placed.extents)
 
 
-def _shapes_of_effect(effect: OutputEffect, axes: PoseTuple, value: float, extents: RunExtents) -> list[DrawnShape]:
+def _shapes_of_effect(effect: OutputEffect, axes: PoseTuple, value: float, extents: RunExtents) -> Iterable[DrawnShape]:
     """Return the shapes of one effect at a value (m) of its reading; `axes` have their origin in the point and x along its path."""
     u, effect_state = extents.length_scale, extents.effect_state
     low, high = effect_state.reading_ranges.get(effect.reading, (value, value))
@@ -62,19 +62,18 @@ def _shapes_of_effect(effect: OutputEffect, axes: PoseTuple, value: float, exten
             length = _MIN_LENGTH * u + high - value
             start = axes_to_plane(axes, length, -_LATERAL_OFFSET * u)
             return _offset_element_shapes("spring", spring_lines(length, u), (*start, axes[2] + math.pi), length, u)
-    return []
+    return ()
 
 
-def _stop_shapes(stops: Stops, axes: PoseTuple, value: float, extents: RunExtents) -> list[DrawnShape]:
-    u, shapes = extents.length_scale, list[DrawnShape]()
+def _stop_shapes(stops: Stops, axes: PoseTuple, value: float, extents: RunExtents) -> Iterator[DrawnShape]:
+    u = extents.length_scale
     last_impact = extents.effect_state.recent_impact(stops.reading, extents.time)
     for limit, direction in ((stops.low, -1.0), (stops.high, 1.0)):
         if math.isfinite(limit):
             point = axes_to_plane(axes, limit - value + direction * _STOP_GAP * u, 0.0)
             is_struck = last_impact is not None and last_impact.is_high_stop == (direction > 0)
-            shapes.append(make_wall(point, axes[2] + (math.pi if direction > 0 else 0.0), 0.07 * u, 0.035 * u))
-            shapes.append(make_burst("burst", [point] if is_struck else [], 0.07 * u))
-    return shapes
+            yield make_wall(point, axes[2] + (math.pi if direction > 0 else 0.0), 0.07 * u, 0.035 * u)
+            yield make_burst("burst", [point] if is_struck else [], 0.07 * u)
 
 
 def _offset_element_shapes(role: str, lines: Sequence[Sequence[Vec2]], axes: PoseTuple, length: float, u: float) -> list[DrawnShape]:

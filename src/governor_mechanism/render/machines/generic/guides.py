@@ -147,13 +147,12 @@ def pin_centres(placed: PlacedMechanism) -> Iterator[Vec2]:
 
 def _bead_bodies(placed: PlacedMechanism) -> set[str]:
     """Return the names of bodies that do not rotate and are held at their mass centre only, in slots or by links."""
-    held_bodies: set[str] = set()
-    otherwise_held_bodies: set[str] = set()
+    held_only_in_point: dict[str, bool] = {}
     for joint in placed.joints:
         for point in (joint.first, joint.second):
             is_point_only = isinstance(joint, Distance | ArcSlot | CurveSlot) and not (point.x or point.y)
-            (held_bodies if is_point_only else otherwise_held_bodies).add(point.body)
-    return {body.name for body in placed.part.mechanism.bodies if not body.can_rotate} & held_bodies - otherwise_held_bodies
+            held_only_in_point[point.body] = held_only_in_point.get(point.body, True) and is_point_only
+    return {body.name for body in placed.part.mechanism.bodies if not body.can_rotate and held_only_in_point.get(body.name)}
 
 
 def foot_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:

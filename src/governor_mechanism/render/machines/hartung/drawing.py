@@ -25,7 +25,8 @@ _N_SPRING_TURNS = 8
 def background_shapes(part: Part, poses: FloatArray, extents: RunExtents) -> Iterator[DrawnShape]:
     """Yield the spindle in its bearings, the frame with fulcrums and spring seats, and the lift scale."""
     governor = HartungProportions.from_part(part, extents.effect_state)
-    u, w, zero = governor.arm, governor.spindle_ratio * governor.arm, governor.zero_lift_height
+    u, zero = governor.arm, governor.zero_lift_height
+    w = governor.spindle_ratio * u
     heights = governor.sleeve_height(poses)
     lowest, highest = float(heights.min()), float(heights.max())
     collar_height, top = effects.spindle_collar_height(governor, lowest), governor.half_height + 0.34 * u
@@ -42,7 +43,8 @@ def background_shapes(part: Part, poses: FloatArray, extents: RunExtents) -> Ite
 def moving_shapes(part: Part, pose: FloatArray, extents: RunExtents) -> Iterator[DrawnShape]:
     """Yield sleeve, hangers, weights, bell cranks and springs; the right half covers the left one."""
     governor = HartungProportions.from_part(part, extents.effect_state)
-    u, height, sides = governor.arm, float(governor.sleeve_height(pose)), governor.sides(pose)
+    u, sides = governor.arm, governor.sides(pose)
+    height = float(governor.sleeve_height(pose))
     yield from effects.moving_effect_shapes(governor, height, extents.time)
     yield from _sleeve_shapes(governor, height)
     yield from (shape for side in sides for shape in _weight_shapes(governor, side))

@@ -16,19 +16,8 @@ from governor_mechanism.render.machines.hartung.proportions import HartungPropor
 
 _WEIGHT_READINGS = ("lever_angle", "weight_radius")
 """Readings that determine the position of the weights."""
-_DASHPOT = parts.DashpotSizes(
-    half_width=0.24,
-    axis_distance=0.50,
-    extra_length=0.45,
-    min_length=0.7,
-    wall_thickness=0.05,
-    gap=0.1,
-    piston_clearance=0.06,
-    lowest_piston=0.14,
-    piston_thickness=0.1,
-    rod_half_width=0.04,
-    bracket_width=0.1,
-)
+_CYLINDER = parts.CylinderSizes(half_width=0.24, axis_distance=0.50, extra_length=0.45, min_length=0.7, wall=0.05, gap=0.1)
+_PISTON = parts.PistonSizes(clearance=0.06, lowest=0.14, thickness=0.1, rod_half_width=0.04, bracket_width=0.1)
 _STOP_HALF_HEIGHT = 0.16
 """Half height of the weight stops, as a fraction of the weight arm."""
 _SHOE_HEIGHT = 0.20
@@ -58,7 +47,8 @@ def static_effect_shapes(governor: HartungProportions, heights: Vec2) -> Iterato
 
 def moving_effect_shapes(governor: HartungProportions, height: float, time: float) -> Iterator[DrawnShape]:
     """Yield the shapes that move with the sleeve, with its lugs at a height (m), at a time (s)."""
-    u, w, base = governor.arm, governor.spindle_ratio * governor.arm, height - governor.sleeve_size[1]
+    u, base = governor.arm, height - governor.sleeve_size[1]
+    w = governor.spindle_ratio * u
     low, high = governor.lug_height_range
     if governor.find_lift_effect(Dashpot):
         yield from _dashpot(governor, (low, high)).piston_shapes(height - low, height)
@@ -93,13 +83,15 @@ def _stop_radii(governor: HartungProportions, stops: Stops) -> Vec2:
 
 def _weight_stop_shapes(governor: HartungProportions, stops: Stops) -> Iterator[DrawnShape]:
     """Yield the blocks that stop the weights: inside on the hub, outside on brackets from the spring seats."""
-    u, y, radii = governor.arm, _stop_height(governor), _stop_radii(governor, stops)
+    u, y = governor.arm, _stop_height(governor)
+    inner_radius, outer_radius = _stop_radii(governor, stops)
     half_height = min(_STOP_HALF_HEIGHT * u, 0.8 * (governor.half_height - governor.bore_half_height) / 2)
-    inner, outer = radii[0] - governor.half_width, radii[1] + governor.half_width
+    inner, outer = inner_radius - governor.half_width, outer_radius + governor.half_width
     if math.isfinite(inner):
         hub_face = max(inner - 0.16 * u, -0.2 * u) if inner > 0.05 * u else inner - 0.1 * u
         yield make_rectangle("bracket", -max(hub_face, 0.0), max(hub_face, 0.0), y - 0.5 * half_height, y + 0.5 * half_height)
-        yield from parts.stop_block_shapes(*sorted((max(hub_face, 0.02 * u), inner)), y - half_height, y + half_height, 0.07 * u)
+        near, far = sorted((max(hub_face, 0.02 * u), inner))
+        yield from parts.stop_block_shapes(near, far, y - half_height, y + half_height, 0.07 * u)
     if math.isfinite(outer):
         plate = governor.spring_seat_radius + 0.03 * u
         for sign, sides in zip((-1.0, 1.0), parts.both_sides(outer, outer + 0.13 * u), strict=True):
@@ -110,5 +102,5 @@ def _weight_stop_shapes(governor: HartungProportions, stops: Stops) -> Iterator[
 
 def _dashpot(governor: HartungProportions, heights: Vec2) -> parts.DashpotDrawing:
     """Return the dashpot for the lowest and highest lug height (m)."""
-    (low, high), width = heights, governor.sleeve_size[0]
-    return parts.DashpotDrawing(sizes=_DASHPOT, arm=governor.arm, sleeve_half_width=width, top=low - 0.45 * governor.arm, stroke=high - low)
+    u, (low, high), width = governor.arm, heights, governor.sleeve_size[0]
+    return parts.DashpotDrawing(cylinder=_CYLINDER, piston=_PISTON, arm=u, sleeve_half_width=width, top=low - 0.45 * u, stroke=high - low)

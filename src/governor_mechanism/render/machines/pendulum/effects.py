@@ -12,35 +12,31 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.render.geometry.outlines import make_band
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, make_rectangle
+from governor_mechanism.render.geometry.outlines import make_band, make_burst, make_hatched_block
+from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Vec2, make_bar, make_rectangle
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines.generic.force_elements import spiral_points
-from governor_mechanism.render.machines.pendulum import stops as stop_drawing
-from governor_mechanism.render.machines.pendulum.proportions import PendulumProportions, PendulumSide
+from governor_mechanism.render.machines.pendulum.proportions import ARM_WIDTH, PendulumProportions, PendulumSide
 from governor_mechanism.types import FloatArray
 
-_SHOE_WIDTH = 0.060
-"""Width of the friction shoes under the sleeve, as a fraction of the arm."""
-_DASHPOT = parts.DashpotSizes(
-    half_width=0.075,
-    axis_distance=0.16,
-    extra_length=0.20,
-    min_length=0.26,
-    wall_thickness=0.016,
-    gap=0.035,
-    piston_clearance=0.022,
-    lowest_piston=0.05,
-    piston_thickness=0.035,
-    rod_half_width=0.013,
-    bracket_width=0.036,
-)
+_ARM_READINGS = ("arm_angle", "ball_radius")
+"""Readings that determine the position of the arms."""
+
+_COLLAR_HEIGHT, _SHOE_WIDTH, _SHOE_HEIGHT = 0.07, 0.060, 0.080
+"""Height of a stop on the spindle, and sizes of the friction shoes under the sleeve, as fractions of the arm."""
+_QUADRANT_RATIO, _CROSSED_QUADRANT_RATIO = 0.36, 0.62
+"""Radius of the arc with the arm stops, as a fraction of the joint distance; for crossed arms beyond their intersection."""
+_INNER_STOP_HALF_WIDTH = 0.058
+"""Half width of a stop on the spindle inside a spring, as a fraction of the arm."""
+_CYLINDER = parts.CylinderSizes(half_width=0.075, axis_distance=0.16, extra_length=0.20, min_length=0.26, wall=0.016, gap=0.035)
+_PISTON = parts.PistonSizes(clearance=0.022, lowest=0.05, thickness=0.035, rod_half_width=0.013, bracket_width=0.036)
 
 
 def spindle_foot_distance(governor: PendulumProportions, heights: Vec2) -> float:
     """Return the distance (m) from the low end of the sleeve to the spindle foot, for the lowest and highest lug height (m)."""
-    u, shoe_height = governor.arm, stop_drawing.sleeve_depth(governor) - governor.sleeve_size[1]
-    distance, collar = 0.10 * u + shoe_height, (stop_drawing.COLLAR_HEIGHT + 0.05) * u
+    u, shoe_height = governor.arm, _sleeve_depth(governor) - governor.sleeve_size[1]
+    distance = 0.10 * u + shoe_height
+    collar = (_COLLAR_HEIGHT + 0.05) * u
     stops = governor.find_lift_effect(Stops)
     if stops and math.isfinite(stops.low):
         distance = max(distance, heights[0] - (governor.zero_lift_height + stops.low) + shoe_height + collar)
@@ -51,8 +47,8 @@ def spindle_foot_distance(governor: PendulumProportions, heights: Vec2) -> float
 
 def static_effect_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
     """Yield the shapes fixed to the frame: stops of arms and sleeve, the disc that supports the sleeve spring, dashpot cylinder."""
-    yield from stop_drawing.arm_stop_shapes(governor)
-    yield from stop_drawing.sleeve_stop_shapes(governor)
+    yield from _arm_stop_shapes(governor)
+    yield from _sleeve_stop_shapes(governor)
     if governor.spring_side:
         y, half_width = _spring_seat(governor)
         low, high = sorted((y, y + governor.spring_side * 0.03 * governor.arm))
@@ -63,29 +59,31 @@ def static_effect_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
 
 def sleeve_effect_shapes(governor: PendulumProportions, height: float, time: float) -> Iterator[DrawnShape]:
     """Yield the effects on the sleeve, behind the governor, with its lugs at a height (m), at a time (s)."""
-    u, w, base = governor.arm, governor.spindle_ratio * governor.arm, height - governor.sleeve_size[1]
+    u, base = governor.arm, height - governor.sleeve_size[1]
+    w = governor.spindle_ratio * u
     if governor.find_lift_effect(Dashpot):
         yield from _dashpot(governor).piston_shapes(height - governor.lug_height_range[0], base + 0.035 * u)
     if governor.spring_side:
         seat, half_width = _spring_seat(governor)
-        low, high = sorted((seat, height + stop_drawing.sleeve_contact_above_lugs(governor)[0] if governor.spring_side > 0 else base))
+        low, high = sorted((seat, height + _sleeve_contact_above_lugs(governor)[0] if governor.spring_side > 0 else base))
         yield Lines("spring", parts.helical_spring_lines((0.0, low), (0.0, high), half_width, w))
-    yield from parts.spindle_shoe_shapes(governor, time, base, (_SHOE_WIDTH, stop_drawing.SHOE_HEIGHT))
+    yield from parts.spindle_shoe_shapes(governor, time, base, (_SHOE_WIDTH, _SHOE_HEIGHT))
 
 
 def arm_effect_shapes(governor: PendulumProportions, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
     """Yield the effects on the arms, in front of the governor, at a pose (bodies, 3) and a time (s), and the impacts."""
-    find_effect_on, sides = governor.effect_state.find_effect_on, governor.sides(pose)
+    find_effect_on = governor.effect_state.find_effect_on
+    sides = governor.sides(pose)
     if find_effect_on(OutputSpring, "ball_radius"):
         yield _ball_spring(governor, sides)
     if find_effect_on(OutputSpring, "arm_angle"):
         yield from _spiral_springs(governor, float(governor.arm_angles(pose)))
-    if find_effect_on(Dashpot, *stop_drawing.ARM_READINGS):
+    if find_effect_on(Dashpot, *_ARM_READINGS):
         yield from _rotary_dashpot_shapes(governor, sides)
-    if friction := find_effect_on(DryFriction, *stop_drawing.ARM_READINGS):
+    if friction := find_effect_on(DryFriction, *_ARM_READINGS):
         yield from _arm_shoe_shapes(governor, friction, time)
-    yield from stop_drawing.arm_impact_shapes(governor, time)
-    yield from stop_drawing.sleeve_impact_shapes(governor, time)
+    yield from _arm_impact_shapes(governor, time)
+    yield from _sleeve_impact_shapes(governor, time)
 
 
 def _spring_seat(governor: PendulumProportions) -> Vec2:
@@ -93,17 +91,17 @@ def _spring_seat(governor: PendulumProportions) -> Vec2:
     u, (low, high) = governor.arm, governor.lug_height_range
     if governor.spring_side < 0:
         return low - governor.sleeve_size[1] - spindle_foot_distance(governor, (low, high)), 0.105 * u
-    contact_height, half_width = stop_drawing.sleeve_contact_above_lugs(governor)
+    contact_height, half_width = _sleeve_contact_above_lugs(governor)
     seat_height = high + contact_height + max(0.24 * u, 0.4 * (high - low))
-    if high_collar := stop_drawing.collar_boxes(governor).get(True):
+    if high_collar := _collar_boxes(governor).get(True):
         seat_height = max(seat_height, high_collar[3] + 0.05 * u)
     return max(min(seat_height, -0.085 * u), high + contact_height + 0.04 * u), min(half_width, 0.085 * u)
 
 
 def _dashpot(governor: PendulumProportions) -> parts.DashpotDrawing:
-    (low, high), (width, depth) = governor.lug_height_range, governor.sleeve_size
-    top = low - depth - 0.06 * governor.arm
-    return parts.DashpotDrawing(sizes=_DASHPOT, arm=governor.arm, sleeve_half_width=width, top=top, stroke=high - low)
+    u, (low, high), (width, depth) = governor.arm, governor.lug_height_range, governor.sleeve_size
+    top, stroke = low - depth - 0.06 * u, high - low
+    return parts.DashpotDrawing(cylinder=_CYLINDER, piston=_PISTON, arm=u, sleeve_half_width=width, top=top, stroke=stroke)
 
 
 def _arm_shoe_shapes(governor: PendulumProportions, friction: DryFriction, time: float) -> list[DrawnShape]:
@@ -135,3 +133,101 @@ def _ball_spring(governor: PendulumProportions, sides: list[PendulumSide]) -> Li
     (left, y), (right, _) = (side.ball for side in sides)
     ends = (left + governor.ball_radius, y), (right - governor.ball_radius, y)
     return Lines("spring", parts.helical_spring_lines(*ends, 0.06 * governor.arm, 0.0))
+
+
+def _sleeve_depth(governor: PendulumProportions) -> float:
+    """Return the depth of the sleeve below the lugs (m), including the friction shoes."""
+    shoe_height = _SHOE_HEIGHT if governor.find_lift_effect(DryFriction) else 0.0
+    return governor.sleeve_size[1] + shoe_height * governor.arm
+
+
+def _sleeve_contact_above_lugs(governor: PendulumProportions) -> Vec2:
+    """Return the height above the lugs at which a part on the spindle meets the sleeve (m), and its largest half width (m)."""
+    u = governor.arm
+    half_gap = abs(governor.lug_offset) - 0.05 * u
+    if half_gap >= 0.065 * u:
+        return -0.045 * u, min(half_gap, 0.10 * u)
+    return (0.068 if governor.clearance else 0.046) * u, 0.09 * u
+
+
+def _stop_angles(governor: PendulumProportions, stops: Stops) -> Vec2:
+    """Return the limits of the arm angle (rad, infinite if there is no stop)."""
+    if stops.reading == "arm_angle":
+        return stops.low, stops.high
+    low_sine, high_sine = ((radius - governor.offset) / governor.arm for radius in (stops.low, stops.high))
+    return math.asin(low_sine) if low_sine > -1 else -math.inf, math.asin(high_sine) if high_sine < 1 else math.inf
+
+
+def _arm_stop_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
+    """Yield an arc on each side, fixed to the spindle, with a block at each stop of the arm."""
+    stops = governor.effect_state.find_effect_on(Stops, *_ARM_READINGS)
+    if stops is None:
+        return
+    low, high = _stop_angles(governor, stops)
+    u, radius = governor.arm, _quadrant_radius(governor)
+    min_angle, max_angle = governor.effect_state.reading_ranges.get("arm_angle", (low, high))
+    angle_margin = (ARM_WIDTH / 2 + 0.05) * u / radius
+    start = low - angle_margin if math.isfinite(low) else min(min_angle, high) - angle_margin
+    stop = high + angle_margin if math.isfinite(high) else max(max_angle, low) + angle_margin
+    for sign in (-1.0, 1.0):
+        arc = [_quadrant_point(governor, sign, start + (stop - start) * k / 24) for k in range(25)]
+        yield make_bar("bracket", (sign * governor.spindle_ratio * u, arc[0][1]), arc[0], 0.022 * u)
+        yield make_band("bracket", arc, 0.022 * u)
+        for angle, side in ((low, -1.0), (high, 1.0)):
+            if math.isfinite(angle):
+                axes = (sign * governor.offset, 0.0, -math.pi / 2 + sign * angle)
+                inner, outer = sorted((sign * side * ARM_WIDTH / 2 * u, sign * side * (ARM_WIDTH / 2 + 0.055) * u))
+                yield from make_hatched_block("stop", axes, (radius - 0.05 * u, radius + 0.05 * u, inner, outer), 0.030 * u)
+
+
+def _quadrant_radius(governor: PendulumProportions) -> float:
+    return (_QUADRANT_RATIO if governor.offset >= 0 else _CROSSED_QUADRANT_RATIO) * governor.arm_joint
+
+
+def _quadrant_point(governor: PendulumProportions, sign: float, angle: float) -> Vec2:
+    radius = _quadrant_radius(governor)
+    return sign * (governor.offset + radius * math.sin(angle)), -radius * math.cos(angle)
+
+
+def _sleeve_stop_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
+    """Yield the collars on the spindle that stop the sleeve, in section on both sides."""
+    for box in _collar_boxes(governor).values():
+        yield from parts.stop_block_shapes(*box, 0.030 * governor.arm)
+
+
+def _collar_boxes(governor: PendulumProportions) -> dict[bool, BoundingBox]:
+    """Return left, right, bottom and top (m) of the right halves of the low (False) and the high (True) collar."""
+    stops = governor.find_lift_effect(Stops)
+    u, inner = governor.arm, governor.spindle_ratio * governor.arm
+    boxes: dict[bool, BoundingBox] = {}
+    if stops and math.isfinite(stops.low):
+        top = governor.zero_lift_height + stops.low - _sleeve_depth(governor)
+        half_width = _INNER_STOP_HALF_WIDTH * u if governor.spring_side < 0 else 0.11 * u
+        boxes[False] = (inner, half_width, top - _COLLAR_HEIGHT * u, top)
+    if stops and math.isfinite(stops.high):
+        contact_height, half_width = _sleeve_contact_above_lugs(governor)
+        if governor.spring_side > 0:
+            half_width = min(half_width, _INNER_STOP_HALF_WIDTH * u)
+        bottom = governor.zero_lift_height + stops.high + contact_height
+        boxes[True] = (inner, half_width, bottom, bottom + _COLLAR_HEIGHT * u)
+    return boxes
+
+
+def _arm_impact_shapes(governor: PendulumProportions, time: float) -> Iterator[DrawnShape]:
+    """Yield rays where an arm has just struck a stop."""
+    if stops := governor.effect_state.find_effect_on(Stops, *_ARM_READINGS):
+        impact = governor.effect_state.recent_impact(stops.reading, time)
+        low, high = _stop_angles(governor, stops)
+        sides = (-1.0, 1.0) if impact else ()
+        angle = high if impact and impact.is_high_stop else low
+        yield make_burst("burst", [_quadrant_point(governor, side, angle) for side in sides], 0.085 * governor.arm)
+
+
+def _sleeve_impact_shapes(governor: PendulumProportions, time: float) -> Iterator[DrawnShape]:
+    """Yield rays where the sleeve has just struck a stop: at the sides of the collar, clear of the sleeve."""
+    if governor.find_lift_effect(Stops):
+        impact, points = governor.effect_state.recent_impact(parts.LIFT_READING, time), list[Vec2]()
+        if impact and (box := _collar_boxes(governor).get(impact.is_high_stop)):
+            _, half_width, bottom, top = box
+            points = [(side * (half_width + 0.01 * governor.arm), (top + bottom) / 2) for side in (-1.0, 1.0)]
+        yield make_burst("burst", points, 0.075 * governor.arm)

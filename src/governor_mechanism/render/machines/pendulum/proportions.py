@@ -126,6 +126,7 @@ class PendulumProportions(GovernorProportions):
         for name, sign in ((LEFT_BALL, -1.0), (RIGHT_BALL, 1.0)):
             x, y = self.ball_centres(pose, name).tolist()
             pivot_x = sign * self.offset
-            link_joint, link_end = (pivot_x + joint_ratio * (x - pivot_x), joint_ratio * y), (sign * self.lug_offset, height)
+            link_joint = (pivot_x + joint_ratio * (x - pivot_x), joint_ratio * y)
+            link_end = (sign * self.lug_offset, height)
             sides.append(PendulumSide(arm_pivot=(pivot_x, 0.0), link_joint=link_joint, ball=(x, y), link_end=link_end))
         return sides

@@ -19,7 +19,8 @@ _LUG_WIDTH = 0.085
 
 def sleeve_shapes(governor: PendulumProportions, height: float) -> Iterator[DrawnShape]:
     """Yield lugs, collar and load with shading; the load is below the lugs, clear of arms and links."""
-    u, is_loaded, (width, drop) = governor.arm, SLEEVE in governor.body_names, governor.sleeve_size
+    u, (width, drop) = governor.arm, governor.sleeve_size
+    is_loaded = SLEEVE in governor.body_names
     lug_top = height + (SLOT_HALF_LENGTH * u if governor.clearance else 0.0)
     for x in (-governor.lug_offset, governor.lug_offset):
         yield make_bar("sleeve", (x, height - 0.06 * u), (x, lug_top), _LUG_WIDTH * u)

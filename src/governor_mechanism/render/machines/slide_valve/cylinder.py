@@ -48,7 +48,8 @@ def cylinder_background_shapes(valve_gear: ValveGearProportions) -> Iterator[Dra
     """Yield the casting, and the live steam in the chest."""
     u = valve_gear.crank
     base, floor, ceiling, face, roof = (h * u for h in (CYLINDER_BASE, _BORE_FLOOR, _BORE_CEILING, _VALVE_FACE, _CHEST_CEILING))
-    outer, inner, text_height = (_BORE_HALF_LENGTH + 0.10) * u, _BORE_HALF_LENGTH * u, (CYLINDER_BASE - 0.075) * u
+    outer, inner = (_BORE_HALF_LENGTH + 0.10) * u, _BORE_HALF_LENGTH * u
+    text_height = (CYLINDER_BASE - 0.075) * u
     chest = _chest_half_length(valve_gear) * drawn_eccentric(valve_gear)
     lid = (-chest - 0.10 * u, chest + 0.10 * u, roof, CHEST_TOP * u)
     ends = ((left, right, floor, ceiling) for left, right in both_sides(inner, outer))
@@ -85,7 +86,8 @@ def _chest_half_length(valve_gear: ValveGearProportions) -> float:
 def _passage_outline(valve_gear: ValveGearProportions, side: float) -> tuple[Vec2, ...]:
     """Return the outline of a steam passage from the valve face to its end of the bore."""
     u, (inner, outer) = valve_gear.crank, _port_edges(valve_gear)
-    face, ceiling, end, width = _VALVE_FACE * u, _BORE_CEILING * u, _BORE_HALF_LENGTH * u, 0.15 * u
+    face, ceiling = _VALVE_FACE * u, _BORE_CEILING * u
+    end, width = _BORE_HALF_LENGTH * u, 0.15 * u
     outer_edge = (outer, face), (outer, (_VALVE_FACE - 0.05) * u), (end, (_BORE_CEILING + 0.17) * u), (end, ceiling)
     inner_edge = (end - width, ceiling), (end - width, (_BORE_CEILING + 0.08) * u), (inner, (_VALVE_FACE - 0.13) * u)
     return tuple((side * x, y) for x, y in ((inner, face), *outer_edge, *inner_edge))
@@ -94,9 +96,11 @@ def _passage_outline(valve_gear: ValveGearProportions, side: float) -> tuple[Vec
 def cylinder_moving_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition) -> Iterator[DrawnShape]:
     """Yield the steam at both ends, the piston with its rod, and the valve."""
     u, piston = valve_gear.crank, position.piston_position
-    floor, ceiling, half_piston, half_bore = _BORE_FLOOR * u, _BORE_CEILING * u, _PISTON_THICKNESS / 2 * u, _BORE_HALF_LENGTH * u
+    floor, ceiling = _BORE_FLOOR * u, _BORE_CEILING * u
+    half_piston, half_bore = _PISTON_THICKNESS / 2 * u, _BORE_HALF_LENGTH * u
     for side in (1.0, -1.0):
-        phase, passage = steam_phase(valve_gear, position, side), _passage_outline(valve_gear, side)
+        phase = steam_phase(valve_gear, position, side)
+        passage = _passage_outline(valve_gear, side)
         face_x, end_x = piston + side * half_piston, side * half_bore
         steam_space = ((face_x, floor), (end_x, floor), (end_x, ceiling), (face_x, ceiling))
         yield from (Polygon(role, outline if role == phase else ()) for role in STEAM_PHASES for outline in (steam_space, passage))
@@ -113,7 +117,8 @@ def cylinder_moving_shapes(valve_gear: ValveGearProportions, position: ValveGear
 def _valve_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition) -> Iterator[DrawnShape]:
     """Yield the D-slide valve on its face, its cavity over bridge and exhaust port, and its spindle."""
     r, u, scale = drawn_eccentric(valve_gear), valve_gear.crank, valve_magnification(valve_gear)
-    face, x = _VALVE_FACE * u, -position.valve_displacement * scale  # away from the shaft is left
+    face = _VALVE_FACE * u
+    x = -position.valve_displacement * scale  # away from the shaft is left
     inner, outer = _port_edges(valve_gear)
     outer, inner = outer + valve_gear.outside_lap * scale, inner - valve_gear.inside_lap * scale
     top, stem = face + _VALVE_HEIGHT * r, face + 0.36 * r

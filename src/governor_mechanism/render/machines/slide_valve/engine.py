@@ -46,7 +46,8 @@ def engine_background_shapes(valve_gear: ValveGearProportions, base_height: floa
     cylinder_far_end = to_picture.cylinder_near_end + _CYLINDER_LENGTH * u
     left, low = to_picture(cylinder_far_end, -_BORE_HALF_HEIGHT * u)
     right, high = to_picture(to_picture.cylinder_near_end, _BORE_HALF_HEIGHT * u)
-    chest_inset, chest_top = 0.15 * (right - left), to_picture(0.0, (_VALVE_LINE_HEIGHT + 0.30) * u)[1]
+    chest_inset = 0.15 * (right - left)
+    chest_top = to_picture(0.0, (_VALVE_LINE_HEIGHT + 0.30) * u)[1]
     yield Lines("axis", ((to_picture(-1.2 * u, 0.0), to_picture(cylinder_far_end + 0.15 * u, 0.0)),))
     yield make_rectangle("casting", left, right, low, high)
     yield make_rectangle("casting", left + chest_inset, right - chest_inset, high, chest_top)
@@ -58,8 +59,10 @@ def engine_background_shapes(valve_gear: ValveGearProportions, base_height: floa
 
 def engine_moving_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition, base_height: float) -> Iterator[DrawnShape]:
     """Yield crank, eccentric, both rods, crosshead, and the rods of piston and valve."""
-    u, to_picture, valve_line_height = valve_gear.crank, _EngineToPicture(valve_gear, base_height), _VALVE_LINE_HEIGHT * valve_gear.crank
-    scale, shaft = to_picture.scale, to_picture(0.0, 0.0)
+    u, to_picture = valve_gear.crank, _EngineToPicture(valve_gear, base_height)
+    valve_line_height = _VALVE_LINE_HEIGHT * u
+    scale = to_picture.scale
+    shaft = to_picture(0.0, 0.0)
     # At 0 the crank points away from the cylinder.
     pin = to_picture(-u * math.cos(position.crank_angle), u * math.sin(position.crank_angle))
     theta = position.crank_angle + valve_gear.advance

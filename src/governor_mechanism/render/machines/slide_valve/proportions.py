@@ -65,12 +65,8 @@ def valve_gear_position(part: Part, valve_gear: ValveGearProportions, pose: Floa
     )
 
 
-STEAM_PHASES = ADMISSION_PHASE, EXPANSION_PHASE, EXHAUST_PHASE, COMPRESSION_PHASE = (
-    "live steam",
-    "expanding steam",
-    "spent steam",
-    "pressed steam",
-)
+STEAM_PHASES = ("live steam", "expanding steam", "spent steam", "pressed steam")
+ADMISSION_PHASE, EXPANSION_PHASE, EXHAUST_PHASE, COMPRESSION_PHASE = STEAM_PHASES
 
 
 def steam_phase(valve_gear: ValveGearProportions, position: ValveGearPosition, side: float) -> str:

@@ -66,7 +66,8 @@ def _displacement_curve(angles: FloatArray, lengths: FloatArray) -> tuple[tuple[
 
 def dial_moving_shapes(valve_gear: ValveGearProportions, position: ValveGearPosition, height: float) -> Iterator[DrawnShape]:
     """Yield the crank with the displacement on its ray, and its projection on the piston at a height (m)."""
-    u, length = valve_gear.crank, position.valve_displacement * _displacement_scale(valve_gear)
+    u = valve_gear.crank
+    length = position.valve_displacement * _displacement_scale(valve_gear)
     pin = _polar_point(position.crank_angle, u)
     stroke_line = ((position.piston_position, 0.0), (position.piston_position, height))
     yield Lines("projection", (_piston_projection(valve_gear, position, pin), stroke_line))
