@@ -154,10 +154,9 @@ class FramePainter:
 
     def _add_axes(self, rect: layout.PixelRect) -> Axes:
         """Add axes in a rectangle (pixels of 480)."""
-        left, top, right, bottom = rect
-        return self.figure.add_axes(
-            (left / self._width, 1 - bottom / layout.REFERENCE_SIZE, (right - left) / self._width, (bottom - top) / layout.REFERENCE_SIZE)
-        )
+        left, right = (x / self._width for x in rect[::2])
+        top, bottom = (y / layout.REFERENCE_SIZE for y in rect[1::2])
+        return self.figure.add_axes((left, 1 - bottom, right - left, bottom - top))
 
     def _traced_path(self, path: FloatArray, k: int) -> Lines:
         """Return the part of a path (f, 2) m in the last second of film before frame k."""
