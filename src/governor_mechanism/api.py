@@ -9,9 +9,6 @@ from typing import TYPE_CHECKING, Any
 from governor_mechanism.errors import MechanismError
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from governor_mechanism.engines import Engine
     from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics
     from governor_mechanism.model.scene import Scene
@@ -24,7 +21,12 @@ if TYPE_CHECKING:
     from governor_mechanism.studies.slide_valve.valve_timing import ValveTiming
     from governor_mechanism.studies.sweep.run import Sweep
     from governor_mechanism.studies.work_precision.results import AccuracyStudy
+    from governor_mechanism.types import FloatArray
     from governor_mechanism.verification.registry import CheckReport
+
+    SceneSource = Scene | str | Path
+    FloatValues = Sequence[float] | FloatArray
+    Progress = Callable[[int, int], None]
 
 
 def list_models() -> dict[str, str]:
@@ -82,11 +84,7 @@ def load(scene: str | Path) -> Scene:
 
 
 def run(
-    scene: Scene | str | Path,
-    engine: str | Engine = "auto",
-    accuracy: float | None = None,
-    times: NDArray[np.float64] | Sequence[float] | None = None,
-    certify: bool = True,
+    scene: SceneSource, engine: str | Engine = "auto", accuracy: float | None = None, times: FloatValues | None = None, certify: bool = True
 ) -> Trajectory:
     """Simulate a scene.
 
@@ -125,14 +123,14 @@ def run(
     """
     from governor_mechanism.engines import select_engine
 
-    resolved_scene = _resolve_scene(scene)
+    resolved_scene = _as_scene(scene)
     name = resolved_scene.run.engine if engine == "auto" else engine
     selected_engine, reason = select_engine(name, resolved_scene, accuracy) if isinstance(name, str) else (name, "given")
     return selected_engine.run(resolved_scene, times=times, accuracy=accuracy, certify=certify, reason=reason)
 
 
 def crosscheck(
-    scene: Scene | str | Path,
+    scene: SceneSource,
     kernel: Callable[..., float] | None = None,
     quantity: str = "equilibrium_speed",
     over: Mapping[str, Any] | None = None,
@@ -170,7 +168,7 @@ def crosscheck(
     """
     from governor_mechanism.engines.rotating_part import rotating_part_alone
 
-    resolved_scene = rotating_part_alone(_resolve_scene(scene))
+    resolved_scene = rotating_part_alone(_as_scene(scene))
     if kernel is None:
         from governor_mechanism.verification.registry import check_against_closed_forms
 
@@ -183,9 +181,7 @@ def crosscheck(
     return check_kernel(resolved_scene, kernel, quantity, over, KERNEL_RELATIVE_TOLERANCE if allowed is None else allowed)
 
 
-def kinematics(
-    scene: Scene | str | Path, over: str, values: Sequence[float] | NDArray[np.float64], rate: float = 1.0, acceleration: float = 0.0
-) -> Kinematics:
+def kinematics(scene: SceneSource, over: str, values: FloatValues, rate: float = 1.0, acceleration: float = 0.0) -> Kinematics:
     """Return positions, velocities and accelerations of a mechanism without integration.
 
     Parameters
@@ -220,11 +216,11 @@ def kinematics(
     """
     from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
 
-    return solve_kinematics(_resolve_scene(scene), over, values, rate, acceleration)
+    return solve_kinematics(_as_scene(scene), over, values, rate, acceleration)
 
 
 def speed_curve(
-    scene: Scene | str | Path, points: int = 500, *, resistance: float | str | None = None, against: str = "sleeve_lift"
+    scene: SceneSource, points: int = 500, *, resistance: float | str | None = None, against: str = "sleeve_lift"
 ) -> SpeedCurve:
     """Return the equilibrium speed over the travel of a mechanism, with stiffness, frequencies, folds and poles.
 
@@ -259,12 +255,10 @@ def speed_curve(
     from governor_mechanism.engines.rotating_part import rotating_part_alone
     from governor_mechanism.statics.speed_curve import compute_speed_curve
 
-    return compute_speed_curve(rotating_part_alone(_resolve_scene(scene)), points, resistance=resistance, against=against)
+    return compute_speed_curve(rotating_part_alone(_as_scene(scene)), points, resistance=resistance, against=against)
 
 
-def insensitivity_band(
-    scene: Scene | str | Path, over: Sequence[float] | NDArray[np.float64], resistance: float | str, against: str = "sleeve_lift"
-) -> InsensitivityBand:
+def insensitivity_band(scene: SceneSource, over: FloatValues, resistance: float | str, against: str = "sleeve_lift") -> InsensitivityBand:
     """Return the spindle speeds between which a resistance keeps a mechanism in equilibrium.
 
     Parameters
@@ -298,10 +292,10 @@ def insensitivity_band(
     from governor_mechanism.engines.rotating_part import rotating_part_alone
     from governor_mechanism.statics.speed_curve import compute_insensitivity_band
 
-    return compute_insensitivity_band(rotating_part_alone(_resolve_scene(scene)), over, resistance, against)
+    return compute_insensitivity_band(rotating_part_alone(_as_scene(scene)), over, resistance, against)
 
 
-def equilibria(scene: Scene | str | Path, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
+def equilibria(scene: SceneSource, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
     """Return all equilibria of a mechanism at a spindle speed, and their stability.
 
     Parameters
@@ -330,10 +324,10 @@ def equilibria(scene: Scene | str | Path, spindle_speed: float | str | None = No
     from governor_mechanism.engines.rotating_part import rotating_part_alone
     from governor_mechanism.statics.equilibria import find_equilibria
 
-    return find_equilibria(rotating_part_alone(_resolve_scene(scene)), spindle_speed)
+    return find_equilibria(rotating_part_alone(_as_scene(scene)), spindle_speed)
 
 
-def linearise(scene: Scene | str | Path, spindle_speed: float | str | None = None, *, at: Equilibrium | None = None) -> Linearisation:
+def linearise(scene: SceneSource, spindle_speed: float | str | None = None, *, at: Equilibrium | None = None) -> Linearisation:
     """Linearise the equations of motion about an equilibrium or a steady rotation, with all dampers.
 
     Inputs that vary with time have their last value.
@@ -365,14 +359,14 @@ def linearise(scene: Scene | str | Path, spindle_speed: float | str | None = Non
     from governor_mechanism.engines.initial_state import initial_state
     from governor_mechanism.statics.linearisation import linearise_from_start, linearise_scene, poses_at
 
-    resolved_scene = _resolve_scene(scene)
+    resolved_scene = _as_scene(scene)
     poses, velocities = initial_state(resolved_scene)
     if at is not None:
         return linearise_scene(resolved_scene, poses_at(resolved_scene, at), velocities, spindle_speed)
     return linearise_from_start(resolved_scene, poses, velocities, spindle_speed)
 
 
-def stability_limit(scene: Scene | str | Path, key: str, low: float | str, high: float | str) -> StabilityLimit[Linearisation]:
+def stability_limit(scene: SceneSource, key: str, low: float | str, high: float | str) -> StabilityLimit[Linearisation]:
     """Return the value of a key of a scene at which its steady state becomes unstable.
 
     Parameters
@@ -403,10 +397,10 @@ def stability_limit(scene: Scene | str | Path, key: str, low: float | str, high:
     """
     from governor_mechanism.studies.stability_limit import find_scene_stability_limit
 
-    return find_scene_stability_limit(_resolve_scene(scene), key, low, high)
+    return find_scene_stability_limit(_as_scene(scene), key, low, high)
 
 
-def accuracy_study(scene: Scene | str | Path, longest: float = 1.0, progress: Callable[[int, int], None] | None = None) -> AccuracyStudy:
+def accuracy_study(scene: SceneSource, longest: float = 1.0, progress: Progress | None = None) -> AccuracyStudy:
     """Measure error and time of every engine at every setting, against a reference that a second engine confirms.
 
     Parameters
@@ -435,11 +429,11 @@ def accuracy_study(scene: Scene | str | Path, longest: float = 1.0, progress: Ca
     """
     from governor_mechanism.studies.work_precision.study import run_accuracy_study
 
-    return run_accuracy_study(_resolve_scene(scene), longest, progress)
+    return run_accuracy_study(_as_scene(scene), longest, progress)
 
 
 def effects_study(
-    scene: Scene | str | Path, engine: str = "auto", accuracy: float | None = None, progress: Callable[[int, int], None] | None = None
+    scene: SceneSource, engine: str = "auto", accuracy: float | None = None, progress: Progress | None = None
 ) -> EffectsStudy:
     """Measure the influence of each effect of a scene on the readings, and its cost.
 
@@ -473,11 +467,11 @@ def effects_study(
     """
     from governor_mechanism.studies.effect_ablation import run_effects_study
 
-    return run_effects_study(_resolve_scene(scene), engine, accuracy, progress)
+    return run_effects_study(_as_scene(scene), engine, accuracy, progress)
 
 
 def sweep(
-    scene: Scene | str | Path,
+    scene: SceneSource,
     vary: Mapping[str, Any] | Sequence[str],
     quantities: Mapping[str, str | Callable[[Trajectory], float]] | Sequence[str] | None = None,
     *,
@@ -486,7 +480,7 @@ def sweep(
     certify: bool = False,
     workers: int = 1,
     out: str | Path | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Sweep:
     """Run a scene for every combination of values of its keys, and record quantities of each run.
 
@@ -531,19 +525,11 @@ def sweep(
     from governor_mechanism.studies.sweep.run import sweep as run_sweep
 
     return run_sweep(
-        _resolve_scene(scene),
-        vary,
-        quantities,
-        engine=engine,
-        accuracy=accuracy,
-        certify=certify,
-        workers=workers,
-        out=out,
-        progress=progress,
+        _as_scene(scene), vary, quantities, engine=engine, accuracy=accuracy, certify=certify, workers=workers, out=out, progress=progress
     )
 
 
-def valve_timing(scene: Scene | str | Path) -> ValveTiming:
+def valve_timing(scene: SceneSource) -> ValveTiming:
     """Return the timing of a slide valve: admission, cut-off, release and compression at both ends of the cylinder.
 
     Crank angles and piston positions come from the mechanism, from the exact closed form, and from the theory without its error term.
@@ -570,10 +556,10 @@ def valve_timing(scene: Scene | str | Path) -> ValveTiming:
     """
     from governor_mechanism.studies.slide_valve.valve_timing import tabulate_valve_timing
 
-    return tabulate_valve_timing(_resolve_scene(scene))
+    return tabulate_valve_timing(_as_scene(scene))
 
 
-def _resolve_scene(scene: Scene | str | Path) -> Scene:
+def _as_scene(scene: SceneSource) -> Scene:
     """Return a scene as it is, and load one that is given by name or path."""
     return load(scene) if isinstance(scene, str | Path) else scene
 

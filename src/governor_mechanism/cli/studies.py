@@ -158,25 +158,17 @@ def sweep(
     from governor_mechanism.studies.sweep.checkpoint import journal_path
 
     prepare_folder(out)
-    loaded_scene = gm.load(scene)
-    journal_file = journal_path(out, loaded_scene.source)
-    counter = _ProgressCounter()
+    loaded = gm.load(scene)
+    journal_file = journal_path(out, loaded.source)
+    rows = _ProgressCounter()
     try:
-        with show_progress_bar("sweep") as counter.bar:
+        with show_progress_bar("sweep") as rows.bar:
             result = gm.sweep(
-                loaded_scene,
-                vary,
-                quantity or None,
-                engine=engine,
-                accuracy=accuracy,
-                certify=certify,
-                workers=workers,
-                out=out,
-                progress=counter,
+                loaded, vary, quantity or None, engine=engine, accuracy=accuracy, certify=certify, workers=workers, out=out, progress=rows
             )
     except KeyboardInterrupt:
         if journal_file.exists():
-            print_to_stderr(f"{counter.done} of {counter.total} rows are in {journal_file}; the same command continues from there")
+            print_to_stderr(f"{rows.done} of {rows.total} rows are in {journal_file}; the same command continues from there")
         raise
     files = [journal_file.with_suffix(kind) for kind in (".csv", ".json")]
     if not no_figure:

@@ -33,8 +33,8 @@ def format_table(headers: Sequence[str], rows: Iterable[Sequence[str]], justify:
     n_columns = len(headers) or max(map(len, cells), default=0)
     table = Table(box=None, show_header=bool(headers), pad_edge=False, padding=(0, COLUMN_GAP, 0, 0), header_style="")
     sides = {"l": "left", "c": "center", "r": "right"}
-    for k in range(n_columns):
-        table.add_column(Text(headers[k]) if headers else "", justify=sides[justify[min(k, len(justify) - 1)]], no_wrap=True)  # type: ignore[arg-type]
+    for heading, side in zip(headers or [""] * n_columns, justify.ljust(n_columns, justify[-1]), strict=False):
+        table.add_column(Text(heading), justify=sides[side], no_wrap=True)  # type: ignore[arg-type]
     for row in cells:
         table.add_row(*row)
     console = Console(width=100_000, color_system=None, force_terminal=False)

@@ -9,10 +9,8 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.text import Text
-from numpy.typing import NDArray
 
-GlyphPixels = NDArray[np.uint8]
-"""RGBA pixels (height, width, 4)."""
+from governor_mechanism.render.film.gif_encoder import RgbaPixels
 
 
 class CachedNumber:
@@ -25,7 +23,7 @@ class CachedNumber:
         self.artist = artist
         # A minus sign is as wide as a digit; a hyphen is not.
         self._texts = [text.replace("-", "\N{MINUS SIGN}") for text in texts]
-        self._glyphs: dict[str, GlyphPixels] = {}
+        self._glyphs: dict[str, RgbaPixels] = {}
         self._right_edge = self._top_edge = 0
 
     def update(self, k: int) -> None:
@@ -61,7 +59,7 @@ class CachedNumber:
             widths.append(float(self.artist.get_window_extent(renderer).width))
         return max(round((widths[1] - widths[0]) / 10), math.ceil(widths[0]))
 
-    def blit(self, pixels: GlyphPixels, k: int) -> None:
+    def blit(self, pixels: RgbaPixels, k: int) -> None:
         """Copy the text of frame k into a frame (size, size, 4)."""
         right = self._right_edge
         for character in reversed(self._texts[k]):

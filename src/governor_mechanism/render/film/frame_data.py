@@ -75,5 +75,4 @@ def _interpolate_hermite(times: FloatArray, values: FloatArray, rates: FloatArra
     """Interpolate along the first axis by cubic Hermite polynomials; times (n,) increase, `query_times` (f,) lie within them."""
     if len(times) == 1:
         return np.repeat(values, len(query_times), axis=0)
-    interpolated: FloatArray = CubicHermiteSpline(times, values, rates)(query_times)
-    return interpolated
+    return np.asarray(CubicHermiteSpline(times, values, rates)(query_times))

@@ -7,18 +7,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any, cast
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text as Words
-from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.part import TURNING_PLANE
@@ -26,8 +23,9 @@ from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.digit_cache import CachedNumber
 from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import PixelView, fit_view, reading_rects, shift_rect
-from governor_mechanism.render.film.reading_panel import ReadingPlot
+from governor_mechanism.render.film.reading_panel import Panel, plot_reading
 from governor_mechanism.render.film.shared_limits import SharedLimits, shared_limits
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, round_step
 from governor_mechanism.render.machines.registry import SWEEP_ARC_CAPTION, background_shapes, drawing_of, moving_shapes, plan_shapes
@@ -35,9 +33,6 @@ from governor_mechanism.render.number_format import display_unit_of, format_clos
 from governor_mechanism.render.run_extents import measure_run_extents
 from governor_mechanism.render.style import GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION, Brush
 from governor_mechanism.types import FloatArray
-
-FramePixels = NDArray[np.uint8]
-"""RGBA pixels (height, width, 4)."""
 
 FRAME_DPI = 64
 """A power of two, so that size / DPI * DPI is exactly the size."""
@@ -49,14 +44,6 @@ MAX_SHOWN_READINGS = {True: 3, False: 4}
 """Number of readings in the side panel, with and without the dial."""
 FRAME_CLOSING_LINE_LENGTH = 94
 """Number of characters in the closing lines that fit at about their normal size."""
-
-
-@dataclass(frozen=True)
-class ShapePanel:
-    """Artists of the moving shapes on one pair of axes; `update(k)` moves them to frame k."""
-
-    artists: Sequence[Artist]
-    update: Callable[[int], None]
 
 
 def _format_times(times: FloatArray) -> list[str]:
@@ -102,7 +89,7 @@ class FramePainter:
         self._counters: list[CachedNumber] = []
         left_edge = self._add_number(_format_times(frame_data.times), "s", (468, 18), 12, color=INK)
         self._add_title_and_footer(run, title or run.scene.title, left_edge - 24)
-        self._panels: list[ShapePanel | ReadingPlot] = [self._make_elevation(data, k) for k, data in enumerate(self._shown_parts)]
+        self._panels: list[Panel] = [self._make_elevation(data, k) for k, data in enumerate(self._shown_parts)]
         self._panels += self._make_reading_plots()
         if self._has_dial:
             self._panels.append(self._make_plan())
@@ -116,10 +103,11 @@ class FramePainter:
 
     def update(self, k: int) -> None:
         """Move all animated artists and numbers to frame k."""
-        for panel in (*self._panels, *self._counters):
-            panel.update(k)
+        moving: list[Panel | CachedNumber] = [*self._panels, *self._counters]
+        for one in moving:
+            one.update(k)
 
-    def paint(self, k: int) -> FramePixels:
+    def paint(self, k: int) -> RgbaPixels:
         """Return frame k as opaque RGBA pixels (size, size, 4)."""
         for panel in self._panels:
             panel.update(k)
@@ -132,14 +120,14 @@ class FramePainter:
             counter.blit(pixels, k)
         return pixels
 
-    def _make_elevation(self, frame_data: FrameData, position: int) -> ShapePanel:
+    def _make_elevation(self, frame_data: FrameData, position: int) -> Panel:
         """Return the panel of a part at a position from the left, and write its scale bar and, if there are several, its name."""
         shift, name_height = position * layout.PART_PITCH - self._shift, 0.0
         if len(self._shown_parts) > 1:
             x, y = layout.PART_NAME_POSITION
             self._add_text(format_name(frame_data.part.name), (x + shift, y), 12.5, fontfamily=SERIF_FONT, max_width=260)
             name_height = layout.PART_NAME_HEIGHT
-        self.view = fit_view(self._limits.boxes[position], shift_rect(layout.ELEVATION_RECT, shift + self._shift, name_height), self._size)
+        self.view = fit_view(self._limits.boxes[position], shift_rect(layout.ELEVATION_RECT, shift + self._shift, name_height))
         self._add_scale_bar(frame_data, self.view, shift)
         part, poses, times = frame_data.part, frame_data.poses, frame_data.times
         run_extents = measure_run_extents(part, frame_data.run_poses, frame_data.run_times, frame_data.effect_state)
@@ -154,22 +142,21 @@ class FramePainter:
 
     def _make_shape_panel(
         self, view: PixelView, static_shapes: Sequence[DrawnShape], shapes_at: Callable[[int], Sequence[DrawnShape]]
-    ) -> ShapePanel:
+    ) -> Panel:
         """Return a panel in metres with static shapes and with the moving shapes `shapes_at(k)` of frame k."""
-        axes = self._add_axes(tuple(edge * layout.REFERENCE_SIZE / self._size for edge in view.rect))
+        axes = self._add_axes(view.rect)
         axes.set_axis_off()
         axes.set(xlim=view.box[:2], ylim=view.box[2:])
         Brush(axes, self._points_per_pixel).paint(static_shapes)
         brush = Brush(axes, self._points_per_pixel, base_zorder=3)
         artists = brush.paint(shapes_at(0))
-        return ShapePanel(artists, lambda k: brush.update(artists, shapes_at(k)))
+        return Panel(artists, lambda k: brush.update(artists, shapes_at(k)))
 
-    def _add_axes(self, rect: Sequence[float]) -> Axes:
+    def _add_axes(self, rect: layout.PixelRect) -> Axes:
         """Add axes in a rectangle (pixels of 480)."""
-        left, top, right, bottom = rect
-        return self.figure.add_axes(
-            (left / self._width, 1 - bottom / layout.REFERENCE_SIZE, (right - left) / self._width, (bottom - top) / layout.REFERENCE_SIZE)
-        )
+        left, right = (x / self._width for x in rect[::2])
+        top, bottom = (y / layout.REFERENCE_SIZE for y in rect[1::2])
+        return self.figure.add_axes((left, 1 - bottom, right - left, bottom - top))
 
     def _traced_path(self, path: FloatArray, k: int) -> Lines:
         """Return the part of a path (f, 2) m in the last second of film before frame k."""
@@ -177,12 +164,12 @@ class FramePainter:
         first = int(np.searchsorted(times, times[k] - TRACE_DURATION / self.frame_data.slow_down))
         return Lines("trace", (tuple(map(tuple, path[first : k + 1].tolist())),))
 
-    def _make_plan(self) -> ShapePanel:
+    def _make_plan(self) -> Panel:
         """Return the panel of the turning plane seen from above, and write its caption."""
         frame_data = self.frame_data
         ring_radius = self._limits.ring_radius
         half_width = 1.06 * ring_radius
-        view = fit_view((-half_width, half_width, -half_width, half_width), shift_rect(layout.DIAL_RECT, self._shift), self._size)
+        view = fit_view((-half_width, half_width, -half_width, half_width), shift_rect(layout.DIAL_RECT, self._shift))
         angle_steps = np.diff(frame_data.spindle_angle, prepend=frame_data.spindle_angle[0])
 
         def shapes_at(k: int) -> Sequence[DrawnShape]:
@@ -195,10 +182,10 @@ class FramePainter:
             self._add_text(text, (398, 446 - 13.5 * line), 9.5, color=colour)
         return self._make_shape_panel(view, (Circle("ring", 0.0, 0.0, ring_radius),), shapes_at)
 
-    def _make_reading_plots(self) -> list[ReadingPlot]:
+    def _make_reading_plots(self) -> list[Panel]:
         """Return the plots of the shown readings, and write their names and numbers."""
         selected = self._select_readings()
-        plots: list[ReadingPlot] = []
+        plots: list[Panel] = []
         for (frame_data, name), rect, colour in zip(selected, reading_rects(len(selected), self._has_dial), SERIES_COLOURS, strict=False):
             reading = frame_data.readings[name]
             unit, factor = display_unit_of(reading.unit)
@@ -208,7 +195,7 @@ class FramePainter:
             plot_rect = (left + layout.LABEL_WIDTH, top + layout.HEADING_HEIGHT, right - 3.0, bottom - layout.TIME_LABEL_HEIGHT)
             axes = self._add_axes(shift_rect(plot_rect, self._shift))
             limits = self._limits.axis_limits[frame_data.part.name, name]
-            plots.append(ReadingPlot(axes, reading_colour, frame_data, values, limits, self._points_per_pixel))
+            plots.append(plot_reading(axes, reading_colour, frame_data, values, limits, self._points_per_pixel))
             number_left = self._add_number(format_numbers(values), unit, (right, top + 7), 12, color=reading_colour, fontweight="bold")
             self._add_text(format_name(name), (left, top + 7), 12.5, fontfamily=SERIF_FONT, max_width=number_left - left - 8)
         return plots
@@ -261,13 +248,12 @@ class FramePainter:
     def _add_scale_bar(self, frame_data: FrameData, view: PixelView, shift: float) -> None:
         """Add a scale bar of a round length in millimetres below the elevation of a part."""
         left, top, right, bottom = shift_rect(layout.CAPTION_RECT, shift)
-        scale = view.scale * layout.REFERENCE_SIZE / self._size
-        length = round_step((right - left) / scale, 8)
+        length = round_step((right - left) / view.scale, 8)
         y = (top + bottom) / 2
-        self._add_line((left, y), (left + length * scale, y), MUTED)
-        for x in (left, left + length * scale):
+        self._add_line((left, y), (left + length * view.scale, y), MUTED)
+        for x in (left, left + length * view.scale):
             self._add_line((x, y - 3), (x, y + 3), MUTED)
-        self._add_text(f"{length * 1e3:g} mm", (left + length * scale + 6, y), 9.5, color=MUTED)
+        self._add_text(f"{length * 1e3:g} mm", (left + length * view.scale + 6, y), 9.5, color=MUTED)
         text = format_film_speed(frame_data.slow_down)
         if frame_data.part.plane == TURNING_PLANE:
             text = f"turning plane, {text}" if text else "seen in the turning plane"

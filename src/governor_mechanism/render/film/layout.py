@@ -60,13 +60,12 @@ class PixelView:
         return self.x - half_width, self.x + half_width, self.y - half_height, self.y + half_height
 
 
-def fit_view(box: BoundingBox, rect: PixelRect, size: int) -> PixelView:
-    """Return the view that shows a box (m) as large as possible and centred in `rect`, in a frame of `size` pixels."""
-    factor = size / REFERENCE_SIZE
-    left, top, right, bottom = (edge * factor for edge in rect)
+def fit_view(box: BoundingBox, rect: PixelRect) -> PixelView:
+    """Return the view that shows a box (m) as large as possible and centred in `rect`."""
+    left, top, right, bottom = rect
     x0, x1, y0, y1 = box
     scale = min((right - left) / (x1 - x0), (bottom - top) / (y1 - y0))
-    return PixelView(rect=(left, top, right, bottom), scale=scale, x=(x0 + x1) / 2, y=(y0 + y1) / 2)
+    return PixelView(rect=rect, scale=scale, x=(x0 + x1) / 2, y=(y0 + y1) / 2)
 
 
 def reading_rects(count: int, has_dial: bool) -> list[PixelRect]:

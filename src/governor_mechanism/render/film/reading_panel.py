@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
@@ -36,40 +39,44 @@ def format_plain_ticks(axis: Axis, limits: tuple[float, float]) -> None:
     axis.set_major_formatter(plain if 1e-3 <= largest < 1e6 else FormatStrFormatter("%.4g"))
 
 
-class ReadingPlot:
-    """Curve of values (f,) at times (f,) s on axes with the limits `time_span` (s) and `limits`; lengths of strokes in points per pixel."""
+@dataclass(frozen=True)
+class Panel:
+    """The moving artists on one pair of axes; `update(k)` moves them to frame k."""
 
-    def __init__(self, axes: Axes, colour: str, frame_data: FrameData, values: FloatArray, limits: Vec2, points_per_pixel: float) -> None:
-        start, end = frame_data.time_span
-        axes.set(xlim=(start, max(end, start + 1e-9)), ylim=limits, facecolor=PAPER)
-        self._style_axes(axes, frame_data.time_span, points_per_pixel)
-        self._times, self._values = frame_data.times, values
-        self._curve = Line2D([], [], color=colour, linewidth=1.5 * points_per_pixel, solid_joinstyle="round", zorder=3)
-        self._dot = Line2D([], [], color=colour, marker="o", markersize=6 * points_per_pixel, clip_on=False, zorder=4)
-        self._dot.set(markeredgecolor=PAPER, markeredgewidth=0.8 * points_per_pixel)
-        self.artists: list[Artist] = [self._curve, self._dot]
-        for line in (self._curve, self._dot):
-            axes.add_line(line)
+    artists: Sequence[Artist]
+    update: Callable[[int], None]
 
-    def update(self, k: int) -> None:
-        """Show the curve up to frame k."""
-        self._curve.set_data(self._times[: k + 1], self._values[: k + 1])
-        self._dot.set_data(self._times[k : k + 1], self._values[k : k + 1])
 
-    def _style_axes(self, axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
-        """Style the axes: two spines, few ticks, faint grid lines."""
-        for side, spine in axes.spines.items():
-            spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8 * points_per_pixel)
-        low, high = axes.get_ylim()
-        ticks = MaxNLocator(3, min_n_ticks=2).tick_values(low, high)
-        axes.set_yticks([tick for tick in ticks if low <= tick <= high])
-        format_plain_ticks(axes.yaxis, (low, high))
-        axes.set_xticks(time_span, labels=[f"{time_span[0]:.4g}", f"{time_span[1]:.4g} s"])
-        axes.tick_params(length=3 * points_per_pixel, width=0.8 * points_per_pixel, color=MUTED, pad=2 * points_per_pixel)
-        axes.tick_params(labelcolor=MUTED, labelsize=8.5 * points_per_pixel, labelfontfamily=SANS_FONT)
-        axes.grid(axis="y", color=RULE, linewidth=0.7 * points_per_pixel)
-        axes.set_axisbelow(True)
-        # The time labels stay within the width of the plot, so that they never leave the frame.
-        first, last = axes.get_xticklabels()
-        first.set_horizontalalignment("left")
-        last.set_horizontalalignment("right")
+def plot_reading(axes: Axes, colour: str, frame_data: FrameData, values: FloatArray, limits: Vec2, points_per_pixel: float) -> Panel:
+    """Return the panel of a curve of values (f,) in the display unit, up to frame k; `points_per_pixel` is that of pixels of 480."""
+    start, end = frame_data.time_span
+    axes.set(xlim=(start, max(end, start + 1e-9)), ylim=limits, facecolor=PAPER)
+    _style_axes(axes, frame_data.time_span, points_per_pixel)
+    curve = Line2D([], [], color=colour, linewidth=1.5 * points_per_pixel, solid_joinstyle="round", zorder=3)
+    dot = Line2D([], [], color=colour, marker="o", markersize=6 * points_per_pixel, clip_on=False, zorder=4)
+    dot.set(markeredgecolor=PAPER, markeredgewidth=0.8 * points_per_pixel)
+
+    def update(k: int) -> None:
+        for line, first in ((curve, 0), (dot, k)):
+            line.set_data(frame_data.times[first : k + 1], values[first : k + 1])
+
+    return Panel([axes.add_line(line) for line in (curve, dot)], update)
+
+
+def _style_axes(axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
+    """Style the axes: two spines, few ticks, faint grid lines."""
+    for side, spine in axes.spines.items():
+        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8 * points_per_pixel)
+    low, high = axes.get_ylim()
+    ticks = MaxNLocator(3, min_n_ticks=2).tick_values(low, high)
+    axes.set_yticks([tick for tick in ticks if low <= tick <= high])
+    format_plain_ticks(axes.yaxis, (low, high))
+    axes.set_xticks(time_span, labels=[f"{time_span[0]:.4g}", f"{time_span[1]:.4g} s"])
+    axes.tick_params(length=3 * points_per_pixel, width=0.8 * points_per_pixel, color=MUTED, pad=2 * points_per_pixel)
+    axes.tick_params(labelcolor=MUTED, labelsize=8.5 * points_per_pixel, labelfontfamily=SANS_FONT)
+    axes.grid(axis="y", color=RULE, linewidth=0.7 * points_per_pixel)
+    axes.set_axisbelow(True)
+    # The time labels stay within the width of the plot, so that they never leave the frame.
+    first, last = axes.get_xticklabels()
+    first.set_horizontalalignment("left")
+    last.set_horizontalalignment("right")

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.film.frame_data import FrameData
-from governor_mechanism.render.film.frame_painter import FramePainter, FramePixels
+from governor_mechanism.render.film.frame_painter import FramePainter
+from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import ELEVATION_RECT, HEADER_RULE_Y, REFERENCE_SIZE
 from governor_mechanism.render.film.shared_limits import shared_limits
 from governor_mechanism.render.style import RULE, parse_rgb
@@ -35,7 +36,7 @@ class SideBySidePainter:
         factor = size / REFERENCE_SIZE
         self._rule_rows = slice(round((HEADER_RULE_Y + 7) * factor), round(ELEVATION_RECT[3] * factor))
 
-    def paint(self, k: int) -> FramePixels:
+    def paint(self, k: int) -> RgbaPixels:
         """Return frame k as opaque RGBA pixels (size, number of runs * width of one, 4)."""
         pixels = np.concatenate([painter.paint(k) for painter in self.painters], axis=1)
         for index in range(1, len(self.painters)):

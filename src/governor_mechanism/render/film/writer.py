@@ -20,8 +20,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.film.frame_data import find_parts, interpolate_frame_data
-from governor_mechanism.render.film.frame_painter import FramePixels
-from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
+from governor_mechanism.render.film.gif_encoder import GifWriter, Palette, RgbaPixels
 from governor_mechanism.render.film.side_by_side import SideBySidePainter, check_run_pair
 from governor_mechanism.render.geometry.primitives import round_step
 from governor_mechanism.render.style import FILM_COLOURS, parse_rgb
@@ -33,7 +32,7 @@ TimeSpan = tuple[float, float]
 """Start and end (s) of the shown part of a run."""
 FrameSchedule = tuple[FloatArray, list[int]]
 """Times of the frames (s) and the display time of each in hundredths of a second."""
-AddFrame = Callable[[FramePixels, int], None]
+AddFrame = Callable[[RgbaPixels, int], None]
 """Append a frame with its display time in hundredths of a second to a file."""
 
 MAX_FRAME_RATE = 50
@@ -167,8 +166,9 @@ def schedule_frames(start: float, stop: float, frames_per_second: float, slow_do
 
 def schedule_video_frames(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> FrameSchedule:
     """Return one frame at the middle of each step: every frame of a video lasts equally long."""
-    count = max(round((stop - start) * slow_down * frames_per_second), 1)
-    return start + (stop - start) * (np.arange(count) + 0.5) / count, [round(100 / frames_per_second)] * count
+    duration = (stop - start) * slow_down
+    count = max(round(duration * frames_per_second), 1)
+    return start + (stop - start) * (np.arange(count) + 0.5) / count, [round(100 * duration / count)] * count
 
 
 def _select_time_span(run: Trajectory, start: float | None, stop: float | None) -> TimeSpan:
@@ -215,7 +215,7 @@ def _open_video(path: Path, painter: SideBySidePainter, n_frames: int, frame_rat
 
     with cast(Any, imageio).get_writer(path, format="FFMPEG", fps=frame_rate, codec="libx264", quality=8, macro_block_size=2) as writer:
 
-        def add_frame(pixels: FramePixels, delay: int) -> None:
+        def add_frame(pixels: RgbaPixels, delay: int) -> None:
             # The codec needs an even number of rows and columns.
             rows, columns = pixels.shape[0] % 2, pixels.shape[1] % 2
             writer.append_data(np.pad(pixels[..., :3], ((0, rows), (0, columns), (0, 0)), mode="edge"))

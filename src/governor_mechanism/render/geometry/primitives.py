@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import chain
 
 from governor_mechanism.model.joints import Point
 
@@ -99,23 +100,21 @@ def place_point(pose: PoseTuple, point: Point) -> Vec2:
 
 def bounding_box(shapes: Iterable[DrawnShape]) -> BoundingBox:
     """Return the smallest box (m) around all shapes; text counts with its reserved width."""
-    xs: list[float] = []
-    ys: list[float] = []
-    for shape in shapes:
-        match shape:
-            case Circle(_, x, y, radius):
-                xs += (x - radius, x + radius)
-                ys += (y - radius, y + radius)
-            case Polygon(_, points):
-                xs += (x for x, _ in points)
-                ys += (y for _, y in points)
-            case Lines(_, lines):
-                xs += (x for line in lines for x, _ in line)
-                ys += (y for line in lines for _, y in line)
-            case TextShape(_, x, y, _, room):
-                xs += (x, x + room)
-                ys.append(y)
+    xs, ys = zip(*(point for shape in shapes for point in _extent_points(shape)), strict=True)
     return min(xs), max(xs), min(ys), max(ys)
+
+
+def _extent_points(shape: DrawnShape) -> Iterable[Vec2]:
+    """Return points that have the same bounding box as a shape."""
+    match shape:
+        case Circle(_, x, y, radius):
+            return (x - radius, y - radius), (x + radius, y + radius)
+        case Polygon(_, points):
+            return points
+        case Lines(_, lines):
+            return chain.from_iterable(lines)
+        case TextShape(_, x, y, _, width):
+            return (x, y), (x + width, y)
 
 
 def round_step(span: float, max_steps: int) -> float:
