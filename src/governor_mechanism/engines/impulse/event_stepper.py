@@ -97,16 +97,19 @@ class EventDrivenStepper(StaggeredStepper):
             time = self.state.time
             if end - time < MIN_REMAINDER_RATIO * full_step:
                 self.extrapolate_to(end, full_step)
-                if self.time_inputs.has_jump:
-                    self._contact_tracker.change_mode()
-                self._restart_after_event(next_h)
+                self._end_at_restart(next_h)
                 return True
             target, steps = self._plan_substeps(time, end, full_step)
         if self.time_inputs.has_jump:
             self.close_joints()
-            self._contact_tracker.change_mode()
-            self._restart_after_event(next_h)
+            self._end_at_restart(next_h)
         return True
+
+    def _end_at_restart(self, next_h: float) -> None:
+        """Restart at the end of an interval, before a step of `next_h` seconds; where an input jumps, in another mode."""
+        if self.time_inputs.has_jump:
+            self._contact_tracker.change_mode()
+        self._restart_after_event(next_h)
 
     def _plan_substeps(self, time: float, end: float, full_step: float) -> tuple[float, int]:
         """Restart toward `end` (s) with steps of at most `full_step`; return the target time (s) and the number of steps.

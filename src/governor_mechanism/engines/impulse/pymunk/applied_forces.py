@@ -13,14 +13,7 @@ from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_b
 from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces, make_force_element_table
 from governor_mechanism.mechanics.dynamics.lowering import N_PLANE_COLUMNS, System, forced_output_names, make_system
 from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION, add_output_forces, evaluate_force_law
-from governor_mechanism.mechanics.kinematics.constraint_kernels import (
-    N_ROW_COLUMNS,
-    ConstraintRows,
-    RowColumn,
-    evaluate_jacobian,
-    evaluate_residuals,
-    evaluate_rows,
-)
+from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.mechanics.kinematics.points import Origins
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
@@ -110,19 +103,21 @@ class AppliedForces:
 
     def evaluate(self, poses: FloatArray, velocities: FloatArray, inputs: StepInputs) -> FloatArray:
         """Return the forces (bodies, 3) at poses and velocities (bodies, 3), and add the energy dissipated in the last step."""
-        speed = math.sqrt(inputs.spindle_speed_squared)
-        tables = self.system.bodies, self.system.force_elements, self.system.output_rows, self.output_forces
-        forces, self.output_values, self.output_jacobian = _evaluate_forces(*tables, poses, velocities, speed, inputs.values)
+        forces = self._evaluate(poses, velocities, math.sqrt(inputs.spindle_speed_squared), inputs.values)
         if self.output_forces.size:
             self._add_dissipation(inputs)
         return forces
 
     def evaluate_outputs(self, poses: FloatArray) -> FloatArray:
         """Evaluate the output values and their Jacobian at poses (bodies, 3), and return the values (outputs,)."""
-        output_rows = self.system.output_rows
-        self.output_values = evaluate_residuals(output_rows, poses[np.newaxis], np.zeros((1, output_rows.table.size, 3)))[0]
-        self.output_jacobian = evaluate_jacobian(output_rows, poses[np.newaxis])[0]
+        self._evaluate(poses, np.zeros_like(poses), 0.0, np.zeros(self.system.n_inputs))
         return self.output_values
+
+    def _evaluate(self, poses: FloatArray, velocities: FloatArray, spindle_speed: float, inputs: FloatArray) -> FloatArray:
+        """Evaluate the outputs at poses and velocities (bodies, 3), and return the forces (bodies, 3)."""
+        tables = self.system.bodies, self.system.force_elements, self.system.output_rows, self.output_forces
+        forces, self.output_values, self.output_jacobian = _evaluate_forces(*tables, poses, velocities, spindle_speed, inputs)
+        return forces
 
     def output_rates(self, velocities: FloatArray) -> FloatArray:
         """Return the rates (outputs,) of all output variables for velocities (bodies, 3) of the pymunk bodies."""
