@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import output_forces_of, potential_derivatives
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, output_forces_of, potential_derivatives
 from governor_mechanism.mechanics.dynamics.force_elements import spring_potential_energy as spring_potential
 from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed, gravitational_energy, spindle_inertia, spindle_inertia_rate
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes
@@ -171,7 +171,7 @@ class ReadingEvaluator:
         shaft_motion[:, :, 0, 2] = angle, speed
         return np.concatenate([poses, shaft_motion[0]], axis=1), np.concatenate([velocities, shaft_motion[1]], axis=1)
 
-    def integrate_missing_work(self, history: StateHistory) -> FloatArray | None:
+    def integrate_missing_work(self, history: StateHistory, contact_modes: tuple[ContactMode, ...]) -> FloatArray | None:
         """Return the work (n,) J to add for an engine that does not integrate the work of drivers, loads and spindle torque.
 
         It is integrated from their power between the times of the history; None if nothing does such work.
@@ -180,7 +180,7 @@ class ReadingEvaluator:
         has_nonconservative_loads = any(not isinstance(load, Spring | TorsionSpring) for load in self.mechanism.force_elements)
         if not (has_drives or has_nonconservative_loads) or len(history.times) < 2:
             return None
-        return -integrate_work(self.scene, history)
+        return -integrate_work(self.scene, history, contact_modes)
 
     def evaluate_joint_gap(self, poses: FloatArray, times: FloatArray) -> FloatArray:
         """Return the largest constraint violation (n,) m at poses (n, bodies, 3) and times (n,) s; a broken gear has none."""

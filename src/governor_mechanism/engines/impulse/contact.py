@@ -8,18 +8,15 @@ from functools import partial
 
 import numpy as np
 
+from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepProblem, OutputCrossing, StepObservation
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
-from governor_mechanism.engines.impulse.step_records import DetectedEvent, OutputCrossing, StepObservation
-from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.contact.tolerances import STICTION_RATE_TOLERANCE
-from governor_mechanism.mechanics.dynamics.contacts import ContactColumn, contacts_of
+from governor_mechanism.mechanics.dynamics.contacts import ContactColumn, contacts_of, initial_mode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES
 from governor_mechanism.mechanics.dynamics.lowering import from_mass_centres, to_mass_centres
 from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION, EventFunctionKind
-from governor_mechanism.mechanics.dynamics.projection import CLOSURE_TOLERANCE_RATIO
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.scene import Scene
 
 RELEASE_RATE_FACTOR = 10.0
 """Release threshold, in units of the stiction rate, of a contact held by friction and a stop; how they share the force is indeterminate."""
@@ -28,18 +25,17 @@ RELEASE_RATE_FACTOR = 10.0
 class ContactModeTracker:
     """Contacts of a scene, the constraints that can hold them, and its one-sided springs, during a run.
 
-    `time_scale` is in seconds. `last_release_time` (s) is when a contact was last released. `rebound_sides` are the sides of the
+    `last_release_time` (s) is when a contact was last released. `rebound_sides` are the sides of the
     stops from which contacts rebounded at the last change of the mode.
     """
 
-    def __init__(self, scene: Scene, stepper: StaggeredStepper, time_scale: float) -> None:
-        self._stepper = stepper
-        self.scene_contacts = SceneContacts(scene, time_scale, CLOSURE_TOLERANCE_RATIO * scene.part.mechanism.length_scale)
-        table = self.scene_contacts.contacts
-        self.contact_outputs: list[int] = table[:, ContactColumn.OUTPUT].astype(int).tolist()
-        self._friction_inputs = table[:, ContactColumn.FRICTION_INPUT].astype(int)
-        indices = zip(contacts_of(scene), self.contact_outputs, self._friction_inputs.tolist(), strict=True)
+    def __init__(self, problem: FixedStepProblem, stepper: StaggeredStepper) -> None:
+        self._stepper, self.scene_contacts = stepper, problem.scene_contacts
+        self.scene_contacts.continue_from(initial_mode(problem.scene))
+        table, time_scale = self.scene_contacts.contacts, problem.evaluator.time_scale
         self._stiction_rates: list[float] = (STICTION_RATE_TOLERANCE * table[:, ContactColumn.SCALE] / time_scale).tolist()
+        self.contact_outputs, self._friction_inputs = table[:, [ContactColumn.OUTPUT, ContactColumn.FRICTION_INPUT]].astype(int).T
+        indices = zip(contacts_of(problem.scene), self.contact_outputs.tolist(), self._friction_inputs.tolist(), strict=True)
         self.constraints = [
             stepper.model.make_contact_constraint(output, friction, "dry friction" if contact.friction else "stops", contact.output_name)
             for contact, output, friction in indices

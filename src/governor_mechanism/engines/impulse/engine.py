@@ -29,8 +29,12 @@ from governor_mechanism.model.trajectory import Trajectory
 UNSUPPORTED_JOINTS: frozenset[type[Joint]] = frozenset((RackAndPinion, ProportionalDisplacement))
 """Joints for which pymunk has no constraint."""
 
+POSITIVE_SETTINGS = {"step": "seconds", "monitor_interval": "time scales"}
+"""Settings that are positive and finite, with their units."""
+
 COUNTS = ("iterations", "max_iterations", "max_steps", "max_events_per_step", "min_steps_per_bounce", "hold_iteration_factor")
-"""Settings that are positive integers."""
+MIN_COUNTS = {"max_step_halvings": 0, **dict.fromkeys(COUNTS, 1)}
+"""Least values of the settings that are integers."""
 
 
 @final
@@ -79,15 +83,13 @@ class ImpulseEngine(ImpulseSettings, Engine):
             raise MechanismError(f"ImpulseEngine.runs must be 1, 2 or 3; got {self.runs!r}")
         if self.step is None and self.levels != 3:
             raise MechanismError("ImpulseEngine chooses its own step from three runs; give step= (s) for fewer runs")
-        if self.step is not None and not (self.step > 0 and math.isfinite(self.step)):
-            raise MechanismError(f"ImpulseEngine.step must be a positive number of seconds; got {self.step!r}")
-        if not (self.monitor_interval > 0 and math.isfinite(self.monitor_interval)):
-            raise MechanismError(f"ImpulseEngine.monitor_interval must be a positive number of time scales; got {self.monitor_interval!r}")
-        if self.max_step_halvings < 0:
-            raise MechanismError(f"ImpulseEngine.max_step_halvings must be at least 0; got {self.max_step_halvings!r}")
-        for name in COUNTS:
-            if getattr(self, name) < 1:
-                raise MechanismError(f"ImpulseEngine.{name} must be at least 1; got {getattr(self, name)!r}")
+        for name, unit in POSITIVE_SETTINGS.items():
+            value = getattr(self, name)
+            if value is not None and not 0 < value < math.inf:
+                raise MechanismError(f"ImpulseEngine.{name} must be a positive number of {unit}; got {value!r}")
+        for name, least in MIN_COUNTS.items():
+            if getattr(self, name) < least:
+                raise MechanismError(f"ImpulseEngine.{name} must be at least {least}; got {getattr(self, name)!r}")
 
     def _refuses(self, scene: Scene) -> str:
         """Return why the engine cannot run a scene, or an empty string."""

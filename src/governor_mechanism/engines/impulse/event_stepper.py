@@ -13,13 +13,11 @@ import numpy as np
 from scipy.optimize import brentq
 
 from governor_mechanism.engines.impulse.contact import ContactModeTracker
-from governor_mechanism.engines.impulse.fixed_step_problem import FixedStepProblem
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepProblem
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
-from governor_mechanism.engines.impulse.step_records import DetectedEvent
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.model.events import Event, EventKind
-from governor_mechanism.types import FloatArray
 
 MIN_REMAINDER_RATIO = 1e-4
 """Remainder before a monitor time, relative to a step, that is extrapolated instead of stepped: a step would divide by rounding."""
@@ -46,24 +44,20 @@ EVENT_FRACTION_TOLERANCE = 1e-13
 """Tolerance of an event location, as a fraction of the step."""
 
 
-class EventDrivenStepper:
+class EventDrivenStepper(StaggeredStepper):
     """Integrates a pymunk model over successive intervals, splitting steps at events.
 
     `level` is how often the steps are halved; `h` (s) is the first step. `n_split_steps` counts split steps.
     """
 
     def __init__(self, problem: FixedStepProblem, model: PymunkModel, level: int, h: float) -> None:
-        self._time_inputs, self.n_split_steps = problem.time_inputs, 0
-        self._stepper = StaggeredStepper(problem, model, h)
-        self._contact_tracker = ContactModeTracker(problem.scene, self._stepper, problem.evaluator.time_scale)
+        super().__init__(problem, model, h)
+        self.n_split_steps = 0
+        self._contact_tracker = ContactModeTracker(problem, self)
         self._steps_per_bounce = problem.settings.min_steps_per_bounce << level
         self._max_events_per_step = problem.settings.max_events_per_step
         self._bounce_step, self._bounce_end = 0.0, -math.inf
-        self._restart(h)
-
-    def mass_centre_state(self) -> tuple[FloatArray, FloatArray]:
-        """Return poses and velocities (bodies, 3) of the mass centres at the present time."""
-        return self._stepper.mass_centre_state()
+        self._restart_after_event(h)
 
     @property
     def events(self) -> list[Event]:
@@ -78,15 +72,15 @@ class EventDrivenStepper:
     @property
     def dissipated_energy(self) -> float:
         """Return the energy dissipated so far by dashpots, friction and stops (J)."""
-        return self._stepper.state.dissipated_energy
+        return self.state.dissipated_energy
 
     def integrate(self, start: float, end: float, n_steps: int, next_h: float) -> bool:
         """Integrate from start to end (s) in `n_steps` steps, followed by one of `next_h`; return False if chatter does not end."""
         full_step, time, n_events = (end - start) / n_steps, start, 0
         target, steps = end, n_steps
-        is_hold_step_changed = self._stepper.is_holding and abs(full_step - self._stepper.last_h) > STEP_LENGTH_TOLERANCE * full_step
+        is_hold_step_changed = self.is_holding and abs(full_step - self.last_h) > STEP_LENGTH_TOLERANCE * full_step
         if is_hold_step_changed or start < self._bounce_end:
-            self._stepper.close_joints()
+            self.close_joints()
             target, steps = self._plan_substeps(start, end, full_step)
         while time < end:
             h = (target - time) / steps
@@ -97,22 +91,25 @@ class EventDrivenStepper:
                 n_events += 1
                 self._locate_first_event(detected, h)
             else:
-                self._stepper.close_joints()
+                self.close_joints()
             if n_events > self._max_events_per_step * n_steps:
                 return False
-            time = self._stepper.state.time
+            time = self.state.time
             if end - time < MIN_REMAINDER_RATIO * full_step:
-                self._stepper.extrapolate_to(end, full_step)
-                if self._time_inputs.has_jump:
-                    self._contact_tracker.change_mode()
-                self._restart(next_h)
+                self.extrapolate_to(end, full_step)
+                self._end_at_restart(next_h)
                 return True
             target, steps = self._plan_substeps(time, end, full_step)
-        if self._time_inputs.has_jump:
-            self._stepper.close_joints()
-            self._contact_tracker.change_mode()
-            self._restart(next_h)
+        if self.time_inputs.has_jump:
+            self.close_joints()
+            self._end_at_restart(next_h)
         return True
+
+    def _end_at_restart(self, next_h: float) -> None:
+        """Restart at the end of an interval, before a step of `next_h` seconds; where an input jumps, in another mode."""
+        if self.time_inputs.has_jump:
+            self._contact_tracker.change_mode()
+        self._restart_after_event(next_h)
 
     def _plan_substeps(self, time: float, end: float, full_step: float) -> tuple[float, int]:
         """Restart toward `end` (s) with steps of at most `full_step`; return the target time (s) and the number of steps.
@@ -120,7 +117,7 @@ class EventDrivenStepper:
         A bounce takes a number of steps such that the steps of all runs shorten by the same factor from level to level.
         """
         steps = math.ceil((end - time) / full_step * (1 - MIN_REMAINDER_RATIO))
-        bounce_duration = self._restart((end - time) / steps)
+        bounce_duration = self._restart_after_event((end - time) / steps)
         if bounce_duration < self._steps_per_bounce * full_step:
             self._bounce_step = bounce_duration / self._steps_per_bounce
             self._bounce_end = time + BOUNCE_DURATION_FACTOR * bounce_duration
@@ -130,32 +127,30 @@ class EventDrivenStepper:
         if end - target < MIN_REMAINDER_RATIO * full_step:
             target = end
         steps = math.ceil((target - time) / min(self._bounce_step, full_step))
-        self._restart((target - time) / steps)
+        self._restart_after_event((target - time) / steps)
         return target, steps
 
     def _step_until_event(self, start: float, end: float, n_steps: int, next_h: float) -> list[DetectedEvent]:
         """Step until an event is detected and return the detected events."""
-        time_inputs, h = self._time_inputs, (end - start) / n_steps
-        self._stepper.last_h = h
+        time_inputs, h = self.time_inputs, (end - start) / n_steps
+        self.last_h = h
         time_inputs.prepare_interval(start, end, n_steps, next_h)
         if time_inputs.has_jump:  # the run restarts there with the right limits
             time_inputs.prepare_interval(start, end, n_steps, h)
         for index in range(n_steps):
-            observation, state = self._stepper.step(
-                time_inputs.step_inputs(index), end if index == n_steps - 1 else start + (index + 1) * h
-            )
+            observation, state = self.step(time_inputs.step_inputs(index), end if index == n_steps - 1 else start + (index + 1) * h)
             detected = self._contact_tracker.detect_events(observation)
             if detected:
                 return detected
-            self._stepper.state = state
+            self.state = state
         return []
 
     def _locate_first_event(self, detected: list[DetectedEvent], h: float) -> None:
         """Move to the first of the detected events within the next `h` seconds and apply its transitions."""
-        self._stepper.close_joints()
+        self.close_joints()
         fractions = {index: self._event_fraction(event, h) for index, event in enumerate(detected)}
         first = min(1.0, *fractions.values())
-        _, self._stepper.state = self._stepper.take_trial_step(max(first, self._min_fraction(h)) * h)
+        _, self.state = self.take_trial_step(max(first, self._min_fraction(h)) * h)
         self.n_split_steps += 1
         first_events = [event for index, event in enumerate(detected) if fractions[index] - first <= 10 * EVENT_FRACTION_TOLERANCE]
         self._contact_tracker.change_mode(first_events)
@@ -168,13 +163,13 @@ class EventDrivenStepper:
         def event_value(fraction: float) -> float:
             if fraction <= min_fraction:
                 return event.initial_value
-            return event.event_function(self._stepper.take_trial_step(fraction * h, steps=1 if constraint is None else 2)[0])
+            return event.event_function(self.take_trial_step(fraction * h, steps=1 if constraint is None else 2)[0])
 
         held_value = None if constraint is None else constraint.held_value
         if constraint is not None:
             # A short step would remove the position error left by long steps with a force that does not exist: hold the present value.
             constraint.is_force_limited = False
-            constraint.held_value = float(self._stepper.state.values[self._contact_tracker.contact_outputs[event.index]])
+            constraint.held_value = float(self.state.values[self._contact_tracker.contact_outputs[event.index]])
         try:
             end_value, low = event_value(1.0), 0.0
             if end_value <= 0.0:
@@ -191,7 +186,7 @@ class EventDrivenStepper:
                 low = next((fraction for fraction in 0.5 ** np.arange(1, 30) if event_value(fraction) < 0.0), -1.0)
                 if low < 0.0:
                     # A contact that has just slipped starts without speed; any other contact without speed was at rest before.
-                    has_just_slipped = self._contact_tracker.last_release_time == self._stepper.state.time
+                    has_just_slipped = self._contact_tracker.last_release_time == self.state.time
                     return 1.0 if event.kind == EventKind.STICK and has_just_slipped else 0.0
             return float(brentq(event_value, low, 1.0, xtol=EVENT_FRACTION_TOLERANCE, rtol=1e-15))
         finally:
@@ -200,18 +195,18 @@ class EventDrivenStepper:
 
     def _min_fraction(self, h: float) -> float:
         """Return the smallest fraction of `h` seconds that is well above the rounding of the present time."""
-        return max(MIN_SUBSTEP_RATIO, TIME_ROUNDING_RATIO * self._stepper.state.time / h)
+        return max(MIN_SUBSTEP_RATIO, TIME_ROUNDING_RATIO * self.state.time / h)
 
-    def _restart(self, h: float) -> float:
+    def _restart_after_event(self, h: float) -> float:
         """Restart before a step of `h` seconds; return the duration (s) of the shortest bounce that has just begun, or infinity."""
-        self._stepper.restart(h)
-        rates_after_kick = self._stepper.forces.output_rates(self._stepper.model.state()[1])
-        accelerations = (rates_after_kick - self._stepper.state.rates) / (0.5 * h)
+        self.restart(h)
+        rates_after_kick = self.forces.output_rates(self.model.state()[1])
+        accelerations = (rates_after_kick - self.state.rates) / (0.5 * h)
         durations = [math.inf]
         for k, side in self._contact_tracker.rebound_sides.items():
             output = self._contact_tracker.contact_outputs[k]
             deceleration = side * float(accelerations[output])
             if deceleration > 0.0:
-                durations.append(-2 * side * float(self._stepper.state.rates[output]) / deceleration)
+                durations.append(-2 * side * float(self.state.rates[output]) / deceleration)
         self._contact_tracker.rebound_sides = {}
         return min(durations)

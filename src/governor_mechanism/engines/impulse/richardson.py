@@ -12,21 +12,19 @@ import numpy as np
 from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.certificate import classify_accuracy
 from governor_mechanism.engines.impulse.event_extrapolation import ExtrapolatedEvents, extrapolate_events
-from governor_mechanism.engines.impulse.fixed_step_problem import FixedStepProblem, FixedStepSolution
+from governor_mechanism.engines.impulse.records import FixedStepProblem, FixedStepSolution
 from governor_mechanism.engines.impulse.run import integrate_over_grid
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.engines.initial_state import part_initial_state
 from governor_mechanism.integrators.time_grid import TimeGrid, make_time_grid
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
-from governor_mechanism.mechanics.dynamics.projection import StateProjector
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.model_size import count_model_size
 from governor_mechanism.observables.run_result import RunResult
 from governor_mechanism.observables.state_history import StateHistory
-from governor_mechanism.observables.work import integrate_work
 from governor_mechanism.types import BoolArray, FloatArray
 
 ERROR_AT_UNIT_STEP = 2e-4
@@ -83,7 +81,7 @@ class RichardsonRefinement:
         self.settings, self.scene, self.request = settings, scene, request
         start, self.time_inputs = part_initial_state(scene), TimeInputs(scene)
         self.evaluator = ReadingEvaluator(scene, start[0])
-        self._projector, self.has_contacts = StateProjector(scene), has_contacts(scene)
+        self.has_contacts = has_contacts(scene)
         self.grid, self.grid_termination = self._make_grid()
         self.problem = FixedStepProblem(scene, settings, self.evaluator, self.grid, self.time_inputs, start)
         self.iterations = settings.iterations
@@ -212,9 +210,7 @@ class RichardsonRefinement:
     def make_trajectory(self, result: RefinementResult, wall_time: float) -> Trajectory:
         """Return the trajectory of a result."""
         monitor_states = result.monitor_states
-        uncounted_work = self.evaluator.integrate_missing_work(monitor_states)
-        if result.contact_modes and uncounted_work is not None:
-            uncounted_work = -integrate_work(self.scene, monitor_states, result.contact_modes)
+        uncounted_work = self.evaluator.integrate_missing_work(monitor_states, result.contact_modes)
         if uncounted_work is not None or self.scene.output_effects:
             work = monitor_states.work + monitor_states.dissipated_energy
             monitor_states = replace(monitor_states, work=work if uncounted_work is None else work + uncounted_work)
@@ -288,7 +284,7 @@ class RichardsonRefinement:
         if not self.settings.plain:
             # The mean of two half steps opens the joints slightly, and more where the step length changes.
             # With contacts the gap depends on the step, which differs where a step was split.
-            poses, velocities = self._projector.project(states.times, poses, velocities, closes_joints=self.has_contacts)
+            poses, velocities = self.problem.projector.project(states.times, poses, velocities, closes_joints=self.has_contacts)
         speeds = self.evaluator.evaluate_spindle_speeds(states.times, poses)
         poses, velocities = self.evaluator.with_shaft(poses, velocities, solution.spindle_angle, speeds)
         return replace(solution, states=replace(states, poses=poses, velocities=velocities))

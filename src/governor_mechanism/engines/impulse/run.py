@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from governor_mechanism.engines.impulse.event_stepper import EventDrivenStepper
-from governor_mechanism.engines.impulse.fixed_step_problem import FixedStepProblem, FixedStepSolution
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.records import FixedStepProblem, FixedStepSolution
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts
 from governor_mechanism.model.events import Event
 from governor_mechanism.observables.state_history import StateHistory

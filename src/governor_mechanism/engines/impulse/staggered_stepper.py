@@ -6,11 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from governor_mechanism.engines.impulse.fixed_step_problem import FixedStepProblem
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
-from governor_mechanism.engines.impulse.step_records import StepObservation, StepState
-from governor_mechanism.mechanics.dynamics.projection import StateProjector
+from governor_mechanism.engines.impulse.records import FixedStepProblem, StepObservation, StepState
 from governor_mechanism.types import FloatArray
 
 N_WARM_STARTS = 3
@@ -32,8 +30,7 @@ class StaggeredStepper:
         start, time_inputs = problem.start, problem.time_inputs
         self.model, self.forces, self.time_inputs, self.last_h = model, model.forces, time_inputs, h
         self.is_holding, self._warm_up_steps_left = False, 0
-        self._hold_iteration_factor, self._projector = problem.settings.hold_iteration_factor, StateProjector(problem.scene)
-        time_inputs.uses_left_limits = True
+        self._hold_iteration_factor, self._projector = problem.settings.hold_iteration_factor, problem.projector
         model.start(*start, time_inputs.start_inputs(h))
         time_inputs.reset(model.predict_spindle_inertia)
         velocities = model.to_proxy_velocities(start[1])

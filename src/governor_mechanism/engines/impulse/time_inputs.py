@@ -8,9 +8,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from governor_mechanism.engines.impulse.pymunk.applied_forces import lower_scene
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
+from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed
-from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.part import FreeSpindle
@@ -38,12 +39,12 @@ class SpindleState:
 class TimeInputs:
     """Step inputs of a run, interval by interval; `spindle` accumulates the work and the angle of the spindle.
 
-    `has_jump` states whether an input jumps at the end of the interval. `uses_left_limits`: at a discontinuity use the left limit and the
-    full step weight; the caller restarts the scheme there.
+    `has_jump` states whether an input jumps at the end of the interval. With contacts, a jump counts with its left limit and the full step
+    weight: the scheme restarts there.
     """
 
     def __init__(self, scene: Scene) -> None:
-        self._functions = make_system(scene)[1]
+        self._functions = lower_scene(scene)[1]
         self._speed_program = SpindleSpeedFunction(scene.spindle)
         self._free_spindle = scene.spindle if isinstance(scene.spindle, FreeSpindle) else None
         self._torque_function = CubicTimeFunction(self._free_spindle.torque) if self._free_spindle else None
@@ -58,7 +59,7 @@ class TimeInputs:
         self.breakpoints: FloatArray = np.unique(np.concatenate([start[:0], *(function.breakpoints for function in self._functions)]))
         """Times (s) of jumps and kinks, at which steps must end."""
         self._jump_times = {time for time in self.breakpoints.tolist() if any(_jumps_at(function, time) for function in self._functions)}
-        self.uses_left_limits = self.has_jump = False
+        self._uses_left_limits, self.has_jump = has_contacts(scene), False
 
     def reset(self, inertia: InertiaCallback) -> None:
         """Begin a run; `inertia` predicts the moment of inertia that rotates with the spindle."""
@@ -97,7 +98,7 @@ class TimeInputs:
         times[-1] = end
         self._h, self._next_h, self._n_steps = (end - start) / n_steps, next_h, n_steps
         self.has_jump = end in self._jump_times
-        following_h = 0.0 if self.uses_left_limits else next_h
+        following_h = 0.0 if self._uses_left_limits else next_h
         self._values = np.tile(self._start_values, (n_steps, 1))
         for index, function in self._varying_functions:
             if index in self._drive_indices:

@@ -8,21 +8,15 @@ from collections import Counter
 import numpy as np
 
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
-from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of, loads_of, once_per_scene, output_forces_of
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_body_forces, inertia_of_plane
 from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces, make_force_element_table
-from governor_mechanism.mechanics.dynamics.lowering import N_PLANE_COLUMNS, forced_output_names, make_system
+from governor_mechanism.mechanics.dynamics.lowering import N_PLANE_COLUMNS, System, forced_output_names, make_system
 from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION, add_output_forces, evaluate_force_law
-from governor_mechanism.mechanics.kinematics.constraint_kernels import (
-    N_ROW_COLUMNS,
-    ConstraintRows,
-    RowColumn,
-    evaluate_jacobian,
-    evaluate_residuals,
-    evaluate_rows,
-)
+from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.mechanics.kinematics.points import Origins
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.scene import Scene
@@ -69,32 +63,39 @@ def _evaluate_dissipated_power(output_forces: RecordArray, values: FloatArray, r
     return power
 
 
+@once_per_scene
+def lower_scene(scene: Scene) -> tuple[System, tuple[CubicTimeFunction, ...]]:
+    """Return the multibody model of a scene in its initial mode, and its inputs."""
+    return make_system(scene)
+
+
 class AppliedForces:
     """Forces at the pose that the next step is about to reach, and the energy that dashpots and friction have dissipated.
 
-    `origins` are the centres of the pymunk bodies in body axes (m). `output_values` (outputs,) and `output_jacobian` (outputs, bodies, 3)
-    belong to the last evaluation. `output_forces` are the records of the present contact mode; at first those of the initial mode.
-    `first_load` is the index of the first load among the inputs; those of drives are before it. `evaluation_counts` states how often one
-    step evaluates each force law. `dissipated_energy` is in J.
+    `origins` are the centres of the pymunk bodies in body axes (m), to which `system` refers. `output_values` (outputs,) and
+    `output_jacobian` (outputs, bodies, 3) belong to the last evaluation. `output_forces` are the records of the present contact mode, at
+    first of the initial one. `first_load` is the index of the first load among the inputs; those of drives are before it.
+    `evaluation_counts` states how often one step evaluates each force law. `dissipated_energy` is in J.
     """
 
     def __init__(self, scene: Scene, origins: Origins) -> None:
-        mechanism, system, contacts = scene.part.mechanism, make_system(scene)[0], contacts_of(scene)
-        n_bodies, n_element_loads = len(mechanism.bodies), len(make_force_element_table(scene.mechanism, {}, 0)[1])
-        self.first_load = system.first_friction_input - n_element_loads
+        mechanism, system, contacts = scene.part.mechanism, lower_scene(scene)[0], contacts_of(scene)
+        n_bodies, n_frictions = len(mechanism.bodies), sum(contact.friction is not None for contact in contacts)
+        self.first_load = system.first_friction_input + n_frictions - len(loads_of(scene))
         bodies = system.bodies[:n_bodies].copy()  # without the shaft of a free spindle
         bodies["x"], bodies["y"] = -np.array([origins[body.name] for body in mechanism.bodies]).T
         self._turning_bodies = bodies.copy()
         self._turning_bodies["plane"] = 0
         bodies["plane"][[_is_on_spindle_axis(mechanism, body) for body in mechanism.bodies]] = -1
+        force_elements = make_force_element_table(mechanism, origins, self.first_load)[0]
         output_rows = make_output_rows(mechanism, forced_output_names(scene), origins)
-        self._tables = bodies, make_force_element_table(mechanism, origins, self.first_load)[0], output_rows
+        self.system = system._replace(bodies=bodies, force_elements=force_elements, output_rows=output_rows)
         self.output_forces = system.output_forces
         self.dissipated_energy, self._previous_step = 0.0, (np.zeros(0), np.zeros(0))
         counts = {"gravity": n_bodies * bool(scene.gravity), "centrifugal": int(np.sum(bodies["plane"] >= 0))}
         counts["springs, dampers, forces"] = len(mechanism.force_elements)
         laws = Counter(effect.law_name for effect in output_forces_of(scene))
-        self.evaluation_counts = Counter(counts) + laws + Counter({FRICTION_LAW_NAME: sum(one.friction is not None for one in contacts)})
+        self.evaluation_counts = Counter(counts) + laws + Counter({FRICTION_LAW_NAME: n_frictions})
 
     def reset(self) -> None:
         """Forget the previous step: the next one is the half step that starts a motion."""
@@ -102,20 +103,21 @@ class AppliedForces:
 
     def evaluate(self, poses: FloatArray, velocities: FloatArray, inputs: StepInputs) -> FloatArray:
         """Return the forces (bodies, 3) at poses and velocities (bodies, 3), and add the energy dissipated in the last step."""
-        speed = math.sqrt(inputs.spindle_speed_squared)
-        forces, self.output_values, self.output_jacobian = _evaluate_forces(
-            *self._tables, self.output_forces, poses, velocities, speed, inputs.values
-        )
+        forces = self._evaluate(poses, velocities, math.sqrt(inputs.spindle_speed_squared), inputs.values)
         if self.output_forces.size:
             self._add_dissipation(inputs)
         return forces
 
     def evaluate_outputs(self, poses: FloatArray) -> FloatArray:
         """Evaluate the output values and their Jacobian at poses (bodies, 3), and return the values (outputs,)."""
-        output_rows = self._tables[2]
-        self.output_values = evaluate_residuals(output_rows, poses[np.newaxis], np.zeros((1, output_rows.table.size, 3)))[0]
-        self.output_jacobian = evaluate_jacobian(output_rows, poses[np.newaxis])[0]
+        self._evaluate(poses, np.zeros_like(poses), 0.0, np.zeros(self.system.n_inputs))
         return self.output_values
+
+    def _evaluate(self, poses: FloatArray, velocities: FloatArray, spindle_speed: float, inputs: FloatArray) -> FloatArray:
+        """Evaluate the outputs at poses and velocities (bodies, 3), and return the forces (bodies, 3)."""
+        tables = self.system.bodies, self.system.force_elements, self.system.output_rows, self.output_forces
+        forces, self.output_values, self.output_jacobian = _evaluate_forces(*tables, poses, velocities, spindle_speed, inputs)
+        return forces
 
     def output_rates(self, velocities: FloatArray) -> FloatArray:
         """Return the rates (outputs,) of all output variables for velocities (bodies, 3) of the pymunk bodies."""

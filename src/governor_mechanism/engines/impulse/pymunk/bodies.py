@@ -19,7 +19,7 @@ PlanarVector = tuple[float, float]
 """Coordinates x, y (m)."""
 
 Poses = Sequence[Sequence[float]]
-"""Poses (x, y, angle) of all bodies as numbers of Python, which are faster one by one than those of arrays."""
+"""Poses (x, y, angle) of all bodies and, behind them, the ground, as Python numbers, which are faster one by one than arrays."""
 
 
 @dataclass(frozen=True)
@@ -45,17 +45,13 @@ class AttachedPoint:
 
     def locate(self, poses: Poses) -> tuple[float, float, float]:
         """Return the position x, y (m) and the angle of its body (rad)."""
-        if self.index < 0:
-            return self.x, self.y, 0.0
         x, y, angle = poses[self.index]
         cosine, sine = math.cos(angle), math.sin(angle)
         return x + (cosine * self.x - sine * self.y), y + (sine * self.x + cosine * self.y), angle
 
 
 def to_body_axes(poses: Poses, index: int, point: PlanarVector) -> PlanarVector:
-    """Return a point (m) in the axes of a body; the ground has index -1."""
-    if index < 0:
-        return point
+    """Return a point (m) in the axes of a body."""
     x, y, angle = poses[index]
     dx, dy, cosine, sine = point[0] - x, point[1] - y, math.cos(angle), math.sin(angle)
     return cosine * dx + sine * dy, cosine * dy - sine * dx

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pymunk
 
-from governor_mechanism.engines.impulse.pymunk.bodies import PlanarVector, Poses, to_body_axes
+from governor_mechanism.engines.impulse.pymunk.bodies import Poses, to_body_axes
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.types import FloatArray
@@ -34,7 +34,7 @@ class FrictionStopConstraint:
         self._space, self._bodies, self._output, self._length_scale = space, bodies, output, length_scale
         self.friction_input = friction_input
         self._constraints: tuple[pymunk.Constraint, pymunk.Constraint] | None = None
-        self._active: set[int] = set()
+        self._active: list[pymunk.Constraint] = []
         self.held_value: float | None = None
         self.stop_value = 0.0
         self.stop_side = 0
@@ -61,15 +61,13 @@ class FrictionStopConstraint:
         """Update the constraints for the predicted poses, and outputs there, and remove those that are not needed."""
         self._step, self._kick_duration = inputs.h, inputs.h * inputs.kick_scale
         if not self.is_needed:
-            self._activate(set())
+            self._activate([])
             self._constraints = None  # new constraints start without accumulated impulses
             return
         gradient, value = output_jacobian[self._output], float(values[self._output])
         if not math.isfinite(value):
             raise ValueError("a body has no finite position")  # pymunk would abort the process
-        bodies = _moving_bodies(gradient)
-        second = bodies[-1]
-        first = bodies[0] if len(bodies) == 2 else -1
+        first, second = [-1, *_moving_bodies(gradient)][-2:]
         x, y, rotation = gradient[second].tolist()
         translation_norm = math.hypot(x, y)
         is_rotational = translation_norm * self._length_scale < LINE_OF_ACTION_TOLERANCE * abs(rotation)
@@ -83,23 +81,24 @@ class FrictionStopConstraint:
         if is_rotational:
             # A motor keeps the relative angular velocity (second body minus first) at minus its rate.
             friction.rate = residual * rotation / self._gradient_norm / self._gradient_norm / inputs.h
-            self._set_rotation_limits(stop, first, second, poses, self.stop_side * math.copysign(1.0, rotation))
+            relative_angle, is_upper = poses[second][2] - poses[first][2], self.stop_side * rotation > 0.0
+            stop.min = -math.inf if is_upper else relative_angle + STOP_ENGAGEMENT_RATIO
+            stop.max = relative_angle - STOP_ENGAGEMENT_RATIO if is_upper else math.inf
         else:
             normal = (x / translation_norm, y / translation_norm)
-            contact_point = (
-                poses[second][0] + rotation / translation_norm * normal[1],
-                poses[second][1] - rotation / translation_norm * normal[0],
-            )
-            length = self._length_scale + residual / translation_norm
-            self._set_anchors(friction, first, second, poses, contact_point, normal, length)
-            outward_normal = (self.stop_side * normal[0], self.stop_side * normal[1])
-            self._set_anchors(stop, first, second, poses, contact_point, outward_normal, self._length_scale)
+            arm = rotation / translation_norm
+            contact_point = poses[second][0] + arm * normal[1], poses[second][1] - arm * normal[0]
+            friction_length, stop_length = self._length_scale + residual / translation_norm, self.stop_side * self._length_scale
+            for joint, length in ((friction, friction_length), (stop, stop_length)):
+                # The joint begins that far behind the contact point, along the normal.
+                start_point = contact_point[0] - length * normal[0], contact_point[1] - length * normal[1]
+                joint.anchor_a, joint.anchor_b = to_body_axes(poses, first, start_point), to_body_axes(poses, second, contact_point)
             stop.max = self._length_scale * (1 - STOP_ENGAGEMENT_RATIO)
         stop.max_bias = max(penetration / self._gradient_norm / inputs.h, MIN_BIAS_SPEED)
         friction.max_force = math.inf
         if self.is_force_limited and self.held_value is not None:
             friction.max_force = float(inputs.values[self.friction_input]) * self._gradient_norm * inputs.kick_scale
-        self._activate({index for index, is_needed in enumerate((self.held_value is not None, self.stop_side != 0)) if is_needed})
+        self._activate([friction] * (self.held_value is not None) + [stop] * (self.stop_side != 0))
 
     @property
     def is_needed(self) -> bool:
@@ -143,27 +142,10 @@ class FrictionStopConstraint:
         friction.max_bias = math.inf
         return friction, stop
 
-    def _set_rotation_limits(self, stop: pymunk.Constraint, first: int, second: int, poses: Poses, direction: float) -> None:
-        relative_angle = poses[second][2] - (poses[first][2] if first >= 0 else 0.0)
-        stop.min = -math.inf if direction > 0 else relative_angle + STOP_ENGAGEMENT_RATIO
-        stop.max = relative_angle - STOP_ENGAGEMENT_RATIO if direction > 0 else math.inf
-
-    def _set_anchors(
-        self, joint: pymunk.Constraint, first: int, second: int, poses: Poses, contact_point: PlanarVector,
-        normal: PlanarVector, length: float,
-    ) -> None:  # fmt: skip
-        """Anchor a joint from `length` behind the contact point on the first body to the contact point on the second, along the normal."""
-        start_point = contact_point[0] - length * normal[0], contact_point[1] - length * normal[1]
-        joint.anchor_a, joint.anchor_b = to_body_axes(poses, first, start_point), to_body_axes(poses, second, contact_point)
-
-    def _activate(self, wanted: set[int]) -> None:
+    def _activate(self, wanted: list[pymunk.Constraint]) -> None:
         """Keep exactly the wanted constraints in the space; a constraint that enters has no accumulated impulse."""
-        if self._constraints is None or wanted == self._active:
-            return
-        for index in self._active - wanted:
-            self._space.remove(self._constraints[index])
-        for index in wanted - self._active:
-            self._space.add(self._constraints[index])
+        self._space.remove(*(joint for joint in self._active if joint not in wanted))
+        self._space.add(*(joint for joint in wanted if joint not in self._active))
         self._active = wanted
 
 

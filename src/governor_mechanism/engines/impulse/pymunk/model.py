@@ -14,7 +14,7 @@ from governor_mechanism.engines.impulse.pymunk.friction_stop_constraint import F
 from governor_mechanism.engines.impulse.pymunk.joints import PreStepUpdate, make_joint_constraints
 from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
-from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.mechanics.dynamics.lowering import to_mass_centres
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RotationalDriver, TranslationalDriver
 from governor_mechanism.model.scene import Scene
@@ -22,6 +22,9 @@ from governor_mechanism.types import FloatArray
 
 BODY_STATE = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
 """Pose and velocity of a body."""
+
+GROUND_POSE = (0.0, 0.0, 0.0)
+"""Pose of the ground, which has index -1."""
 
 BODY_FORCE = BodyFields.FORCE | BodyFields.TORQUE
 """Force and torque on a body."""
@@ -50,7 +53,6 @@ class PymunkModel:
         self._state_values = np.frombuffer(self._state_buffer.float_buf()).reshape(-1, 2, 3)
         """View of the memory of the buffer, which `state` fills again; shape (bodies, 2, 3)."""
         self._centres = self.state()[0]
-        self._mass_centre_arms = -np.array([proxy.origin for proxy in self._proxies])
         self.pinned_mask = np.array([[proxy.is_pinned, proxy.is_pinned, False] for proxy in self._proxies])
         """(bodies, 3) coordinates that are fixed because a body is reduced to its pin on the ground."""
         elements, effects = self._mechanism.force_elements, output_forces_of(scene)
@@ -95,7 +97,7 @@ class PymunkModel:
         poses, velocities = self.state()
         force_velocities = velocities
         next_poses = poses + inputs.h * velocities
-        joint_poses = next_poses.tolist()
+        joint_poses = [*next_poses.tolist(), GROUND_POSE]
         for update in self._joint_updates:
             update(joint_poses, inputs)
         if self._extrapolates_velocities:  # from the last two half steps to the kick that ends the step
@@ -140,9 +142,7 @@ class PymunkModel:
 
     def to_mass_centres(self, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Convert poses and velocities (bodies, 3) of the pymunk bodies to those of the mass centres."""
-        arm_x, arm_y = rotate_vector(poses[:, 2], *self._mass_centre_arms.T)
-        rates, zeros = velocities[:, 2], np.zeros_like(arm_x)
-        return poses + np.stack([arm_x, arm_y, zeros], axis=1), velocities + np.stack([-arm_y * rates, arm_x * rates, zeros], axis=1)
+        return to_mass_centres(self.forces.system, poses, velocities)
 
     def predict_spindle_inertia(self, lead: float) -> float:
         """Return the moment of inertia about the spindle (kg m2) at the pose predicted `lead` seconds ahead."""

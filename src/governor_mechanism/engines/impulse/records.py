@@ -1,0 +1,113 @@
+"""Records of fixed-step runs: what all runs of a scene share, what each returns, and the states, observations and events of its steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+from governor_mechanism.engines.impulse.settings import ImpulseSettings
+from governor_mechanism.engines.impulse.time_inputs import SpindleState, TimeInputs
+from governor_mechanism.integrators.time_grid import TimeGrid
+from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode
+from governor_mechanism.mechanics.dynamics.projection import CLOSURE_TOLERANCE_RATIO, StateProjector
+from governor_mechanism.model.events import Event, EventKind
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.observables.evaluation import ReadingEvaluator
+from governor_mechanism.observables.state_history import StateHistory
+from governor_mechanism.types import FloatArray
+
+
+@dataclass(frozen=True)
+class FixedStepProblem:
+    """A scene with its inputs, the grid of its runs, and poses and velocities (bodies, 3) at the start."""
+
+    scene: Scene
+    settings: ImpulseSettings
+    evaluator: ReadingEvaluator
+    grid: TimeGrid
+    time_inputs: TimeInputs
+    start: tuple[FloatArray, FloatArray]
+
+    @cached_property
+    def projector(self) -> StateProjector:
+        """Return the projection of states onto the joints."""
+        return StateProjector(self.scene)
+
+    @cached_property
+    def scene_contacts(self) -> SceneContacts:
+        """Return the contacts of the scene, which every run begins anew with `continue_from`."""
+        tolerance = CLOSURE_TOLERANCE_RATIO * self.scene.part.mechanism.length_scale
+        return SceneContacts(self.scene, self.evaluator.time_scale, tolerance)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FixedStepSolution:
+    """States at the monitor times of one run, fewer than the grid has if the run was abandoned.
+
+    `raw_poses` (times, bodies, 3) have the joint gaps that the steps leave, `spindle_angle` (times,) rad is that of a free spindle, and
+    `contact_modes` has one entry per monitor time of a scene with contacts. `n_split_steps` counts the steps that were split at events.
+    """
+
+    states: StateHistory
+    raw_poses: FloatArray
+    spindle_angle: FloatArray
+    events: tuple[Event, ...]
+    contact_modes: tuple[ContactMode, ...]
+    n_split_steps: int
+
+
+@dataclass(frozen=True)
+class StepState:
+    """State of a run at one time (s).
+
+    Poses and velocities (bodies, 3) of the body proxies, values and rates (outputs,), state of the spindle and dissipated energy (J).
+    """
+
+    time: float
+    poses: FloatArray
+    velocities: FloatArray
+    values: FloatArray
+    rates: FloatArray
+    spindle: SpindleState
+    dissipated_energy: float
+
+
+@dataclass(frozen=True)
+class StepObservation:
+    """Output values and rates (outputs,) at the end of a step, the rates right after its kick, and the inputs (inputs,) there."""
+
+    values: FloatArray
+    rates: FloatArray
+    rates_after_kick: FloatArray
+    inputs: FloatArray
+
+
+@dataclass(frozen=True)
+class OutputCrossing:
+    """Event function of the contact or one-sided spring `index`: `sign` times an output, less a threshold; the rate where it sticks."""
+
+    kind: EventKind
+    index: int
+    output: int
+    sign: float
+    threshold: float
+
+    def __call__(self, motion: StepState | StepObservation) -> float:
+        """Return the event function, positive after the event."""
+        return self.sign * float((motion.rates if self.kind is EventKind.STICK else motion.values)[self.output]) - self.threshold
+
+
+@dataclass(frozen=True)
+class DetectedEvent:
+    """An event within a step, of the contact or one-sided spring `index`; its event function is zero at the event.
+
+    `initial_value` is the event function at the start of the step; `direction` is the sign of the motion after the event.
+    """
+
+    kind: EventKind
+    index: int
+    event_function: Callable[[StepObservation], float]
+    initial_value: float
+    direction: int
