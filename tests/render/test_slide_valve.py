@@ -18,7 +18,7 @@ from governor_mechanism.observables.valve_timing import find_event_angles
 from governor_mechanism.render.figures.registry import write_machine_figures
 from governor_mechanism.render.figures.slide_valve import marks_plate as marks_construction
 from governor_mechanism.render.figures.slide_valve import zeuner_plate as zeuner
-from governor_mechanism.render.figures.slide_valve.zeuner_data import valve_diagram_data
+from governor_mechanism.render.figures.slide_valve.valve_diagram import ValveDiagram
 from governor_mechanism.render.figures.slider_crank import bearing_loads as bearings
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
 from governor_mechanism.render.machines.registry import background_shapes, drawing_bounds, drawing_of, moving_shapes
@@ -158,13 +158,13 @@ def overlaps(figure):
 
 @pytest.mark.parametrize("name", ["marks", "thirty", "endless"])
 def test_the_words_of_zeuners_plate_stand_clear_within_the_frame(name):
-    assert overlaps(zeuner.draw_zeuner_plate(valve_diagram_data(valve_scene(CASES[name])))) == ([], [])
+    assert overlaps(zeuner.draw_zeuner_plate(ValveDiagram.from_scene(valve_scene(CASES[name])))) == ([], [])
 
 
 @pytest.mark.parametrize("name", CROWDED)
 @pytest.mark.parametrize(("plate", "panel"), [(zeuner.draw_zeuner_plate, 0), (marks_construction.draw_marks_plate, 3)])
 def test_the_names_of_crowded_events_stand_clear_of_each_other(name, plate, panel):
-    figure = plate(valve_diagram_data(valve_scene(CROWDED[name])))
+    figure = plate(ValveDiagram.from_scene(valve_scene(CROWDED[name])))
     events = {"admission", "cut-off", "release", "compression"}
     key = [text.get_text() for legend in [figure.axes[panel].get_legend()] if legend for text in legend.get_texts()]
     out, near = overlaps(figure)
@@ -175,7 +175,7 @@ def test_the_names_of_crowded_events_stand_clear_of_each_other(name, plate, pane
 
 @pytest.mark.parametrize("name", ["marks", "thirty"])
 def test_the_words_of_marks_plate_stand_clear_within_the_frame(name):
-    assert overlaps(marks_construction.draw_marks_plate(valve_diagram_data(valve_scene(CASES[name])))) == ([], [])
+    assert overlaps(marks_construction.draw_marks_plate(ValveDiagram.from_scene(valve_scene(CASES[name])))) == ([], [])
 
 
 @pytest.mark.parametrize("figure", [zeuner.zeuner_figure, marks_construction.marks_figure])
@@ -199,11 +199,11 @@ def test_what_a_plate_cannot_show_is_refused(tmp_path, figure):
 
 def test_an_endless_eccentric_rod_has_no_error_to_construct():
     with pytest.raises(MechanismError, match="an infinite one has no error"):
-        marks_construction.draw_marks_plate(valve_diagram_data(valve_scene(CASES["endless"])))
+        marks_construction.draw_marks_plate(ValveDiagram.from_scene(valve_scene(CASES["endless"])))
 
 
 def test_the_points_of_the_mechanism_lie_on_the_hyperbola():
-    axes = marks_construction.draw_marks_plate(valve_diagram_data(valve_scene())).axes[1]
+    axes = marks_construction.draw_marks_plate(ValveDiagram.from_scene(valve_scene())).axes[1]
     (points,) = (line for line in axes.lines if line.get_marker() == "o")
     assert np.max(np.abs(points.get_ydata())) < 1e-6  # um; the curves beside it err by 46 and 67
 

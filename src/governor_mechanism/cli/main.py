@@ -197,7 +197,8 @@ def _compute_insensitivity_band(scene: Scene, equilibrium: Equilibrium, resistan
 
 def _write_speed_curve_figures(scene: Scene, curve: SpeedCurve, equilibrium_points: Sequence[Equilibrium], out: Path) -> list[Path]:
     """Draw the speed curve, and Zehnder's plate for the governors that it covers."""
-    from governor_mechanism.render.figures.parabolic.isochronous_plate import has_isochronous_parabolas, isochronous_figure
+    from governor_mechanism.render.figures.parabolic.isochronous_data import has_isochronous_parabolas
+    from governor_mechanism.render.figures.parabolic.isochronous_plate import isochronous_figure
     from governor_mechanism.render.figures.speed_curve import speed_curve_figure
 
     stem = Path(scene.source).stem

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from governor_mechanism.model.events import Event, EventKind
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.render.figures.page import add_legend
 from governor_mechanism.render.style import GREEN, INK, MUTED, SANS_FONT, SERIES_COLOURS, SKY, VERMILLION
 
 _MAX_EVENT_LINES = 30
@@ -31,49 +31,37 @@ _OTHER_EVENT_STYLE = (MUTED, (0, (5, 2, 1, 2)))
 """Colour and dashes of the lines of other event kinds."""
 
 
-def reported_events(run: Trajectory) -> list[Event]:
-    """Return the events between the first and the last reported time of a run."""
-    return [event for event in run.events if run.times[0] <= event.time <= run.times[-1]]
-
-
 def draw_event_markers(axes: Axes, events: Sequence[Event]) -> None:
     """Draw a marker at the time of each event."""
-    few = len(events) <= _MAX_EVENT_LINES
+    height = 1.0 if len(events) <= _MAX_EVENT_LINES else _RUG_HEIGHT_RATIO
     for (label, colour, dashes), times in _times_by_style(events).items():
-        lines = axes.vlines(times, 0.0, 1.0 if few else _RUG_HEIGHT_RATIO, transform=axes.get_xaxis_transform(), colors=colour)
-        lines.set(linewidth=0.8, zorder=1, linestyle=dashes if few else "solid", gid=label)
+        lines = axes.vlines(times, 0.0, height, transform=axes.get_xaxis_transform(), colors=colour)
+        lines.set(linewidth=0.8, zorder=1, linestyle=dashes, gid=label)
 
 
 def draw_event_legend(figure: Figure, events: Sequence[Event], height: float) -> None:
     """Draw a one-line legend of the event kinds and named crossings with their numbers at a height, as a fraction of the figure."""
-    few, handles = len(events) <= _MAX_EVENT_LINES, []
-    for (name, colour, dashes), times in list(_times_by_style(events).items())[:_MAX_NAMED_KINDS]:
-        label = name if len(times) == 1 else f"{name} ({len(times)})"
-        handles.append(Line2D([], [], color=colour, linestyle=dashes if few else "solid", linewidth=1.2, label=label))
-    legend = figure.legend(
-        handles=handles,
-        loc="center left",
-        bbox_to_anchor=(0.02, height),
-        ncols=len(handles),
-        frameon=False,
-        borderpad=0.0,
-        borderaxespad=0.0,
-        handlelength=2.2,
-        columnspacing=1.6,
-        prop={"family": SANS_FONT, "size": 8},
-    )
-    for text in legend.get_texts():
-        text.set_color(MUTED)
+    handles = [
+        Line2D([], [], color=colour, linestyle=dashes, linewidth=1.2, label=name if len(times) == 1 else f"{name} ({len(times)})")
+        for (name, colour, dashes), times in list(_times_by_style(events).items())[:_MAX_NAMED_KINDS]
+    ]
+    position: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (0.02, height), "ncols": len(handles)}
+    spacing = {"borderpad": 0.0, "borderaxespad": 0.0, "handlelength": 2.2, "columnspacing": 1.6}
+    add_legend(figure, {"color": MUTED}, handles=handles, prop={"family": SANS_FONT, "size": 8}, **position, **spacing)
 
 
 def _times_by_style(events: Sequence[Event]) -> dict[tuple[str, str, Any], list[float]]:
-    """Return the times, s, of the events by label, colour and dashes: those of the kind, and of each named crossing its own."""
+    """Return the times, s, of the events by label, colour and dashes: those of the kind, and of each named crossing its own.
+
+    Many events have solid lines.
+    """
     names = list(dict.fromkeys(event.subject for event in events if event.kind == EventKind.CROSSING))
     times: dict[tuple[str, str, Any], list[float]] = {}
     for event in events:
         if event.kind == EventKind.CROSSING:
             style = event.subject, SERIES_COLOURS[names.index(event.subject) % len(SERIES_COLOURS)], "solid"
         else:
-            style = event.kind.value, *_EVENT_STYLES.get(event.kind, _OTHER_EVENT_STYLE)
+            colour, dashes = _EVENT_STYLES.get(event.kind, _OTHER_EVENT_STYLE)
+            style = event.kind.value, colour, dashes if len(events) <= _MAX_EVENT_LINES else "solid"
         times.setdefault(style, []).append(event.time)
     return times

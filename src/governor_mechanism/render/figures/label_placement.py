@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 _SHIFT_STEP = 4.0
 """Step of a label shift, outward or along the circle, points."""
 _MAX_STEPS_OUT, _MAX_STEPS_ALONG = 5, 14
 """Largest numbers of steps outward and along the circle."""
+_STEPS = sorted(
+    product(range(_MAX_STEPS_OUT + 1), range(-_MAX_STEPS_ALONG, _MAX_STEPS_ALONG + 1)), key=lambda step: (step[0] + abs(step[1]), step)
+)
+"""Steps outward and along the circle, the shortest way first."""
 _LETTER_WIDTH_RATIO, _LINE_HEIGHT_RATIO = 0.5, 1.15
 """Width of a letter and height of a line, as fractions of the font size."""
 
@@ -34,26 +39,16 @@ class TextLabel:
         bottom = self.position[1] + shift[1] - {"bottom": 0.0, "center": 0.5, "top": 1.0}[self.va] * height
         return left, left + width, bottom, bottom + height
 
-
-def label_shifts(labels: Sequence[TextLabel], occupied: Sequence[LabelBox], allowed_box: LabelBox) -> list[tuple[float, float]]:
-    """Return the shift (points) of each label: the smallest one without overlap, or none if no shift within the limits is free."""
-    candidate_steps = sorted(
-        ((outward, along) for outward in range(_MAX_STEPS_OUT + 1) for along in range(-_MAX_STEPS_ALONG, _MAX_STEPS_ALONG + 1)),
-        key=lambda step: (step[0] + abs(step[1]), step),
-    )
-    boxes, result = list(occupied), []
-    for label in labels:
-        (x, y), chosen = label.outward_direction, (0.0, 0.0)
-        for outward, along in candidate_steps:
+    def find_free_shift(self, occupied: Sequence[LabelBox], allowed_box: LabelBox) -> tuple[float, float]:
+        """Return the smallest shift (points) without overlap, or none if no shift within the limits is free."""
+        x, y = self.outward_direction
+        for outward, along in _STEPS:
             shift = _SHIFT_STEP * (outward * x - along * y), _SHIFT_STEP * (outward * y + along * x)
-            box = label.bounding_box(shift)
+            box = self.bounding_box(shift)
             inside = box[0] >= allowed_box[0] and box[1] <= allowed_box[1] and box[2] >= allowed_box[2] and box[3] <= allowed_box[3]
-            if inside and not any(_overlap(box, other) for other in boxes):
-                chosen = shift
-                break
-        boxes.append(label.bounding_box(chosen))
-        result.append(chosen)
-    return result
+            if inside and not any(_overlap(box, other) for other in occupied):
+                return shift
+        return 0.0, 0.0
 
 
 def _overlap(first: LabelBox, second: LabelBox) -> bool:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-import numpy as np
-
-from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.render.figures.slide_valve.marks_plate import marks_figure
+from governor_mechanism.render.figures.slide_valve.zeuner_plate import zeuner_figure
+from governor_mechanism.render.figures.slider_crank.bearing_loads import bearing_loads_figure, bearing_loads_refusal
 
 
 def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path]:
@@ -35,17 +35,8 @@ def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path
     if len(scene.parts) != 1:
         return []
     if scene.part.machine == "slide_valve":
-        from governor_mechanism.render.figures.slide_valve.marks_plate import marks_figure
-        from governor_mechanism.render.figures.slide_valve.zeuner_plate import zeuner_figure
-
         files = [zeuner_figure(scene, folder / f"{stem}_zeuner.png")]
         if math.isfinite(scene.part.dimensions["eccentric_rod"]):
             files.append(marks_figure(scene, folder / f"{stem}_marks.png"))
         return files
-    has_masses = any(isinstance(effect, CrankMasses) for effect in scene.effects)
-    if scene.part.machine == "slider_crank" and has_masses and not (scene.output_effects or scene.part.mechanism.force_elements):
-        from governor_mechanism.render.figures.slider_crank.bearing_loads import MIN_FULL_TURN, bearing_loads_figure
-
-        if len(run.times) and np.ptp(run.readings["crank_angle"]) >= MIN_FULL_TURN:
-            return [bearing_loads_figure(run, folder / f"{stem}_bearings.png")]
-    return []
+    return [] if bearing_loads_refusal(run) else [bearing_loads_figure(run, folder / f"{stem}_bearings.png")]

@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.figures.page import label_axes, new_figure, save_png, style_axes, write_footnote, write_title
+from governor_mechanism.render.figures.page import Page, Panel, add_legend
 from governor_mechanism.render.number_format import display_unit_of
-from governor_mechanism.render.style import BLUE, INK, PAPER, SANS_FONT, SERIF_FONT, SKY, VERMILLION
+from governor_mechanism.render.style import BLUE, INK, PAPER, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.statics.equilibria import Equilibrium
 from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
 
@@ -44,29 +43,26 @@ def speed_curve_figure(scene: Scene, curve: SpeedCurve, path: str | os.PathLike[
     Path
         The path of the file.
     """
-    figure = new_figure(7.2, 5.0)
-    axes = figure.add_axes((0.11, 0.13, 0.85, 0.72))
-    _draw(axes, scene, curve, equilibria)
-    write_title(figure, scene.title)
-    write_footnote(figure, f"low end: {curve.low_end_message};  high end: {curve.high_end_message}", y=0.025)
-    return save_png(figure, path)
-
-
-def _draw(axes: Axes, scene: Scene, curve: SpeedCurve, equilibria: Sequence[Equilibrium]) -> None:
-    unit, factor = display_unit_of("rad" if scene.part.mechanism.reading(curve.coordinate_name).quantity == "angle" else "m")
-    unit = unit.replace("°", "deg")
+    unit, factor = display_unit_of("rad" if _is_angle(scene, curve.coordinate_name) else "m")
+    page = Page(7.2, 5.0)
+    x_label = f"{curve.coordinate_name.replace('_', ' ')}, {unit.replace('°', 'deg')}"
+    panel = page.add_panel((0.11, 0.13, 0.85, 0.72), x_label, "equilibrium speed, rpm", is_grid_below=False)
     low, high = _speed_limits(curve)
-    _draw_curve(axes, curve, factor)
+    _draw_curve(panel, curve, factor)
     if curve.insensitivity_band is not None:
-        _draw_band(axes, scene, curve, curve.insensitivity_band, factor, high)
-    _mark_folds(axes, curve, factor)
-    _mark_equilibria(axes, curve, equilibria, factor)
-    axes.set_xlim(curve.coordinate[0] * factor, curve.coordinate[-1] * factor)
-    axes.set_ylim(low, high)
-    label_axes(axes, f"{curve.coordinate_name.replace('_', ' ')}, {unit}", "equilibrium speed, rpm")
-    style_axes(axes, is_grid_below=False)
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(frameon=False, fontsize=8.5, loc="upper center")
+        _draw_band(panel, scene, curve, curve.insensitivity_band, factor, high)
+    _mark_folds(panel, curve, factor)
+    _mark_equilibria(panel, curve, equilibria, factor)
+    panel.set(xlim=(curve.coordinate[0] * factor, curve.coordinate[-1] * factor), ylim=(low, high))
+    if panel.get_legend_handles_labels()[0]:
+        add_legend(panel, fontsize=8.5, loc="upper center")
+    page.write_title(scene.title)
+    page.write_footnote(f"low end: {curve.low_end_message};  high end: {curve.high_end_message}", y=0.025)
+    return page.save_png(path)
+
+
+def _is_angle(scene: Scene, reading: str) -> bool:
+    return scene.part.mechanism.reading(reading).quantity == "angle"
 
 
 def _speed_limits(curve: SpeedCurve) -> tuple[float, float]:
@@ -80,11 +76,10 @@ def _speed_limits(curve: SpeedCurve) -> tuple[float, float]:
     return max(float(shown.min()) - 2 * margin, 0.0), float(shown.max()) + margin
 
 
-def _draw_curve(axes: Axes, curve: SpeedCurve, factor: float) -> None:
+def _draw_curve(panel: Panel, curve: SpeedCurve, factor: float) -> None:
     if not curve.has_equilibrium.any():
         text = "no spindle speed gives an equilibrium: no load opposes the centrifugal force"
-        note = axes.text(0.5, 0.5, text, ha="center", transform=axes.transAxes)
-        note.set(color=INK, fontsize=9, fontfamily=SERIF_FONT)
+        panel.write_note(text, (0.5, 0.5), xycoords="axes fraction", ha="center", color=INK, fontsize=9, fontfamily=SERIF_FONT)
     kinds: tuple[tuple[NDArray[np.bool_], str | tuple[int, tuple[int, int]], str], ...] = (
         (curve.stable, "-", "stable"),
         (~curve.stable & ~curve.astatic, (0, (5, 3)), "unstable"),
@@ -93,27 +88,26 @@ def _draw_curve(axes: Axes, curve: SpeedCurve, factor: float) -> None:
     for kind, style, text in kinds:
         speed_rpm = np.where(curve.has_equilibrium & kind, curve.speed * _RPM_PER_RAD_S, np.nan)
         if not np.all(np.isnan(speed_rpm)):
-            axes.plot(curve.coordinate * factor, speed_rpm, linestyle=style, color=BLUE, linewidth=1.6, label=text)
+            panel.plot(curve.coordinate * factor, speed_rpm, linestyle=style, color=BLUE, linewidth=1.6, label=text)
 
 
-def _draw_band(axes: Axes, scene: Scene, curve: SpeedCurve, band: InsensitivityBand, factor: float, high: float) -> None:
+def _draw_band(panel: Panel, scene: Scene, curve: SpeedCurve, band: InsensitivityBand, factor: float, high: float) -> None:
     """Draw the speeds at which a resistance holds the governor; the band is not clipped at the upper limit."""
     slow, fast = (np.minimum(speed * _RPM_PER_RAD_S, 2 * high) for speed in (band.falling_speed, band.rising_speed))
-    unit = "N m" if scene.part.mechanism.reading(band.against).quantity == "angle" else "N"
+    unit = "N m" if _is_angle(scene, band.against) else "N"
     text = f"held by {band.resistance:g} {unit} at the {band.against.replace('_', ' ')}"
-    axes.fill_between(curve.coordinate * factor, slow, fast, where=curve.has_equilibrium, color=SKY, alpha=0.25, label=text)
+    panel.fill_between(curve.coordinate * factor, slow, fast, where=curve.has_equilibrium, color=SKY, alpha=0.25, label=text)
 
 
-def _mark_folds(axes: Axes, curve: SpeedCurve, factor: float) -> None:
+def _mark_folds(panel: Panel, curve: SpeedCurve, factor: float) -> None:
     for value, speed in curve.folds:
-        axes.plot([value * factor], [speed * _RPM_PER_RAD_S], "o", color=VERMILLION, markersize=6)
+        panel.plot([value * factor], [speed * _RPM_PER_RAD_S], "o", color=VERMILLION, markersize=6)
         text = f"jump at {speed * _RPM_PER_RAD_S:.4g} rpm"
-        note = axes.annotate(text, (value * factor, speed * _RPM_PER_RAD_S), (0, -16), textcoords="offset points")
-        note.set(ha="center", color=VERMILLION, fontsize=8.5, fontfamily=SANS_FONT)
+        panel.write_note(text, (value * factor, speed * _RPM_PER_RAD_S), (0, -16), ha="center", color=VERMILLION)
 
 
-def _mark_equilibria(axes: Axes, curve: SpeedCurve, equilibria: Sequence[Equilibrium], factor: float) -> None:
+def _mark_equilibria(panel: Panel, curve: SpeedCurve, equilibria: Sequence[Equilibrium], factor: float) -> None:
     for equilibrium in (one for one in equilibria if not one.astatic):
         speed = float(np.interp(equilibrium.coordinate, curve.coordinate, curve.speed * _RPM_PER_RAD_S))
         fill = INK if equilibrium.stable else PAPER
-        axes.plot([equilibrium.coordinate * factor], [speed], "o", color=INK, markerfacecolor=fill, markersize=7)
+        panel.plot([equilibrium.coordinate * factor], [speed], "o", color=INK, markerfacecolor=fill, markersize=7)

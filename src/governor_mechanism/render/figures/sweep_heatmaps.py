@@ -7,20 +7,18 @@ from itertools import cycle
 from typing import Any, Literal
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, ListedColormap, Normalize
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from governor_mechanism.render.figures.page import label_axes, new_figure, write_footnote, write_heading, write_title
+from governor_mechanism.render.figures.page import Page, Panel, PanelRect, add_legend
 from governor_mechanism.render.film.reading_panel import axis_limits_for, format_plain_ticks
 from governor_mechanism.render.number_format import format_name
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SKY, STEEL
 from governor_mechanism.studies.sweep.parameters import SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
-from governor_mechanism.studies.sweep.results import Sweep
+from governor_mechanism.studies.sweep.results import OK_ROW_OUTCOMES, Sweep
 from governor_mechanism.types import FloatArray
 
 _MAP_WIDTH, _MAP_HEIGHT, _MAP_SPACING_X, _MAP_SPACING_Y = 3.1, 2.5, 0.25, 0.7
@@ -56,59 +54,67 @@ _MIN_LOGARITHMIC_RATIO = 100.0
 
 @dataclass(frozen=True, kw_only=True)
 class SweepAxisScale:
-    """Axis of a sweep on an axis of a figure: positions of its values in ascending order, and their labels."""
+    """Axis of a sweep on an axis of a figure: positions of its values in ascending order.
 
-    label: str
+    Numbers are in everyday units; text values are at integer positions in the given order.
+    """
+
+    axis: SweepAxis
     positions: FloatArray
-    edges: FloatArray
     order: NDArray[np.intp]
-    is_numeric: bool
     is_logarithmic: bool
-    tick_labels: tuple[str, ...]
 
     @classmethod
     def from_axis(cls, axis: SweepAxis) -> SweepAxisScale:
-        """Create the scale of a sweep axis: numbers in everyday units, text values at integer positions in the given order."""
-        factor, unit = axis.display_unit
-        tick_labels = tuple(f"{v * factor:.5g} {unit}".strip() if isinstance(v, float) else str(v) for v in axis.values)
+        """Create the scale of a sweep axis."""
+        factor, _ = axis.display_unit
         values = np.array(axis.values, dtype=float) * factor if axis.is_numeric else np.arange(float(len(axis.values)))
         order = np.argsort(values, kind="stable")
-        values = values[order]
-        is_logarithmic = axis.is_numeric and values[0] > 0 and values[-1] >= _MIN_LOGARITHMIC_RATIO * values[0]
-        transformed = np.log(values) if is_logarithmic else values
+        positions = values[order]
+        is_logarithmic = axis.is_numeric and positions[0] > 0 and positions[-1] >= _MIN_LOGARITHMIC_RATIO * positions[0]
+        return cls(axis=axis, positions=positions, order=order, is_logarithmic=is_logarithmic)
+
+    @property
+    def label(self) -> str:
+        """Label of the axis."""
+        return label_with_unit(self.axis.key, self.axis.display_unit[1] if self.axis.is_numeric else "")
+
+    def cell_edges(self) -> FloatArray:
+        """Return the edges of the cells around the positions."""
+        transformed = np.log(self.positions) if self.is_logarithmic else self.positions
         midpoints = (transformed[1:] + transformed[:-1]) / 2
         outer_half_widths = (midpoints[0] - transformed[0], transformed[-1] - midpoints[-1]) if len(transformed) > 1 else (0.5, 0.5)
         edges = np.concatenate([[transformed[0] - outer_half_widths[0]], midpoints, [transformed[-1] + outer_half_widths[1]]])
-        return cls(
-            label=label_with_unit(axis.key, unit if axis.is_numeric else ""),
-            positions=values,
-            edges=np.exp(edges) if is_logarithmic else edges,
-            order=order,
-            is_numeric=axis.is_numeric,
-            is_logarithmic=is_logarithmic,
-            tick_labels=tick_labels,
-        )
+        return np.exp(edges) if self.is_logarithmic else edges
 
-    def apply_to(self, axes: Axes, axis_name: Literal["x", "y"], *, cells: bool = False) -> None:
+    def format_value(self, index: int) -> str:
+        """Return a value of the axis as text."""
+        value, (factor, unit) = self.axis.values[index], self.axis.display_unit
+        return f"{value * factor:.5g} {unit}".strip() if isinstance(value, float) else str(value)
+
+    def apply_to(self, panel: Panel, axis_name: Literal["x", "y"], *, cells: bool = False) -> None:
         """Set scale, limits and ticks of a figure axis; the limits are those of the cells, or the outer values with a margin."""
-        axis = axes.xaxis if axis_name == "x" else axes.yaxis
-        set_limits = axes.set_xlim if axis_name == "x" else axes.set_ylim
         if self.is_logarithmic:
-            (axes.set_xscale if axis_name == "x" else axes.set_yscale)("log")
-        if cells or len(self.positions) == 1 or not self.is_numeric:
-            set_limits(self.edges[0], self.edges[-1])
-        elif self.is_logarithmic:
-            margin = (self.positions[-1] / self.positions[0]) ** _AXIS_MARGIN_RATIO
-            set_limits(self.positions[0] / margin, self.positions[-1] * margin)
-        else:
-            margin = _AXIS_MARGIN_RATIO * (self.positions[-1] - self.positions[0])
-            set_limits(self.positions[0] - margin, self.positions[-1] + margin)
-        if not self.is_numeric:
-            step = -(-len(self.positions) // _MAX_TICKS)
-            axis.set_ticks(list(self.positions[::step]), labels=list(self.tick_labels[::step]))
+            panel.set(**{f"{axis_name}scale": "log"})
+        panel.set(**{f"{axis_name}lim": self._limits(cells=cells)})
+        axis = panel.xaxis if axis_name == "x" else panel.yaxis
+        if not self.axis.is_numeric:
+            indices = range(0, len(self.positions), -(-len(self.positions) // _MAX_TICKS))
+            axis.set_ticks([self.positions[k] for k in indices], labels=[self.format_value(k) for k in indices])
         elif not self.is_logarithmic:
             axis.set_major_locator(MaxNLocator(5 if axis_name == "x" else 6, min_n_ticks=2))
             format_plain_ticks(axis, (self.positions[0], self.positions[-1]))
+
+    def _limits(self, *, cells: bool) -> tuple[float, float]:
+        low, high = self.positions[0], self.positions[-1]
+        if cells or len(self.positions) == 1 or not self.axis.is_numeric:
+            edges = self.cell_edges()
+            return edges[0], edges[-1]
+        if self.is_logarithmic:
+            factor = (high / low) ** _AXIS_MARGIN_RATIO
+            return low / factor, high * factor
+        margin = _AXIS_MARGIN_RATIO * (high - low)
+        return low - margin, high + margin
 
 
 def label_with_unit(name: str, unit: str) -> str:
@@ -117,33 +123,36 @@ def label_with_unit(name: str, unit: str) -> str:
     return f"{text}, {unit}" if unit else text
 
 
-def draw_heatmaps(sweep: Sweep) -> Figure:
+def failure_counts(sweep: Sweep) -> dict[str, int]:
+    """Return the number of failed rows by outcome."""
+    return {outcome: count for outcome, count in sweep.outcomes.items() if outcome not in OK_ROW_OUTCOMES}
+
+
+def draw_heatmaps(sweep: Sweep) -> Page:
     """Draw a row of maps for each quantity: one map, or one for each shown value of the third key."""
     third_indices = _shown_third_indices(sweep)
-    is_two_dimensional = len(sweep.axes) == 2
-    map_scale = _SINGLE_MAP_RATIO if is_two_dimensional and len(sweep.quantities) == 1 else 1.2 if is_two_dimensional else 1.0
-    columns = min(len(sweep.quantities), 2) if is_two_dimensional else len(third_indices)
-    rows = -(-len(sweep.quantities) // columns) if is_two_dimensional else len(sweep.quantities)
-    colour_bar_space = _RIGHT_MARGIN if is_two_dimensional else 0.0
+    scales = [SweepAxisScale.from_axis(axis) for axis in sweep.axes]
+    is_two_dimensional, n_quantities = len(sweep.axes) == 2, len(sweep.quantities)
+    map_scale = _SINGLE_MAP_RATIO if is_two_dimensional and n_quantities == 1 else 1.2 if is_two_dimensional else 1.0
+    columns = min(n_quantities, 2) if is_two_dimensional else len(third_indices)
+    rows = -(-n_quantities // columns) if is_two_dimensional else n_quantities
     map_width, map_height = _MAP_WIDTH * map_scale, _MAP_HEIGHT * map_scale
-    map_spacing = _MAP_SPACING_X + (colour_bar_space + 0.55 if is_two_dimensional else 0.0)
-    width = _LEFT_MARGIN + columns * map_width + (columns - 1) * map_spacing + _RIGHT_MARGIN
-    height = _TOP_MARGIN + 0.25 + rows * map_height + (rows - 1) * (_MAP_SPACING_Y + 0.1) + _BOTTOM_MARGIN + _legend_height(sweep)
-    figure = new_figure(width, height)
-
-    def add_map_axes(row: int, column: int) -> Axes:
-        """Add the axes of a map at a row and a column."""
-        left = _LEFT_MARGIN + column * (map_width + map_spacing)
-        top = _TOP_MARGIN + 0.25 + row * (map_height + _MAP_SPACING_Y + 0.1)
-        return figure.add_axes((left / width, 1 - (top + map_height) / height, map_width / width, map_height / height))
-
+    spacing_x = _MAP_SPACING_X + (_RIGHT_MARGIN + 0.55 if is_two_dimensional else 0.0)
+    header, footer = _TOP_MARGIN + 0.25, _BOTTOM_MARGIN + (0.3 if failure_counts(sweep) or _n_hidden_maps(sweep) else 0.0)
+    width = _LEFT_MARGIN + columns * map_width + (columns - 1) * spacing_x + _RIGHT_MARGIN
+    height = header + rows * map_height + (rows - 1) * (_MAP_SPACING_Y + 0.1) + footer
+    page = Page(width, height)
     for k, quantity in enumerate(sweep.quantities):
-        grid_cells = [divmod(k, columns)] if is_two_dimensional else [(k, column) for column in range(columns)]
-        map_axes = [add_map_axes(*cell) for cell in grid_cells]
-        _draw_map_row(figure, sweep, quantity, map_axes, third_indices, is_last_row=is_two_dimensional or k == rows - 1)
-    write_title(figure, sweep.title, x=0.25 / width, y=1 - 0.32 / height)
-    _draw_legend(figure, sweep, width, height)
-    return figure
+        cells = [divmod(k, columns)] if is_two_dimensional else [(k, column) for column in range(columns)]
+        rects = []
+        for row, column in cells:
+            left, top = _LEFT_MARGIN + column * (map_width + spacing_x), header + row * (map_height + _MAP_SPACING_Y + 0.1)
+            rects.append((left / width, 1 - (top + map_height) / height, map_width / width, map_height / height))
+        x_label = scales[0].label if is_two_dimensional or k == rows - 1 else ""
+        _draw_map_row(page, sweep, quantity, scales, dict(zip(third_indices, rects, strict=True)), x_label)
+    page.write_title(sweep.title, x=0.25 / width, y=1 - 0.32 / height)
+    _draw_legend(page, sweep)
+    return page
 
 
 def _shown_third_indices(sweep: Sweep) -> list[int]:
@@ -155,93 +164,79 @@ def _shown_third_indices(sweep: Sweep) -> list[int]:
 
 
 def _draw_map_row(
-    figure: Figure, sweep: Sweep, quantity: RunQuantity, map_axes: list[Axes], third_indices: list[int], *, is_last_row: bool
+    page: Page, sweep: Sweep, quantity: RunQuantity, scales: list[SweepAxisScale], rects: dict[int, PanelRect], x_label: str
 ) -> None:
+    """Draw the maps of a quantity at rectangles by the index of the third key, with a colour bar."""
     factor, unit = quantity.display_unit
-    axis_scales = [SweepAxisScale.from_axis(axis) for axis in sweep.axes]
+    is_two_dimensional, quantity_label = len(scales) == 2, label_with_unit(quantity.name, unit)
     values = sweep.grid(quantity.name).reshape(*sweep.shape[:2], -1) * factor
     outcomes = np.array(["" if row.ok else row.outcome for row in sweep.rows]).reshape(values.shape)
+    order = np.ix_(scales[0].order, scales[1].order)
+    norm = _colour_norm(values)
+    for third_index, rect in rects.items():
+        y_label = "" if third_index else scales[1].label
+        panel = page.add_panel(rect, x_label, y_label, label_size=9.5, grid=None)
+        panel.spines[["top", "right"]].set_visible(True)
+        mesh = _draw_map(panel, scales, values[..., third_index][order].T, outcomes[..., third_index][order].T, sweep, norm)
+        panel.tick_params(labelleft=bool(y_label))
+        third_label = "" if is_two_dimensional else f"{label_with_unit(sweep.axes[2].key, '')} {scales[2].format_value(third_index)}"
+        panel.write_heading(third_label or quantity_label, y=1.04, size=10.5)
+    box, width = panel.get_position(), page.get_figwidth()
+    bar_rect = box.x1 + 0.12 / width, box.y0, _COLOUR_BAR_WIDTH / width, box.height
+    _draw_colour_bar(page, bar_rect, mesh, "" if is_two_dimensional else quantity_label)
+
+
+def _colour_norm(values: FloatArray) -> Normalize:
+    """Return the colour scale of values; nearly equal values have one colour."""
     finite = values[np.isfinite(values)]
-    value_range = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
-    is_uniform = value_range[1] - value_range[0] < _UNIFORM_TOLERANCE * max(map(abs, value_range))
-    norm = Normalize(*(axis_limits_for(np.array(value_range)) if is_uniform or value_range[0] == value_range[1] else value_range))
-    order = np.ix_(axis_scales[0].order, axis_scales[1].order)
-    mesh: Any = None
-    for axes, third_index in zip(map_axes, third_indices, strict=True):
-        mesh = _draw_map(axes, axis_scales, values[..., third_index][order].T, outcomes[..., third_index][order].T, sweep, norm)
-        if axes is map_axes[0]:
-            label_axes(axes, y_label=axis_scales[1].label, size=9.5)
-        else:
-            axes.tick_params(labelleft=False)
-        if is_last_row:
-            label_axes(axes, axis_scales[0].label, size=9.5)
-        heading = label_with_unit(quantity.name, unit) if len(sweep.axes) == 2 else _third_key_label(sweep, third_index)
-        write_heading(axes, heading, y=1.04, size=10.5)
-    _draw_colour_bar(figure, map_axes[-1], mesh, "" if len(sweep.axes) == 2 else label_with_unit(quantity.name, unit))
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+    is_uniform = low == high or high - low < _UNIFORM_TOLERANCE * max(abs(low), abs(high))
+    return Normalize(*(axis_limits_for(np.array([low, high])) if is_uniform else (low, high)))
 
 
-def _third_key_label(sweep: Sweep, index: int) -> str:
-    axis = sweep.axes[2]
-    return f"{label_with_unit(axis.key, '')} {SweepAxisScale.from_axis(axis).tick_labels[index]}"
-
-
-def _draw_map(
-    axes: Axes, axis_scales: list[SweepAxisScale], values: FloatArray, outcomes: NDArray[Any], sweep: Sweep, norm: Normalize
-) -> Any:
+def _draw_map(panel: Panel, scales: list[SweepAxisScale], values: FloatArray, outcomes: NDArray[Any], sweep: Sweep, norm: Normalize) -> Any:
     """Draw one map; cells of failed rows are hatched by outcome, and filled with a plain colour if they have no number."""
-    x_edges, y_edges = axis_scales[0].edges, axis_scales[1].edges
-    axes.set_facecolor(PAPER)
-    mesh = axes.pcolormesh(x_edges, y_edges, np.ma.masked_invalid(values), cmap=_SWEEP_COLOUR_MAP, norm=norm, rasterized=True)
-    for outcome, (colour, hatch) in zip(_failure_outcomes(sweep), cycle(_FAILURE_STYLES), strict=False):
+    edges = scales[0].cell_edges(), scales[1].cell_edges()
+    mesh = panel.pcolormesh(*edges, np.ma.masked_invalid(values), cmap=_SWEEP_COLOUR_MAP, norm=norm, rasterized=True)
+    for outcome, (colour, hatch) in zip(failure_counts(sweep), cycle(_FAILURE_STYLES), strict=False):
         has_outcome = outcomes == outcome
         cells = np.ma.masked_where(~has_outcome, np.zeros(values.shape))
         if has_outcome.any() and not np.isfinite(values[has_outcome]).any():
-            axes.pcolormesh(x_edges, y_edges, cells, cmap=ListedColormap([colour]))
+            panel.pcolormesh(*edges, cells, cmap=ListedColormap([colour]))
         if has_outcome.any() and values.size <= _MAX_HATCHED_CELLS:
-            hatching = axes.pcolor(x_edges, y_edges, cells, cmap=ListedColormap(["none"]), hatch=hatch)
+            hatching = panel.pcolor(*edges, cells, cmap=ListedColormap(["none"]), hatch=hatch)
             hatching.set(edgecolor=MUTED, linewidth=0.0)
-    axis_scales[0].apply_to(axes, "x", cells=True)
-    axis_scales[1].apply_to(axes, "y", cells=True)
-    for spine in axes.spines.values():
-        spine.set(color=MUTED, linewidth=0.8)
-    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
+    scales[0].apply_to(panel, "x", cells=True)
+    scales[1].apply_to(panel, "y", cells=True)
     return mesh
 
 
-def _draw_colour_bar(figure: Figure, map_axes: Axes, mesh: Any, label: str) -> None:
-    box = map_axes.get_position()
-    width = figure.get_figwidth()
-    axes = figure.add_axes((box.x1 + 0.12 / width, box.y0, _COLOUR_BAR_WIDTH / width, box.height))
-    bar = figure.colorbar(mesh, cax=axes)
+def _draw_colour_bar(page: Page, rect: PanelRect, mesh: Any, label: str) -> None:
+    panel = page.add_panel(rect, grid=None)
+    bar = page.colorbar(mesh, cax=panel)
     bar.outline.set(edgecolor=MUTED, linewidth=0.8)
-    axes.tick_params(color=MUTED, labelcolor=MUTED, labelsize=8, labelfontfamily=SANS_FONT)
-    axes.yaxis.set_major_locator(MaxNLocator(6, min_n_ticks=2))
-    format_plain_ticks(axes.yaxis, axes.get_ylim())
-    label_axes(axes, y_label=label, size=9.5)
+    panel.yaxis.set_major_locator(MaxNLocator(6, min_n_ticks=2))
+    format_plain_ticks(panel.yaxis, panel.get_ylim())
+    panel.label(y_label=label, size=9.5)
 
 
-def _failure_outcomes(sweep: Sweep) -> list[str]:
-    """Return the outcomes of the failed rows."""
-    return list(dict.fromkeys(row.outcome for row in sweep.rows if not row.ok))
+def _n_hidden_maps(sweep: Sweep) -> int:
+    """Return the number of values of a third key without a map."""
+    return sweep.shape[2] - len(_shown_third_indices(sweep)) if len(sweep.axes) == 3 else 0
 
 
-def _legend_height(sweep: Sweep) -> float:
-    return 0.3 if _failure_outcomes(sweep) or (len(sweep.axes) == 3 and len(_shown_third_indices(sweep)) < sweep.shape[2]) else 0.0
-
-
-def _draw_legend(figure: Figure, sweep: Sweep, width: float, height: float) -> None:
+def _draw_legend(page: Page, sweep: Sweep) -> None:
     """Draw the legend of failed cells, and the number of shown values of a third key."""
-    counts = sweep.outcomes
+    width, height = page.get_size_inches()
     handles = [
-        Patch(facecolor=colour, edgecolor=MUTED, hatch=hatch, linewidth=0.6, label=f"{name.replace('_', ' ')} ({counts[name]})")
-        for name, (colour, hatch) in zip(_failure_outcomes(sweep), cycle(_FAILURE_STYLES), strict=False)
+        Patch(facecolor=colour, edgecolor=MUTED, hatch=hatch, linewidth=0.6, label=f"{name.replace('_', ' ')} ({count})")
+        for (name, count), (colour, hatch) in zip(failure_counts(sweep).items(), cycle(_FAILURE_STYLES), strict=False)
     ]
     if handles:
         corner = (0.2 / width, 0.02 / height)
-        legend = figure.legend(handles=handles, loc="lower left", bbox_to_anchor=corner, ncols=len(handles), frameon=False)
-        for name in legend.get_texts():
-            name.set(color=INK, fontsize=8.5, fontfamily=SANS_FONT)
-    third_indices = _shown_third_indices(sweep)
-    if len(sweep.axes) == 3 and len(third_indices) < sweep.shape[2]:
-        text = f"{len(third_indices)} of the {sweep.shape[2]} values of {label_with_unit(sweep.axes[2].key, '')} are shown"
-        write_footnote(figure, text, x=1 - 0.2 / width, y=0.12 / height, size=8, ha="right")
+        text_style = {"color": INK, "fontsize": 8.5, "fontfamily": SANS_FONT}
+        add_legend(page, text_style, handles=handles, loc="lower left", bbox_to_anchor=corner, ncols=len(handles))
+    if hidden := _n_hidden_maps(sweep):
+        count = sweep.shape[2]
+        text = f"{count - hidden} of the {count} values of {label_with_unit(sweep.axes[2].key, '')} are shown"
+        page.write_footnote(text, x=1 - 0.2 / width, y=0.12 / height, size=8, ha="right")

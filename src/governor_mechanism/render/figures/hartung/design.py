@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 import os
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from governor_mechanism.render.figures.page import label_axes, new_figure, save_png, style_axes, write_footnote, write_note, write_title
+from governor_mechanism.render.figures.page import Page, Panel, add_legend
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, VERMILLION
 from governor_mechanism.studies.hartung.design import KILOGRAM_FORCE, HartungDesign, build_hartung_layout
 from governor_mechanism.studies.hartung.paper_comparison import (
@@ -24,7 +21,6 @@ from governor_mechanism.studies.hartung.paper_comparison import (
 _MM_PER_M = 1e3
 _PAPER_ANGLES_DEG = (90.0, 132.0, 137.332)
 """Bell-crank angles (deg): Hartung's right angle, Dubois' angle, and the angle from Dubois' formula."""
-
 
 _MAX_ENLARGED_SPREAD = 0.2
 """Largest variation of a force, relative to its mean, that is also shown enlarged."""
@@ -51,22 +47,22 @@ def spring_lines_figure(design: HartungDesign, path: str | os.PathLike[str], *, 
     """
     layout, inputs = design.layout, design.inputs
     slow, fast = (f"{speed * 30 / math.pi:.4g} rpm" for speed in (inputs.slow_speed, inputs.fast_speed))
-    figure, axes = _new_figure("Astatic spring forces", f"and the effective spring from {slow} inside to {fast} outside")
+    page = _new_page("Astatic spring forces", f"and the effective spring from {slow} inside to {fast} outside")
+    panel = page.add_panel((0.11, 0.15, 0.85, 0.66), "radius of the weights' centres, mm", "force of each spring, kgf")
     x = layout.radii * _MM_PER_M
     for forces, colour, text in (
         (layout.fast_forces, VERMILLION, f"equilibrium at {fast}"),
         (layout.slow_forces, BLUE, f"equilibrium at {slow}"),
         (layout.spring_forces, INK, f"spring, {layout.spring_rate / KILOGRAM_FORCE / _MM_PER_M:.4g} kgf/mm"),
     ):
-        axes.plot(x, forces / KILOGRAM_FORCE, color=colour, linewidth=1.5, label=text)
+        panel.plot(x, forces / KILOGRAM_FORCE, color=colour, linewidth=1.5, label=text)
     if with_printed_points:
-        _plot_printed_points(axes)
-    label_axes(axes, "radius of the weights' centres, mm", "force of each spring, kgf")
-    _add_legend(axes, "upper left")
+        _plot_printed_points(panel)
+    add_legend(panel, {"fontfamily": SANS_FONT}, fontsize=8.5, loc="upper left", handlelength=1.6, labelcolor=INK)
     weight_arm, sleeve_arm = (f"{arm * _MM_PER_M:.5g} mm" for arm in (layout.governor.weight_arm, layout.governor.sleeve_arm))
     text = f"bell crank {math.degrees(design.angle):.5g} deg, arms {weight_arm} and {sleeve_arm}; one kgf is {KILOGRAM_FORCE:g} N"
-    write_footnote(figure, text, y=0.022)
-    return save_png(figure, path)
+    page.write_footnote(text, y=0.022)
+    return page.save_png(path)
 
 
 def sleeve_force_figure(design: HartungDesign, path: str | os.PathLike[str]) -> Path:
@@ -87,25 +83,22 @@ def sleeve_force_figure(design: HartungDesign, path: str | os.PathLike[str]) -> 
         The path of the file.
     """
     layouts = [(angle, build_hartung_layout(design.inputs, math.radians(angle))) for angle in _shown_angles(design)]
-    figure, axes = _new_figure("Uniformity of the static sleeve force", "each angle with straight spring lines through both speeds")
-    axes.set_position((0.09, 0.15, 0.40, 0.66))
-    enlarged = figure.add_axes((0.585, 0.15, 0.395, 0.66))
-    style_axes(enlarged)
+    page = _new_page("Uniformity of the static sleeve force", "each angle with straight spring lines through both speeds")
+    panel = page.add_panel((0.09, 0.15, 0.40, 0.66), "lever angle (outward), deg", "static sleeve force S, kgf")
+    enlarged = page.add_panel((0.585, 0.15, 0.395, 0.66), "the most uniform ones, enlarged")
     for (angle, layout), colour in zip(layouts, (*SERIES_COLOURS, INK, MUTED), strict=False):
         best = abs(math.radians(angle) - design.best_angle) < math.radians(0.01)
         text = f"{angle:.6g} deg: {100 * layout.spread:.3g} %" + (", the best" if best else "")
         lever_angles, forces = np.degrees(layout.levers), layout.static_forces / KILOGRAM_FORCE
-        axes.plot(lever_angles, forces, color=colour, linewidth=1.6, label=text)
+        panel.plot(lever_angles, forces, color=colour, linewidth=1.6, label=text)
         if layout.spread < _MAX_ENLARGED_SPREAD:
             enlarged.plot(lever_angles, forces, color=colour, linewidth=1.6)
-    axes.set_ylim(0.0, 1.12 * max(float(layout.static_forces.max()) for _, layout in layouts) / KILOGRAM_FORCE)
-    label_axes(axes, y_label="static sleeve force S, kgf")
-    for each, text in ((axes, "lever angle (outward), deg"), (enlarged, "the most uniform ones, enlarged")):
-        each.invert_xaxis()
-        label_axes(each, text)
-    _add_legend(axes, "lower right")
-    write_footnote(figure, "percent: largest minus smallest force over the stroke, relative to their mean", y=0.022)
-    return save_png(figure, path)
+    panel.set_ylim(0.0, 1.12 * max(float(layout.static_forces.max()) for _, layout in layouts) / KILOGRAM_FORCE)
+    panel.invert_xaxis()
+    enlarged.invert_xaxis()
+    add_legend(panel, {"fontfamily": SANS_FONT}, fontsize=8.5, loc="lower right", handlelength=1.6, labelcolor=INK)
+    page.write_footnote("percent: largest minus smallest force over the stroke, relative to their mean", y=0.022)
+    return page.save_png(path)
 
 
 def _shown_angles(design: HartungDesign) -> list[float]:
@@ -118,30 +111,22 @@ def _shown_angles(design: HartungDesign) -> list[float]:
     return sorted(angles)
 
 
-def _plot_printed_points(axes: Axes) -> None:
+def _plot_printed_points(panel: Panel) -> None:
     """Plot Dubois' table; values that differ by more than slide-rule accuracy are ringed."""
     radii = [row[0] for row in PRINTED_SPRING_FORCES]
     for column, colour in ((1, BLUE), (2, VERMILLION)):
-        axes.plot(radii, [row[column] for row in PRINTED_SPRING_FORCES], "o", color=colour, markersize=4, markerfacecolor=PAPER)
+        panel.plot(radii, [row[column] for row in PRINTED_SPRING_FORCES], "o", color=colour, markersize=4, markerfacecolor=PAPER)
     misprints = [step for step in compare_with_paper().table if abs(step.printed - step.recomputed) > SLIDE_RULE_TOLERANCE]
     for step in misprints:
         radius = next(row[0] for row in PRINTED_SPRING_FORCES if step.printed in row[1:])
-        axes.plot([radius], [step.printed], "o", color=GREEN, markersize=13, markerfacecolor="none")
-        write_note(axes, f"printed {step.printed:g},\nrecomputed {step.recomputed:.1f}", (radius, step.printed), (-12, 20), color=GREEN)
+        panel.plot([radius], [step.printed], "o", color=GREEN, markersize=13, markerfacecolor="none")
+        panel.write_note(f"printed {step.printed:g},\nrecomputed {step.recomputed:.1f}", (radius, step.printed), (-12, 20), color=GREEN)
     speeds = " and ".join(f"{speed:g}" for speed in PAPER_SPEEDS)
-    axes.plot([], [], "o", color=MUTED, markersize=4, markerfacecolor=PAPER, label=f"Dubois' table, {speeds} rad/s")
+    panel.plot([], [], "o", color=MUTED, markersize=4, markerfacecolor=PAPER, label=f"Dubois' table, {speeds} rad/s")
 
 
-def _new_figure(title: str, subtitle: str) -> tuple[Figure, Axes]:
-    figure = new_figure(7.6, 5.2, dpi=120)
-    write_title(figure, title)
-    write_title(figure, subtitle, y=0.89, size=10, colour=MUTED)
-    axes = figure.add_axes((0.11, 0.15, 0.85, 0.66))
-    style_axes(axes)
-    return figure, axes
-
-
-def _add_legend(axes: Axes, location: Literal["upper left", "lower right"]) -> None:
-    legend = axes.legend(frameon=False, fontsize=8.5, loc=location, handlelength=1.6, labelcolor=INK)
-    for text in legend.get_texts():
-        text.set_fontfamily(SANS_FONT)
+def _new_page(title: str, subtitle: str) -> Page:
+    page = Page(7.6, 5.2, dpi=120)
+    page.write_title(title)
+    page.write_title(subtitle, y=0.89, size=10, colour=MUTED)
+    return page

@@ -15,12 +15,8 @@ from governor_mechanism.closed_form.pendulum.dynamics import PendulumGovernor
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.types import FloatArray
-
-PlatePoint = tuple[float, float]
-
-ARM_RATIOS = (1.0, 1.3, 0.7)
-"""Compared arm lengths, as ratios to the radius of curvature."""
 
 MARKED_ANGLE_CHANGES = np.radians([-4.0, -2.0, -1.0, 1.0, 2.0, 4.0])
 """Changes of the arm angle (rad) with a marker."""
@@ -36,73 +32,102 @@ _SPEED_STEP_RATIO = 0.085
 
 
 @dataclass(frozen=True, kw_only=True)
-class IsochronousPlateData:
-    """Data of the plate in SI and radians: x from the spindle axis, y up, both zero at the common vertex of all parabolas.
-
-    The start point is the osculation point of crossed arms (`starts_at_osculation`), otherwise an equilibrium. `start_speed` is its
-    equilibrium speed, and `radius_of_curvature` that of the parabola of this speed there. `travel` is the lowest and highest arm angle.
-    `speeds` are seven speeds of the family, with `start_speed` in the middle.
-    """
-
-    arm: float
-    offset: float
-    mass_ratio: float
-    gravity: float
-    travel: tuple[float, float]
-    start_angle: float
-    start_abscissa: float
-    start_speed: float
-    starts_at_osculation: bool
-    radius_of_curvature: float
-    speeds: tuple[float, ...]
-
-    @property
-    def start_point(self) -> PlatePoint:
-        """Start point (m)."""
-        return self.start_abscissa, float(self.parabola_heights(self.start_speed, np.array(self.start_abscissa)))
-
-    @property
-    def suspension(self) -> PlatePoint:
-        """Suspension point of the arm (m)."""
-        return self.offset, self.start_point[1] + self.arm * math.cos(self.start_angle)
-
-    @property
-    def centre_of_curvature(self) -> PlatePoint:
-        """Centre of curvature of the parabola at the start point (m)."""
-        x, y = self.start_point
-        return x - self.radius_of_curvature * math.sin(self.start_angle), y + self.radius_of_curvature * math.cos(self.start_angle)
-
-    @property
-    def arm_ratio(self) -> float:
-        """Arm of the governor over the radius of curvature."""
-        return self.arm / self.radius_of_curvature
-
-    def double_parameter(self, speed: float) -> float:
-        """Return the double parameter (m) of the parabola of one spindle speed (rad/s)."""
-        return float(isochronous.double_parameter(spindle_speed=speed, mass_ratio=self.mass_ratio, gravity=self.gravity))
-
-    def parabola_heights(self, speed: float, abscissae: FloatArray) -> FloatArray:
-        """Return the heights (n,) above the vertex (m) of the parabola of one spindle speed (rad/s) at abscissae (n,) (m)."""
-        return np.asarray(isochronous.parabola_height(abscissa=abscissae, double_parameter=self.double_parameter(speed)))
-
-    def point_at_45_degrees(self, speed: float) -> PlatePoint:
-        """Return the point (m) with x = 2 y, where the parabola of one spindle speed (rad/s) has a slope of 45 degrees."""
-        x = float(isochronous.abscissa_at_45_degrees(spindle_speed=speed, mass_ratio=self.mass_ratio, gravity=self.gravity))
-        return x, float(self.parabola_heights(speed, np.array(x)))
-
-
-@dataclass(frozen=True, kw_only=True)
 class SpeedDeviationCurve:
-    """Relative speed changes (n,) against changes of the arm angle (n,) (rad), for an arm of `arm_ratio` radii of curvature.
+    """Relative speed changes (n,) against changes of the arm angle (n,) (rad).
 
     `equilibrium_speed_changes` are those of the equilibrium speed, `parabola_speed_changes` those of the parabola through the ball,
     which Zehnder used.
     """
 
-    arm_ratio: float
     angle_changes: FloatArray
     equilibrium_speed_changes: FloatArray
     parabola_speed_changes: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class IsochronousPlateData:
+    """Data of the plate in SI and radians: x from the spindle axis, y up, both zero at the common vertex of all parabolas.
+
+    The start point is the osculation point of crossed arms (`starts_at_osculation`), otherwise an equilibrium. `start_speed` is its
+    equilibrium speed. `radius_of_curvature` and `centre_of_curvature` are those of the parabola of this speed there. `suspension` is the
+    suspension point of the arm, `travel` the lowest and highest arm angle. `speeds` are seven speeds of the family, with `start_speed` in
+    the middle.
+    """
+
+    governor: PendulumGovernor
+    travel: tuple[float, float]
+    start_angle: float
+    start_point: Vec2
+    start_speed: float
+    starts_at_osculation: bool
+    suspension: Vec2
+    radius_of_curvature: float
+    centre_of_curvature: Vec2
+    speeds: tuple[float, ...]
+
+    @classmethod
+    def from_scene(cls, scene: Scene) -> IsochronousPlateData:
+        """Return the plate data of a scene.
+
+        Raises MechanismError unless the governor is a rhombus with the balls at its joints, with gravity and centrifugal force.
+        """
+        if not has_isochronous_parabolas(scene):
+            raise MechanismError(
+                "isochronous parabolas need machine 'pendulum_governor' with gravity and centrifugal, balls at the joints of arms "
+                f"and links, links as long as the arms, and lugs below the suspensions; the scene {scene.title!r} differs"
+            )
+        governor = _closed_form_governor(scene)
+        travel = next((limit.low, limit.high) for limit in scene.part.mechanism.limits if limit.reading == "arm_angle")
+        angle = _start_angle(governor, travel, scene)
+        speed = float(pendulum.equilibrium_speed(governor, arm_angle=angle))
+        parameter = _double_parameter(governor, speed)
+        x = float(pendulum.ball_radius(governor, arm_angle=angle))
+        y = float(isochronous.parabola_height(abscissa=x, double_parameter=parameter))
+        radius = float(isochronous.radius_of_curvature(abscissa=x, double_parameter=parameter))
+        return cls(
+            governor=governor,
+            travel=travel,
+            start_angle=angle,
+            start_point=(x, y),
+            start_speed=speed,
+            starts_at_osculation=governor.offset < 0,
+            suspension=(governor.offset, y + governor.arm * math.cos(angle)),
+            radius_of_curvature=radius,
+            centre_of_curvature=(x - radius * math.sin(angle), y + radius * math.cos(angle)),
+            speeds=_speed_family(speed),
+        )
+
+    def double_parameter(self, speed: float) -> float:
+        """Return the double parameter (m) of the parabola of one spindle speed (rad/s)."""
+        return _double_parameter(self.governor, speed)
+
+    def point_at_45_degrees(self, speed: float) -> Vec2:
+        """Return the point (m) with x = 2 y, where the parabola of one spindle speed (rad/s) has a slope of 45 degrees."""
+        parameter = self.double_parameter(speed)
+        return parameter / 2, parameter / 4
+
+    def speed_deviations(self, arm_ratio: float, angle_changes: FloatArray | None = None) -> SpeedDeviationCurve:
+        """Return the speed deviations near the start point for an arm of `arm_ratio` radii of curvature.
+
+        `angle_changes` (n,) are changes of the arm angle (rad), by default a grid within MAX_ANGLE_CHANGE. Changes that bring the arm to
+        the vertical or the horizontal, or the ball close to the axis or the vertex, are dropped.
+        """
+        requested_changes = np.linspace(-MAX_ANGLE_CHANGE, MAX_ANGLE_CHANGE, 321) if angle_changes is None else angle_changes
+        arm, angle = arm_ratio * self.radius_of_curvature, self.start_angle
+        x, y = self.start_point
+        angles = angle + requested_changes
+        abscissa_ratio = 1 + arm / x * (np.sin(angles) - math.sin(angle))
+        height_ratio = 1 + arm / y * (math.cos(angle) - np.cos(angles))
+        min_angle = math.radians(0.5)
+        valid_changes = requested_changes[
+            (angles > min_angle) & (angles < math.pi / 2 - min_angle) & (abscissa_ratio > 0.1) & (height_ratio > 0.05)
+        ]
+        arguments: dict[str, Any] = {"start_angle": angle, "start_abscissa": x, "arm": arm, "angle_change": valid_changes}
+        return SpeedDeviationCurve(
+            angle_changes=valid_changes,
+            equilibrium_speed_changes=np.asarray(equilibrium_speed_change(**arguments)),
+            parabola_speed_changes=np.asarray(parabola_speed_change(**arguments)),
+        )
 
 
 def has_isochronous_parabolas(scene: Scene) -> bool:
@@ -118,85 +143,27 @@ def has_isochronous_parabolas(scene: Scene) -> bool:
     bool
         True for a pendulum governor with the balls at the joints, links as long as the arms and lugs below the suspensions.
     """
-    if len(scene.parts) != 1 or scene.part.machine != "pendulum_governor":
-        return False
-    if not (scene.gravity and scene.has_centrifugal):
+    if len(scene.parts) != 1 or scene.part.machine != "pendulum_governor" or not (scene.gravity and scene.has_centrifugal):
         return False
     governor = _closed_form_governor(scene)
     return governor.is_rhombus and math.isclose(governor.joint_length, governor.arm, rel_tol=1e-12)
-
-
-def isochronous_plate_data(scene: Scene) -> IsochronousPlateData:
-    """Return the plate data of a scene.
-
-    Raises MechanismError unless the governor is a rhombus with the balls at its joints, with gravity and centrifugal force.
-    """
-    if not has_isochronous_parabolas(scene):
-        raise MechanismError(
-            "isochronous parabolas need machine 'pendulum_governor' with gravity and centrifugal, balls at the joints of arms "
-            f"and links, links as long as the arms, and lugs below the suspensions; the scene {scene.title!r} differs"
-        )
-    governor = _closed_form_governor(scene)
-    travel = next((limit.low, limit.high) for limit in scene.part.mechanism.limits if limit.reading == "arm_angle")
-    angle = _start_angle(governor, travel, _initial_speed(scene))
-    abscissa = float(pendulum.ball_radius(governor, arm_angle=angle))
-    speed = float(pendulum.equilibrium_speed(governor, arm_angle=angle))
-    ratio = governor.sleeve_mass / governor.ball_mass
-    parameter = isochronous.double_parameter(spindle_speed=speed, mass_ratio=ratio, gravity=governor.gravity)
-    return IsochronousPlateData(
-        arm=governor.arm,
-        offset=governor.offset,
-        mass_ratio=ratio,
-        gravity=governor.gravity,
-        travel=travel,
-        start_angle=angle,
-        start_abscissa=abscissa,
-        start_speed=speed,
-        starts_at_osculation=governor.offset < 0,
-        radius_of_curvature=float(isochronous.radius_of_curvature(abscissa=abscissa, double_parameter=parameter)),
-        speeds=_speed_family(speed),
-    )
-
-
-def speed_deviation_curve(data: IsochronousPlateData, arm_ratio: float, angle_changes: FloatArray | None = None) -> SpeedDeviationCurve:
-    """Return the speed deviations near the start point for an arm of `arm_ratio` radii of curvature.
-
-    `angle_changes` (n,) are changes of the arm angle (rad), by default a grid within MAX_ANGLE_CHANGE. Changes that bring the arm to the
-    vertical or the horizontal, or the ball close to the axis or the vertex, are dropped.
-    """
-    requested_changes = np.linspace(-MAX_ANGLE_CHANGE, MAX_ANGLE_CHANGE, 321) if angle_changes is None else angle_changes
-    arm, angle = arm_ratio * data.radius_of_curvature, data.start_angle
-    x, y = data.start_point
-    angles = angle + requested_changes
-    abscissa_ratio = 1 + arm / x * (np.sin(angles) - math.sin(angle))
-    height_ratio = 1 + arm / y * (math.cos(angle) - np.cos(angles))
-    min_angle = math.radians(0.5)
-    valid_changes = requested_changes[
-        (angles > min_angle) & (angles < math.pi / 2 - min_angle) & (abscissa_ratio > 0.1) & (height_ratio > 0.05)
-    ]
-    arguments: dict[str, Any] = {"start_angle": angle, "start_abscissa": x, "arm": arm, "angle_change": valid_changes}
-    equilibrium_changes, parabola_changes = equilibrium_speed_change(**arguments), parabola_speed_change(**arguments)
-    return SpeedDeviationCurve(
-        arm_ratio=arm_ratio,
-        angle_changes=valid_changes,
-        equilibrium_speed_changes=np.asarray(equilibrium_changes),
-        parabola_speed_changes=np.asarray(parabola_changes),
-    )
 
 
 def _closed_form_governor(scene: Scene) -> PendulumGovernor:
     return PendulumGovernor(**scene.part.dimensions, gravity=scene.gravity)
 
 
-def _initial_speed(scene: Scene) -> float:
-    spindle = scene.spindle
-    return abs((spindle.start_speed or 0.0) if isinstance(spindle, FreeSpindle) else spindle.speeds[0])
+def _double_parameter(governor: PendulumGovernor, speed: float) -> float:
+    ratio = governor.sleeve_mass / governor.ball_mass
+    return float(isochronous.double_parameter(spindle_speed=speed, mass_ratio=ratio, gravity=governor.gravity))
 
 
-def _start_angle(governor: PendulumGovernor, travel: tuple[float, float], speed: float) -> float:
-    """Return the osculation angle, else an equilibrium angle at the speed, else the middle of the travel above the vertical."""
+def _start_angle(governor: PendulumGovernor, travel: tuple[float, float], scene: Scene) -> float:
+    """Return the osculation angle, else an equilibrium angle at the first speed, else the middle of the travel above the vertical."""
     if governor.offset < 0:
         return pendulum.least_stable_angle(governor)
+    spindle = scene.spindle
+    speed = abs((spindle.start_speed or 0.0) if isinstance(spindle, FreeSpindle) else spindle.speeds[0])
     for angle in pendulum.equilibrium_angles(governor, spindle_speed=speed) if speed else ():
         if _START_ANGLE_RANGE[0] <= angle <= _START_ANGLE_RANGE[1]:
             return float(angle)

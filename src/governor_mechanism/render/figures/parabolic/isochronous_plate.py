@@ -7,34 +7,35 @@ import os
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Circle
 from matplotlib.text import Text
 
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.figures.engraving_sheet import PLATE_HEIGHT, PLATE_WIDTH, new_plate, write_text
-from governor_mechanism.render.figures.page import require_png, save_png
-from governor_mechanism.render.figures.parabolic.isochronous_data import (
-    ARM_RATIOS,
-    IsochronousPlateData,
-    has_isochronous_parabolas,
-    isochronous_plate_data,
-)
-from governor_mechanism.render.figures.parabolic.isochronous_panels import ARM_STYLES, draw_parabola_family, draw_speed_deviations
-from governor_mechanism.render.style import MUTED, VERMILLION
-
-__all__ = ["draw_isochronous_plate", "has_isochronous_parabolas", "isochronous_figure"]
+from governor_mechanism.render.figures.engraving_sheet import CHAIN_DOTTED, DASHED, DOTTED, MM_PER_M, Plate, PlatePanel, polar_points
+from governor_mechanism.render.figures.page import add_legend, require_png
+from governor_mechanism.render.figures.parabolic.isochronous_data import MARKED_ANGLE_CHANGES, MAX_ANGLE_CHANGE, IsochronousPlateData
+from governor_mechanism.render.geometry.primitives import Vec2
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, SKY, VERMILLION
 
 _FAMILY_RECT, _DEVIATION_RECT = (0.058, 0.135, 0.502, 0.71), (0.658, 0.475, 0.268, 0.37)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
-_HEADING = "The isochronous parabolas and the governor’s circle"
+_DOWN = -math.pi / 2
+"""Direction from which arm angles are measured, rad from the horizontal."""
+
 _SOURCE = "after L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1–14"
-_CAPTIONS = (
-    "Fig. 1.  On each parabola $x^2 = c\\,y$, $c = 2g\\,(1+m)/\\omega^2$, a ball is in equilibrium at one speed",
-    "Fig. 2.  Speed deviation on a circle through the start point",
-)
+_CAPTIONS = {
+    (0.03, 0.862): "Fig. 1.  On each parabola $x^2 = c\\,y$, $c = 2g\\,(1+m)/\\omega^2$, a ball is in equilibrium at one speed",
+    (0.605, 0.862): "Fig. 2.  Speed deviation on a circle through the start point",
+    (0.605, 0.4): "Equilibrium speeds near the start:",
+    (0.89, 0.4): "correct",
+}
+
+_ARM_STYLES = {1.0: ("$l = \\rho$", BLUE), 1.3: ("$l = 1.3\\,\\rho$", SERIES_COLOURS[3]), 0.7: ("$l = 0.7\\,\\rho$", GREEN)}
+"""Label and colour of an arm, by its ratio to the radius of curvature."""
 
 ZEHNDER_VERDICTS = {
     1.0: ("lower below, higher above: usable both ways", "minimum at the start: usable upward"),
@@ -68,57 +69,215 @@ def isochronous_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
         The path of the file.
     """
     require_png(path)
-    return save_png(draw_isochronous_plate(isochronous_plate_data(scene), scene.title), path)
+    return draw_isochronous_plate(IsochronousPlateData.from_scene(scene), scene.title).save_png(path)
 
 
-def draw_isochronous_plate(data: IsochronousPlateData, title: str) -> Figure:
+def draw_isochronous_plate(data: IsochronousPlateData, title: str) -> Plate:
     """Return the plate as a figure of PLATE_WIDTH by PLATE_HEIGHT inches."""
-    figure = new_plate(_HEADING, title, _SOURCE)
-    for x, caption in zip((0.03, 0.605), _CAPTIONS, strict=True):
-        write_text(figure, x, 0.862, caption, 11.5, fontstyle="italic")
-    draw_parabola_family(figure.add_axes(_FAMILY_RECT), data, (_FAMILY_RECT[2] * PLATE_WIDTH) / (_FAMILY_RECT[3] * PLATE_HEIGHT))
-    draw_speed_deviations(figure.add_axes(_DEVIATION_RECT), data)
-    _write_dimensions(figure, data)
-    _write_verdicts(figure)
-    return figure
+    plate = Plate("The isochronous parabolas and the governor’s circle", title, _SOURCE, _CAPTIONS)
+    family_labels = "distance from the spindle axis, mm", "height above the vertex, mm"
+    _draw_parabola_family(plate.add_plate_panel(_FAMILY_RECT, family_labels), data)
+    deviation_labels = "change of the arm angle, deg", "change of the equilibrium speed, %"
+    _draw_speed_deviations(plate.add_plate_panel(_DEVIATION_RECT, deviation_labels), data)
+    _write_dimensions(plate, data)
+    _write_verdicts(plate)
+    return plate
 
 
-def _write_dimensions(figure: Figure, data: IsochronousPlateData) -> None:
+def _show_family(panel: PlatePanel, data: IsochronousPlateData) -> None:
+    """Set limits (mm), to one scale, that contain both centres, the horizontal arm and the 45-degree point."""
+    (x45, y45), centre, suspension = data.point_at_45_degrees(data.start_speed), data.centre_of_curvature, data.suspension
+    xs = (0.0, centre[0], suspension[0], suspension[0] + data.governor.arm, 1.5 * x45)
+    ys = (0.0, centre[1], suspension[1], 1.5 * y45)
+    left, right, bottom, top = (MM_PER_M * value for value in (min(xs), max(xs), min(ys), max(ys)))
+    margin = 0.06 * max(right - left, top - bottom)
+    left, right, bottom, top = left - 2.8 * margin, right + margin / 2, bottom - margin, top + margin
+    missing_width = panel.aspect_ratio * (top - bottom) - (right - left)
+    if missing_width > 0:
+        left, right = left - 0.35 * missing_width, right + 0.65 * missing_width
+    else:
+        top -= missing_width / panel.aspect_ratio
+    panel.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+
+
+def _larger_side(panel: PlatePanel) -> float:
+    return float(max(np.ptp(panel.get_xlim()), np.ptp(panel.get_ylim())))
+
+
+def _draw_parabola_family(panel: PlatePanel, data: IsochronousPlateData) -> None:
+    """Draw the left panel: parabolas, the ball path and the circle of curvature, in mm and to one scale on both axes."""
+    _show_family(panel, data)
+    bottom, top = panel.get_ylim()
+    panel.plot([0, 0], [bottom, top], color=MUTED, linewidth=1.0, linestyle=CHAIN_DOTTED, zorder=1)
+    panel.annotate_point((0, top), "spindle axis", (5, 0), color=MUTED, rotation=90, va="top")
+    for speed in data.speeds:
+        _draw_parabola(panel, data, speed)
+    _draw_45_degree_line(panel, data)
+    _draw_governor(panel, data)
+    _draw_start_point(panel, data)
+    _draw_circle_of_curvature(panel, data)
+
+
+def _draw_parabola(panel: PlatePanel, data: IsochronousPlateData, speed: float) -> None:
+    """Draw one parabola of the family on both sides, with its speed at the edge of the panel."""
+    is_start_speed = speed == data.start_speed
+    colour, width = (INK, 2.0) if is_start_speed else (MUTED, 0.8)
+    (left, right), (_, top) = panel.get_xlim(), panel.get_ylim()
+    c = data.double_parameter(speed) * MM_PER_M
+    end = min(right, math.sqrt(c * top))
+    for limit, width_ratio in ((end, 1.0), (max(left, -end), 0.5)):
+        x = np.linspace(0, limit, 200)
+        panel.plot(x, x**2 / c, color=colour, linewidth=width * width_ratio, zorder=2)
+    text = f"{speed * 30 / math.pi:.4g}" + (" rpm" if is_start_speed else "")
+    offset, ha, va = ((5, 0), "left", "center") if end == right else ((0, 4), "center", "bottom")
+    panel.annotate_point((end, end**2 / c), text, offset, ha=ha, va=va, color=colour, weight="bold" if is_start_speed else "normal")
+
+
+def _draw_45_degree_line(panel: PlatePanel, data: IsochronousPlateData) -> None:
+    """Draw the line x = 2 y, and the 45-degree tangents of the parabolas on it."""
+    right, top = panel.get_xlim()[1], panel.get_ylim()[1]
+    end = min(right, 2 * top)
+    panel.plot([0, end], [0, end / 2], color=GREEN, linewidth=1.0, zorder=3)
+    half_length = 0.018 * _larger_side(panel)
+    for x, y in (_to_mm(data.point_at_45_degrees(speed)) for speed in data.speeds):
+        if x + half_length < right and y + half_length < top:
+            panel.plot([x - half_length, x + half_length], [y - half_length, y + half_length], color=GREEN, linewidth=1.4, zorder=4)
+            panel.draw_point(x, y, color=GREEN, markersize=3.5, zorder=4)
+    text = "on $x = 2y$ all slopes are 45°\nand the spacing is largest:\nZehnder's start point"
+    panel.annotate_point((right, panel.get_ylim()[0]), text, (0, 5), color=GREEN, ha="right", va="bottom", linespacing=1.4)
+
+
+def _draw_circle_of_curvature(panel: PlatePanel, data: IsochronousPlateData) -> None:
+    """Draw the osculating circle of the parabola at the start point, its centre and radius."""
+    centre, start, radius = _to_mm(data.centre_of_curvature), _to_mm(data.start_point), data.radius_of_curvature * MM_PER_M
+    circle = polar_points(_DOWN + np.linspace(-math.pi / 6, math.pi / 2 + 0.1, 400), radius, centre)
+    panel.plot(*circle, color=BLUE, linewidth=1.3, linestyle=DASHED, zorder=5)
+    panel.plot(*centre, "+", color=BLUE, markersize=12, markeredgewidth=1.5, zorder=8)
+    if data.starts_at_osculation:
+        text = "suspension,\ncentre of\ncurvature"
+    else:
+        text = "centre of\ncurvature"
+        panel.plot(*zip(centre, start, strict=True), color=BLUE, linewidth=0.8, linestyle=DASHED, zorder=3)
+        _label_along_arm(panel, data, centre, _to_mm(data.suspension), f"$\\rho$ = {radius:.4g} mm", BLUE)
+    panel.annotate_point(centre, text, (-9, -9), color=BLUE, ha="right", va="top")
+
+
+def _draw_governor(panel: PlatePanel, data: IsochronousPlateData) -> None:
+    """Draw suspension, arm, arm angle and ball at the start point, and the path of the ball, wide over the travel."""
+    suspension, start, arm = _to_mm(data.suspension), _to_mm(data.start_point), data.governor.arm * MM_PER_M
+    low, high = data.travel
+    panel.plot(*polar_points(_DOWN + np.linspace(low, high, 300), arm, suspension), color=SKY, linewidth=6, alpha=0.75, zorder=3)
+    panel.plot(*polar_points(_DOWN + np.linspace(low - 0.3, low, 60), arm, suspension), color=SKY, linewidth=1.2, zorder=3)
+    panel.annotate_point(polar_points(_DOWN + high, arm, suspension), "path of the ball", (-22, 0), ha="right", va="center", color=BLUE)
+    panel.plot(*zip(suspension, start, strict=True), color=INK, linewidth=1.8, zorder=6)
+    ball = ROLE_STYLES["ball"]
+    panel.add_patch(Circle(start, 0.02 * _larger_side(panel), facecolor=ball.fill, edgecolor=ball.stroke, linewidth=1.2, zorder=7))
+    panel.draw_point(*start, color=PAPER, markersize=2.5, zorder=8)
+    panel.draw_point(*suspension, color=INK, markerfacecolor=PAPER, markersize=8, zorder=7)
+    arm_ratio_text = "= \\rho$" if data.starts_at_osculation else f"= {data.governor.arm / data.radius_of_curvature:.2f}\\,\\rho$"
+    _label_along_arm(panel, data, suspension, start, f"$l {arm_ratio_text} = {arm:.4g} mm", INK)
+    if not data.starts_at_osculation:
+        panel.annotate_point(suspension, "suspension", (9, 2), va="center")
+    arc_radius, angle = 0.24 * arm, data.start_angle
+    panel.plot([suspension[0]] * 2, [suspension[1], suspension[1] - 1.15 * arc_radius], color=MUTED, linewidth=0.7, zorder=3)
+    panel.plot(*polar_points(_DOWN + np.linspace(0, angle, 60), arc_radius, suspension), color=MUTED, linewidth=0.7, zorder=3)
+    middle = polar_points(_DOWN + angle / 2, arc_radius, suspension)
+    panel.annotate_point(middle, "$\\alpha_1$", (2, -8), ha="center", va="center", color=MUTED)
+
+
+def _draw_start_point(panel: PlatePanel, data: IsochronousPlateData) -> None:
+    """Draw a leader from the start point to its name below the parabolas."""
+    (x, y), (left, right) = _to_mm(data.start_point), panel.get_xlim()
+    label_ordinate = 0.5 * x**2 / (data.double_parameter(data.speeds[0]) * MM_PER_M)
+    panel.plot([x, x], [y, label_ordinate], color=INK, linewidth=0.7, zorder=6)
+    is_crowded = x - left > 0.65 * (right - left)
+    panel.annotate_point((x, label_ordinate), _start_point_name(data), (0, -3), ha="right" if is_crowded else "center", va="top")
+
+
+def _start_point_name(data: IsochronousPlateData) -> str:
+    return f"{'osculation' if data.starts_at_osculation else 'start'} point"
+
+
+def _label_along_arm(panel: PlatePanel, data: IsochronousPlateData, first: Vec2, second: Vec2, text: str, colour: str) -> None:
+    """Write a label along the arm, above it, between two points."""
+    middle = (first[0] + second[0]) / 2, (first[1] + second[1]) / 2
+    offset, rotation = polar_points(data.start_angle, 10), math.degrees(data.start_angle) - 90
+    panel.annotate_point(middle, text, offset, color=colour, ha="center", va="center", rotation=rotation)
+
+
+def _to_mm(point: Vec2) -> Vec2:
+    return MM_PER_M * point[0], MM_PER_M * point[1]
+
+
+def _draw_speed_deviations(panel: PlatePanel, data: IsochronousPlateData) -> None:
+    """Draw the right panel: changes of the equilibrium speed (percent) against changes of the arm angle (deg) for three arms."""
+    curves = {arm_ratio: data.speed_deviations(arm_ratio) for arm_ratio in _ARM_STYLES}
+    limit = 1.5 * 100 * float(np.abs(curves[0.7].equilibrium_speed_changes).max())
+    axis_limit = 1.05 * math.degrees(MAX_ANGLE_CHANGE)
+    panel.set(xlim=(-axis_limit, axis_limit), ylim=(-limit, limit))
+    panel.axhline(0, color=MUTED, linewidth=0.8, zorder=1)
+    panel.axvline(0, color=MUTED, linewidth=0.8, zorder=1)
+    for arm_ratio, (name, colour) in _ARM_STYLES.items():
+        curve = curves[arm_ratio]
+        degrees, percent = np.degrees(curve.angle_changes), 100 * curve.equilibrium_speed_changes
+        parabola_percent = 100 * curve.parabola_speed_changes
+        is_rising = np.gradient(percent, degrees) > 0
+        for is_stable, style in ((True, "-"), (False, DASHED)):
+            panel.plot(degrees, np.where(is_rising == is_stable, percent, np.nan), color=colour, linewidth=2.2, linestyle=style, zorder=4)
+        panel.plot(degrees, parabola_percent, color=colour, linewidth=1.1, linestyle=DOTTED, zorder=3)
+        panel.plot(degrees[[0, -1]], parabola_percent[[0, -1]], "x", color=VERMILLION, markersize=7, markeredgewidth=1.6, zorder=6)
+        marked = data.speed_deviations(arm_ratio, MARKED_ANGLE_CHANGES)
+        points = np.degrees(marked.angle_changes), 100 * marked.equilibrium_speed_changes
+        panel.plot(*points, "o", color=colour, markersize=4.5, zorder=5)
+        panel.annotate_point((degrees[-1], percent[-1]), name, (9, 0), color=colour, va="center", fontsize=12)
+    _add_line_style_legend(panel)
+
+
+def _add_line_style_legend(panel: PlatePanel) -> None:
+    cross = {"marker": "x", "markersize": 7, "markeredgewidth": 1.6, "markeredgecolor": VERMILLION}
+    entries: dict[str, dict[str, Any]] = {
+        "stable": {"linewidth": 2.2},
+        "unstable": {"linewidth": 2.2, "linestyle": DASHED},
+        "parabola through the ball": {"linewidth": 1.1, "linestyle": DOTTED, **cross},
+    }
+    handles = [Line2D([], [], color=INK, label=label, **style) for label, style in entries.items()]
+    position: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.08, 0), "handlelength": 2.5}
+    frame: dict[str, Any] = {"frameon": True, "framealpha": 1, "facecolor": PAPER, "edgecolor": "none"}
+    add_legend(panel, handles=handles, prop={"family": SERIF_FONT, "size": 10}, **position, **frame)
+
+
+def _write_dimensions(plate: Plate, data: IsochronousPlateData) -> None:
     """Write the dimensions of the governor and its start point below the left panel."""
-    x, y = (1e3 * value for value in data.start_point)
-    governor = (
-        f"arm $l$ = {data.arm * 1e3:.4g} mm,  suspension $e$ = {data.offset * 1e3:.4g} mm from the axis,  "
-        f"$m = Q/P$ = {data.mass_ratio:.3g},  $g$ = {data.gravity:.4g} m/s²"
-    )
-    point = (
-        f"{'osculation' if data.starts_at_osculation else 'start'} point $x_1$ = {x:.1f} mm,  $y_1$ = {y:.1f} mm,  "
+    x, y = _to_mm(data.start_point)
+    governor = data.governor
+    lines = (
+        f"arm $l$ = {governor.arm * MM_PER_M:.4g} mm,  suspension $e$ = {governor.offset * MM_PER_M:.4g} mm from the axis,  "
+        f"$m = Q/P$ = {governor.sleeve_mass / governor.ball_mass:.3g},  $g$ = {governor.gravity:.4g} m/s²",
+        f"{_start_point_name(data)} $x_1$ = {x:.1f} mm,  $y_1$ = {y:.1f} mm,  "
         f"$\\alpha_1$ = {math.degrees(data.start_angle):.2f}°,  {data.start_speed * 30 / math.pi:.4g} rpm;  "
-        f"circle of curvature (dashed): $\\rho$ = {data.radius_of_curvature * 1e3:.4g} mm"
+        f"circle of curvature (dashed): $\\rho$ = {data.radius_of_curvature * MM_PER_M:.4g} mm",
     )
-    for line, text in enumerate((governor, point)):
-        write_text(figure, 0.309, 0.067 - 0.026 * line, text.replace("= -", "= −"), 10.5, ha="center", color=MUTED)
+    for line, text in enumerate(lines):
+        plate.write_dimensions(text, 0.309, 0.067 - 0.026 * line)
 
 
-def _write_verdicts(figure: Figure) -> None:
+def _write_verdicts(plate: Plate) -> None:
     """Write Zehnder's text, struck out, and the correct text below the right panel."""
     left, text_left, top, row = 0.605, 0.688, 0.36, 0.058
-    write_text(figure, left, top + 0.04, "Equilibrium speeds near the start:", 11.5, fontstyle="italic")
-    _strike_out(figure, write_text(figure, 0.79, top + 0.04, "by Zehnder", 11.5, fontstyle="italic", color=MUTED))
-    write_text(figure, 0.89, top + 0.04, "correct", 11.5, fontstyle="italic")
-    for k, arm_ratio in enumerate(ARM_RATIOS):
-        arm, y = ARM_STYLES[arm_ratio], top - k * row
-        figure.add_artist(Line2D([left, left + 0.018], [y - 0.003] * 2, color=arm.colour, linewidth=2))
-        write_text(figure, left + 0.024, y - 0.01, arm.name, 13, color=arm.colour)
-        zehnder_text, correct_text = ZEHNDER_VERDICTS[arm_ratio]
-        _strike_out(figure, write_text(figure, text_left, y + 0.003, zehnder_text, 11, color=MUTED))
-        write_text(figure, text_left, y - 0.021, correct_text, 11.5)
+    _strike_out(plate, plate.write_text(0.79, top + 0.04, "by Zehnder", 11.5, fontstyle="italic", color=MUTED))
+    for k, (arm_ratio, (name, colour)) in enumerate(_ARM_STYLES.items()):
+        (zehnder_text, correct_text), y = ZEHNDER_VERDICTS[arm_ratio], top - k * row
+        plate.add_artist(Line2D([left, left + 0.018], [y - 0.003] * 2, color=colour, linewidth=2))
+        plate.write_text(left + 0.024, y - 0.01, name, 13, color=colour)
+        _strike_out(plate, plate.write_text(text_left, y + 0.003, zehnder_text, 11, color=MUTED))
+        plate.write_text(text_left, y - 0.021, correct_text, 11.5)
     for line, reason in enumerate(_REASON):
-        write_text(figure, left, 0.142 - 0.031 * line, reason, 11)
+        plate.write_text(left, 0.142 - 0.031 * line, reason, 11)
 
 
-def _strike_out(figure: Figure, text: Text) -> None:
+def _strike_out(plate: Plate, text: Text) -> None:
     """Draw a line through a text, as on a corrected proof."""
-    canvas: Any = FigureCanvasAgg(figure)
-    box = text.get_window_extent(canvas.get_renderer()).transformed(figure.transFigure.inverted())
+    canvas: Any = FigureCanvasAgg(plate)
+    box = text.get_window_extent(canvas.get_renderer()).transformed(plate.transFigure.inverted())
     middle = box.y0 + 0.45 * box.height
-    figure.add_artist(Line2D([box.x0 - 0.003, box.x1 + 0.003], [middle, middle], color=VERMILLION, linewidth=1.2))
+    plate.add_artist(Line2D([box.x0 - 0.003, box.x1 + 0.003], [middle, middle], color=VERMILLION, linewidth=1.2))

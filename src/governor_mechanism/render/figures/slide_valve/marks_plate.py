@@ -6,31 +6,39 @@ import math
 import os
 from pathlib import Path
 
-from matplotlib.figure import Figure
+import numpy as np
+from matplotlib.patches import Circle
 
+from governor_mechanism.closed_form import slide_valve as closed
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.figures.engraving_sheet import MM_PER_M, new_plate, write_text
-from governor_mechanism.render.figures.page import require_png, save_png
-from governor_mechanism.render.figures.slide_valve.marks_panels import (
-    draw_approximation_errors,
-    draw_error_construction,
-    draw_reuleaux_diagram,
-    draw_valve_ellipse,
-)
-from governor_mechanism.render.figures.slide_valve.zeuner_data import ValveDiagramData, valve_diagram_data
-from governor_mechanism.render.figures.slide_valve.zeuner_plate import MARKS_SOURCE
-from governor_mechanism.render.style import MUTED
+from governor_mechanism.render.figures.engraving_sheet import CHAIN_DOTTED, DASHED, MM_PER_M, Plate, PlatePanel, polar_points
+from governor_mechanism.render.figures.page import require_png
+from governor_mechanism.render.figures.slide_valve.valve_diagram import CYLINDER_ENDS, EventLabelStyle, ValveDiagram, event_kind_and_colour
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, VERMILLION
 
-_HEADING = "Marks’ construction of the error term"
-
-_PANEL_RECTS = {
-    "construction": (0.03, 0.505, 0.47, 0.335),
-    "errors": (0.60, 0.545, 0.355, 0.285),
-    "ellipse": (0.068, 0.125, 0.40, 0.305),
-    "reuleaux": (0.565, 0.085, 0.40, 0.355),
+_CAPTIONS = {
+    (0.03, 0.862): "Fig. 1.  On any crank ray $OP$ the displacement is larger by the ordinate $z$ of the curve",
+    (0.545, 0.862): "Fig. 2.  Errors of parabola and circle",
+    (0.03, 0.462): "Fig. 3.  The valve’s ellipse: its displacement over the stroke of the piston",
+    (0.545, 0.462): "Fig. 4.  Reuleaux’s circle, theory: $\\xi_0$ is the distance from an inclined diameter",
 }
+_CONSTRUCTION_RECT, _ERRORS_RECT = (0.03, 0.505, 0.47, 0.335), (0.60, 0.545, 0.355, 0.285)
+_ELLIPSE_RECT, _REULEAUX_RECT = (0.068, 0.125, 0.40, 0.305), (0.565, 0.085, 0.40, 0.355)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
+
+_APPROXIMATIONS = (("parabola", closed.parabola_error, SERIES_COLOURS[3], DASHED), ("circle", closed.circle_error, GREEN, "-"))
+"""Name, function, colour and line style of the approximate error curves."""
+
+_N_CURVE_POINTS = 401
+"""Number of points of each curve."""
+
+_UM_PER_MM = 1e3
+
+_SAMPLE_RAY_ANGLE = math.radians(33.0)
+"""Angle (rad) between the drawn ray and the line of centres."""
+
+_LABEL_STYLE = EventLabelStyle(size=9.5, offset=(5, 3), centred=(0.0, 0.5), margins=(0.0, 0.0, 12.0, 12.0))
 
 
 def marks_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
@@ -39,31 +47,126 @@ def marks_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
     Raises MechanismError for another machine and for an infinite eccentric rod. An exception leaves no file behind.
     """
     require_png(path)
-    return save_png(draw_marks_plate(valve_diagram_data(scene)), path)
+    return draw_marks_plate(ValveDiagram.from_scene(scene)).save_png(path)
 
 
-def draw_marks_plate(data: ValveDiagramData) -> Figure:
+def draw_marks_plate(data: ValveDiagram) -> Plate:
     """Return the plate as a figure; raise MechanismError for an infinite eccentric rod, which has no error term."""
-    if data.eccentric.has_infinite_rod:
+    eccentric, r = data.eccentric, data.eccentric.radius
+    if eccentric.has_infinite_rod:
         raise MechanismError("Marks' construction needs a finite eccentric_rod; an infinite one has no error term")
-    figure = new_plate(_HEADING, data.title, MARKS_SOURCE)
-    captions = (
-        "Fig. 1.  On any crank ray $OP$ the displacement is larger by the ordinate $z$ of the curve",
-        "Fig. 2.  Errors of parabola and circle",
-        "Fig. 3.  The valve’s ellipse: its displacement over the stroke of the piston",
-        "Fig. 4.  Reuleaux’s circle, theory: $\\xi_0$ is the distance from an inclined diameter",
+    plate = data.new_plate("Marks’ construction of the error term", _CAPTIONS)
+    _draw_error_construction(plate.add_plate_panel(_CONSTRUCTION_RECT), data)
+    error_labels = "theoretical displacement $\\xi_0 = r\\,\\sin(\\omega+\\delta)$, mm", "deviation from the exact error, µm"
+    _draw_approximation_errors(plate.add_plate_panel(_ERRORS_RECT, error_labels), data)
+    ellipse_labels = "piston travel from the crank end, % of the stroke", "valve’s displacement $\\xi$, mm"
+    _draw_valve_ellipse(plate.add_plate_panel(_ELLIPSE_RECT, ellipse_labels), data)
+    _draw_reuleaux_diagram(plate.add_plate_panel(_REULEAUX_RECT), data)
+    plate.write_dimensions(
+        f"eccentric $r$ = {r:.4g} mm,  rod $l$ = {eccentric.rod:.5g} mm,  advance $\\delta$ = {math.degrees(eccentric.advance):.4g}°;  "
+        f"neglected terms are of order $r^4/8l^3$ = {r**4 / (8 * eccentric.rod**3):.3g} mm"
     )
-    for k, caption in enumerate(captions):
-        write_text(figure, (0.03, 0.545)[k % 2], (0.862, 0.462)[k // 2], caption, 11.5, fontstyle="italic")
-    draw_error_construction(figure.add_axes(_PANEL_RECTS["construction"]), data)
-    draw_approximation_errors(figure.add_axes(_PANEL_RECTS["errors"]), data)
-    draw_valve_ellipse(figure.add_axes(_PANEL_RECTS["ellipse"]), data)
-    draw_reuleaux_diagram(figure.add_axes(_PANEL_RECTS["reuleaux"]), data)
-    r, rod = data.eccentric.radius, data.eccentric.rod
-    text = (
-        f"eccentric $r$ = {r * MM_PER_M:.4g} mm,  rod $l$ = {rod * MM_PER_M:.5g} mm,  advance $\\delta$ = "
-        f"{math.degrees(data.eccentric.advance):.4g}°;  neglected terms are of order $r^4/8l^3$ = "
-        f"{r**4 / (8 * rod**3) * MM_PER_M:.3g} mm"
-    )
-    write_text(figure, 0.5, 0.043, text.replace("= -", "= −"), 10.5, ha="center", color=MUTED)
-    return figure
+    return plate
+
+
+def _draw_error_construction(panel: PlatePanel, data: ValveDiagram) -> None:
+    """Draw the construction to scale (mm): valve circles on their line of centres, Marks' curves over it, one ray."""
+    eccentric, r = data.eccentric, data.eccentric.radius
+    panel.set(xlim=(-1.66 * r, 1.22 * r), ylim=(-0.66 * r, 0.66 * r), aspect="equal")
+    for ends in (([-1.18 * r, 1.18 * r], [0, 0]), ([0, 0], [-0.6 * r, 0.6 * r])):
+        panel.plot(*ends, color=MUTED, linewidth=0.7, linestyle=CHAIN_DOTTED, zorder=1)
+    for side in (1, -1):
+        panel.add_patch(Circle((side * r / 2, 0), r / 2, fill=False, edgecolor=INK, linewidth=0.9, zorder=3))
+    data.draw_displacement_curves(panel, eccentric.advance - math.pi / 2, linewidth=2.2, zorder=4)
+    x = np.linspace(-r, r, _N_CURVE_POINTS)
+    for _, error, colour, style in _APPROXIMATIONS:
+        panel.plot(x, np.asarray(error(eccentric, theoretical=x)), color=colour, linewidth=1.5, linestyle=style, zorder=5)
+    _draw_sample_ray(panel, data)
+    for side, text in ((1, "$m$"), (-1, "$m'$")):
+        position = side * r * math.sin(eccentric.advance)
+        panel.draw_point(position, 0, color=INK, markerfacecolor=PAPER, markersize=5, zorder=6)
+        panel.annotate_point((position, 0), text, (0, -14), ha="center", fontsize=11)
+    panel.annotate_point((0, 0), "$O$", (-9, -13), fontsize=11)
+    text = "Marks’ circle\nof radius $l$ and\nhis parabola\n(dashed), both\nthrough $m$, $m'$"
+    panel.annotate_point((-1.62 * r, 0.6 * r), text, va="top", color=GREEN, fontsize=9.5, linespacing=1.4)
+    panel.annotate_point((-1.62 * r, -0.58 * r), "thin: theory\nbold: mechanism", va="bottom", fontsize=9.5, linespacing=1.4)
+
+
+def _draw_sample_ray(panel: PlatePanel, data: ValveDiagram) -> None:
+    """Draw one ray: its chord in the valve circle, transferred to the line of centres; there the error, transferred to the ray."""
+    angle, r = _SAMPLE_RAY_ANGLE, data.eccentric.radius
+    x = r * math.cos(angle)
+    z = float(closed.hyperbola_error(data.eccentric, theoretical=x))
+    panel.plot(*polar_points(angle, [0, 1.16 * r]), color=INK, linewidth=0.9, zorder=3)
+    panel.plot(*polar_points(np.linspace(0.0, angle, 40), x), color=MUTED, linewidth=0.8, linestyle=DASHED, zorder=3)
+    for line in (([x, x], [0.0, z]), polar_points(angle, [x, x + z])):
+        panel.plot(*line, color=VERMILLION, linewidth=3.0, zorder=7, solid_capstyle="butt")
+    panel.draw_point(*polar_points(angle, x), color=INK, markerfacecolor=PAPER, markersize=5, zorder=8)
+    panel.annotate_point(polar_points(angle, x), "$P$", (-4, 9), fontsize=11)
+    panel.annotate_point(polar_points(angle, 1.1 * r), f"$z$ = {z:.2f} mm", (4, -9), color=VERMILLION)
+
+
+def _draw_approximation_errors(panel: PlatePanel, data: ValveDiagram) -> None:
+    """Draw the errors of parabola and circle relative to the exact curve (um), with points of the mechanism on the exact curve."""
+    eccentric, r = data.eccentric, data.eccentric.radius
+    centre_shift = data.timing.centre * MM_PER_M - closed.equal_lead_centre(eccentric)
+    simulated_errors = data.displacement - data.theoretical_displacement + centre_shift
+    deviations = simulated_errors - np.asarray(closed.hyperbola_error(eccentric, theoretical=data.theoretical_displacement))
+    panel.plot(data.theoretical_displacement[::10], deviations[::10] * _UM_PER_MM, "o", color=BLUE, markersize=4.5, zorder=3)
+    panel.axhline(0, color=BLUE, linewidth=0.9, zorder=2)
+    x = np.linspace(-r, r, _N_CURVE_POINTS)
+    exact_errors = np.asarray(closed.hyperbola_error(eccentric, theoretical=x))
+    curves = [(np.asarray(error(eccentric, theoretical=x)) - exact_errors) * _UM_PER_MM for _, error, _, _ in _APPROXIMATIONS]
+    low, high = np.min(curves), np.max(curves)
+    panel.set(xlim=(-1.06 * r, 1.06 * r), ylim=(low - 0.2 * (high - low), high + 0.25 * (high - low)))
+    label_positions = ((-0.35 * r, high), "center"), ((r, float(curves[1][-1])), "right")
+    for z, (name, _, colour, style), (position, alignment) in zip(curves, _APPROXIMATIONS, label_positions, strict=True):
+        panel.plot(x, z, color=colour, linewidth=2.0, linestyle=style, zorder=4)
+        panel.annotate_point(position, f"{name}: at most {np.abs(z).max():.3g} µm", (0, 8), ha=alignment, va="bottom", color=colour)
+    text = "on the hyperbola $(z+d)^2-\\xi_0^2=l^2-r^2$:\npoints of the mechanism"
+    panel.annotate_point((0, 0), text, (0, -7), ha="center", va="top", color=BLUE, linespacing=1.4, fontsize=9.5)
+
+
+def _draw_valve_ellipse(panel: PlatePanel, data: ValveDiagram) -> None:
+    """Draw the valve displacement over the piston travel: the theoretical ellipse, and the curve with two finite rods."""
+    panel.plot(100 * data.theoretical_piston_travel, data.theoretical_displacement, color=INK, linewidth=0.9, zorder=3)
+    panel.plot(100 * data.piston_travel, data.displacement, color=BLUE, linewidth=2.4, zorder=4)
+    for lap, text in ((data.outside_lap, "$e$"), (-data.outside_lap, "$−e$"), (data.inside_lap, "$i$"), (-data.inside_lap, "$−i$")):
+        panel.axhline(lap, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=2)
+        panel.annotate_point((104, lap), text, (5, 0), va="center", color=MUTED, fontsize=10)
+    for event in data.timing.rows:
+        piston_travel = event.simulated_stroke if event.name.startswith("crank end") else 1 - event.simulated_stroke
+        lap = float(np.interp(event.simulated, data.angles, data.displacement))
+        style = {"color": event_kind_and_colour(event)[1], "markeredgecolor": PAPER, "markersize": 7, "zorder": 6}
+        panel.draw_point(100 * piston_travel, lap, **style)
+    panel.set_xlim(-4, 104)
+    for end, side, colour in CYLINDER_ENDS:
+        position = 50 - 23 * side, 0.68 * side * float(np.max(side * data.displacement))
+        panel.annotate_point(position, f"steam to the {end}", ha="center", va="center", color=colour, fontstyle="italic")
+    panel.annotate_point((0, 0.86 * float(data.theoretical_displacement.min())), "thin: both rods infinite", fontsize=9.5)
+
+
+def _draw_reuleaux_diagram(panel: PlatePanel, data: ValveDiagram) -> None:
+    """Draw Reuleaux's circle: the distance of the crank pin from a diameter inclined by the advance, with lines at the laps."""
+    r, advance = data.eccentric.radius, data.eccentric.advance
+    panel.set(xlim=(-1.75 * r, 1.75 * r), ylim=(-1.1 * r, 1.1 * r), aspect="equal")
+    panel.add_patch(Circle((0, 0), r, fill=False, edgecolor=INK, linewidth=1.1, zorder=3))
+    panel.plot([-1.06 * r, 1.06 * r], [0, 0], color=MUTED, linewidth=0.7, linestyle=CHAIN_DOTTED, zorder=1)
+    diameter_direction = np.array([math.cos(advance), -math.sin(advance)])
+    normal_direction = np.array([math.sin(advance), math.cos(advance)])
+    panel.plot(*np.outer(diameter_direction, [-1.12 * r, 1.12 * r]), color=INK, linewidth=0.9, linestyle=CHAIN_DOTTED, zorder=2)
+    for event in data.timing.rows:
+        event_kind, colour = event_kind_and_colour(event)
+        if event_kind in ("admission", "release"):
+            lap_distance = closed.event_threshold(event.name, outside_lap=data.outside_lap, inside_lap=data.inside_lap)
+            half_chord = math.sqrt(max(r**2 - lap_distance**2, 0.0))
+            line = lap_distance * normal_direction[:, None] + np.outer(diameter_direction, [-half_chord, half_chord])
+            panel.plot(*line, color=colour, linewidth=1.2, zorder=3)
+        panel.plot(*polar_points(event.theory, [0, r]), color=colour, linewidth=0.7, zorder=2.5)
+        panel.draw_point(*polar_points(event.theory, r), color=colour, markeredgecolor=PAPER, markersize=6, zorder=6)
+    data.label_events(panel, [event.theory for event in data.timing.rows], r, _LABEL_STYLE)
+    start, arrow = 0.1 * r * diameter_direction, 0.62 * r * normal_direction
+    panel.annotate("", tuple(start + arrow), tuple(start), arrowprops={"arrowstyle": "<->", "color": MUTED, "linewidth": 0.7})
+    panel.plot(*polar_points(np.linspace(-advance, 0.0, 30), 0.78 * r), color=MUTED, linewidth=0.8, zorder=3)
+    panel.annotate_point(polar_points(-advance / 2, 0.78 * r), "$\\delta$", (5, 0), va="center", color=MUTED)
+    panel.annotate_point(tuple(start + 0.5 * arrow), "$\\xi_0$", (8, 0), color=MUTED)

@@ -1,31 +1,61 @@
-"""Zeuner's plate: the polar diagram of a slide valve, simulated curves over the theoretical circles, and the steam phases."""
+"""Zeuner's plate: the polar diagram of a slide valve, simulated curves over the theoretical circles, and the steam phases.
+
+The crank rotates anticlockwise from the dead centre at the crank end, at the right.
+"""
 
 from __future__ import annotations
 
 import math
 import os
 from pathlib import Path
+from typing import Any
 
-from matplotlib.figure import Figure
+import numpy as np
 from matplotlib.lines import Line2D
+from matplotlib.patches import Arc, Circle, Rectangle
 
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.figures.engraving_sheet import MM_PER_M, PLATE_HEIGHT, PLATE_WIDTH, new_plate, write_text
-from governor_mechanism.render.figures.page import require_png, save_png
-from governor_mechanism.render.figures.slide_valve.zeuner_data import ValveDiagramData, valve_diagram_data
-from governor_mechanism.render.figures.slide_valve.zeuner_panels import CYLINDER_ENDS, draw_polar_diagram, draw_stroke_diagram
-from governor_mechanism.render.style import INK, MUTED, RULE, SERIF_FONT
+from governor_mechanism.render.figures.engraving_sheet import CHAIN_DOTTED, DASHED, MM_PER_M, Plate, PlatePanel, polar_points
+from governor_mechanism.render.figures.page import add_legend, require_png
+from governor_mechanism.render.figures.slide_valve.valve_diagram import CYLINDER_ENDS, EventLabelStyle, ValveDiagram, event_kind_and_colour
+from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SERIF_FONT, VERMILLION
 from governor_mechanism.studies.slide_valve.valve_timing import ValveEvent
 
-MARKS_SOURCE = "after Müller-Melchiors on W. D. Marks, Dinglers Polytechnisches Journal 241 (1881), p. 161"
-_HEADING = "Zeuner’s diagram of the slide valve"
-
+_CAPTIONS = {
+    (0.03, 0.862): "Fig. 1.  Valve displacement on the crank ray: circle by theory, bold curve by the mechanism",
+    (0.605, 0.862): "Valve events of the mechanism",
+    (0.605, 0.36): "Fig. 2.  Steam phases over the stroke",
+}
 _POLAR_RECT = (0.028, 0.07, 0.545, 0.785)
 _STROKES_RECT = (0.645, 0.115, 0.287, 0.205)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
 _COLUMN_POSITIONS = (0.605, 0.742, 0.805, 0.866, 0.917, 0.965)
 """Left edge of the first column of the table, right edges of the others, in fractions of the figure."""
+
+_STEAM_COLOURS = {BLUE: "#cfe4f1", VERMILLION: "#f8dcc6"}
+"""Fill colours by the colours of the two ends."""
+
+_RIM_RATIO, _RIM_CLEARANCE_RATIO, _HALF_HEIGHT_RATIO = 1.22, 1.08, 1.23
+"""Radius of the crank circle over the eccentricity, its least ratio to the displacement; half height of the panel over the crank circle."""
+
+_MIN_LABELLED_STROKE_PERCENT = 14.0
+"""Smallest part of the stroke (percent) with a label."""
+
+_STEAM_PHASES = (
+    ("start", "cut-off", 0.8, "steam"),
+    ("cut-off", "release", 0.8, "expansion"),
+    ("release", "end", 0.8, "exhaust"),
+    ("compression", "end", 0.0, "exhaust"),
+    ("admission", "compression", 0.0, "compression"),
+    ("start", "admission", 0.0, "steam"),
+)
+"""Events at the left and the right end of each phase on the stroke, its height in the diagram (outward above, return below), and name."""
+
+_LABEL_STYLE = EventLabelStyle(size=10.5, offset=(3, 2), centred=(0.05, 0.55), margins=(8.0, 8.0, 8.0, 0.0), legend_size=(125.0, 62.0))
+
+_MIN_LABEL_DISTANCE_DEG = 4.5
+"""Smallest distance (deg) of an angle label from an event."""
 
 
 def zeuner_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
@@ -34,70 +64,187 @@ def zeuner_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
     Raises MechanismError for another machine. An exception leaves no file behind.
     """
     require_png(path)
-    return save_png(draw_zeuner_plate(valve_diagram_data(scene)), path)
+    return draw_zeuner_plate(ValveDiagram.from_scene(scene)).save_png(path)
 
 
-def draw_zeuner_plate(data: ValveDiagramData) -> Figure:
+def draw_zeuner_plate(data: ValveDiagram) -> Plate:
     """Return the plate as a figure."""
-    figure = new_plate(_HEADING, data.title, MARKS_SOURCE)
-    caption = "Fig. 1.  Valve displacement on the crank ray: circle by theory, bold curve by the mechanism"
-    write_text(figure, 0.03, 0.862, caption, 11.5, fontstyle="italic")
-    draw_polar_diagram(figure.add_axes(_POLAR_RECT), data, _POLAR_RECT[2] * PLATE_WIDTH / (_POLAR_RECT[3] * PLATE_HEIGHT))
-    _write_event_table(figure, data)
-    write_text(figure, 0.605, 0.36, "Fig. 2.  Steam phases over the stroke", 11.5, fontstyle="italic")
-    draw_stroke_diagram(figure.add_axes(_STROKES_RECT), data)
-    _write_dimensions(figure, data)
-    return figure
+    plate = data.new_plate("Zeuner’s diagram of the slide valve", _CAPTIONS)
+    _draw_polar_diagram(plate.add_plate_panel(_POLAR_RECT), data)
+    _write_event_table(plate, data)
+    _draw_stroke_diagram(plate.add_plate_panel(_STROKES_RECT, ("stroke from the dead centre of each end, %", "")), data)
+    _write_dimensions(plate, data)
+    return plate
 
 
-def _write_event_table(figure: Figure, data: ValveDiagramData) -> None:
+def _draw_polar_diagram(panel: PlatePanel, data: ValveDiagram) -> None:
+    """Draw the polar diagram, in mm of the valve displacement, with the crank circle outside all curves."""
+    rim_radius = max(_RIM_RATIO * data.eccentric.radius, _RIM_CLEARANCE_RATIO * float(np.max(np.abs(data.displacement))))
+    panel.show_region((0.0, 0.0), panel.aspect_ratio * _HALF_HEIGHT_RATIO * rim_radius)
+    panel.set_aspect("equal")
+    _draw_rim(panel, data, rim_radius)
+    _draw_steam_areas(panel, data)
+    _draw_circles(panel, data)
+    for event in data.timing.rows:
+        _draw_event_ray(panel, event, rim_radius)
+    data.label_events(panel, [event.simulated for event in data.timing.rows], 1.06 * rim_radius, _LABEL_STYLE)
+    data.draw_displacement_curves(panel, linewidth=2.4, zorder=5, solid_capstyle="round")
+    _label_diagram(panel, data, rim_radius)
+    _draw_advance_angle(panel, rim_radius, data.eccentric.advance)
+    _add_legend(panel)
+
+
+def _draw_rim(panel: PlatePanel, data: ValveDiagram, rim_radius: float) -> None:
+    """Draw the crank circle with a degree scale, and the axes."""
+    panel.add_patch(Circle((0, 0), rim_radius, fill=False, edgecolor=INK, linewidth=1.1, zorder=3))
+    panel.add_patch(Circle((0, 0), 1.025 * rim_radius, fill=False, edgecolor=MUTED, linewidth=0.5, zorder=3))
+    event_angles = [math.degrees(event.simulated) for event in data.timing.rows]
+    for degree in range(0, 360, 2):
+        length = 1.025 if degree % 10 else 1.045
+        panel.plot(*polar_points(math.radians(degree), [rim_radius, length * rim_radius]), color=MUTED, linewidth=0.5, zorder=3)
+        is_clear = all(abs(math.remainder(degree - other, 360)) >= _MIN_LABEL_DISTANCE_DEG for other in event_angles)
+        if degree % 30 == 0 and is_clear:
+            position = polar_points(math.radians(degree), 1.08 * rim_radius)
+            panel.annotate_point(position, f"{degree}°", ha="center", va="center", fontsize=8.5, color=MUTED)
+    for ends in (((-rim_radius, rim_radius), (0, 0)), ((0, 0), (-rim_radius, rim_radius))):
+        panel.plot(*ends, color=MUTED, linewidth=0.7, linestyle=CHAIN_DOTTED, zorder=1)
+
+
+def _draw_steam_areas(panel: PlatePanel, data: ValveDiagram) -> None:
+    """Draw the admission areas between the circle of the outside lap and the valve curve."""
+    lap = max(data.outside_lap, 0.0)
+    for _, side, colour in CYLINDER_ENDS:
+        length = side * data.displacement
+        is_open = length > lap
+        angles, lengths = data.angles[is_open], length[is_open]
+        # Start at the first open angle, because the opening of the crank end includes the dead centre.
+        gaps = np.flatnonzero(np.diff(angles) > 1.5 * math.tau / (len(data.angles) - 1))
+        first = int(gaps[0]) + 1 if len(gaps) else 0
+        angles, lengths = np.roll(angles, -first), np.roll(lengths, -first)
+        edge = polar_points(np.append(angles, angles[::-1]), np.append(lengths, np.full(len(angles), lap)))
+        panel.fill(*edge, color=_STEAM_COLOURS[colour], linewidth=0, zorder=0.5)
+
+
+def _draw_circles(panel: PlatePanel, data: ValveDiagram) -> None:
+    """Draw the two theoretical valve circles, their line of centres, and the lap circles."""
+    r, advance = data.eccentric.radius, data.eccentric.advance
+    x, y = math.sin(advance) * r / 2, math.cos(advance) * r / 2
+    for sign in (1, -1):
+        panel.add_patch(Circle((sign * x, sign * y), r / 2, fill=False, edgecolor=INK, linewidth=0.9, zorder=4))
+        panel.draw_point(sign * x, sign * y, color=INK, markersize=3, zorder=5)
+    panel.plot([-2.3 * x, 2.3 * x], [-2.3 * y, 2.3 * y], color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=2)
+    for lap in (data.outside_lap, data.inside_lap):
+        panel.add_patch(Circle((0, 0), abs(lap), fill=False, edgecolor=MUTED, linewidth=0.9, zorder=3))
+
+
+def _draw_event_ray(panel: PlatePanel, event: ValveEvent, rim_radius: float) -> None:
+    """Draw the crank at an event, solid for the mechanism and dashed for the theory."""
+    _, colour = event_kind_and_colour(event)
+    for angle, width, line_colour, style in ((event.simulated, 1.1, colour, "-"), (event.theory, 0.6, INK, DASHED)):
+        panel.plot(*polar_points(angle, [0, rim_radius]), linewidth=width, color=line_colour, linestyle=style, zorder=3.5)
+    panel.draw_point(*polar_points(event.simulated, rim_radius), color=colour, markeredgecolor=PAPER, markersize=6, zorder=6)
+
+
+def _label_diagram(panel: PlatePanel, data: ValveDiagram, rim_radius: float) -> None:
+    """Label the curves, circles and dead centres."""
+    r, line_of_centres_angle = data.eccentric.radius, math.pi / 2 - data.eccentric.advance
+    text_style: dict[str, Any] = {"ha": "center", "va": "center", "fontstyle": "italic", "linespacing": 1.4}
+    for end, side, colour in CYLINDER_ENDS:
+        text = f"steam to the {end}\n$\\xi \\leq$ {float(np.max(side * data.displacement)):.1f} mm"
+        panel.annotate_point(polar_points(line_of_centres_angle, side * 0.62 * r), text, color=colour, **text_style)
+    for lap, text in ((data.outside_lap, "$e$"), (data.inside_lap, "$i$")):
+        if lap:
+            position = polar_points(line_of_centres_angle + math.radians(25), abs(lap))
+            offset = (0, -8) if abs(lap) > 0.15 * r else (5, 7)
+            panel.annotate_point(position, text, offset, ha="center", va="center", color=MUTED, fontsize=11)
+    for side, end, height, ha, va in ((1, "crank end", 4, "right", "bottom"), (-1, "head end", -5, "left", "top")):
+        note_style = {"ha": ha, "va": va, "fontsize": 9.5, "color": MUTED, "fontstyle": "italic"}
+        panel.annotate_point((side * 0.985 * rim_radius, 0), f"dead centre, {end}", (0, height), **note_style)
+
+
+def _draw_advance_angle(panel: PlatePanel, rim_radius: float, advance: float) -> None:
+    """Draw the angle of advance at the rim."""
+    low, high = sorted((math.pi / 2 - advance, math.pi / 2))
+    arc = Arc((0, 0), 1.84 * rim_radius, 1.84 * rim_radius, theta1=math.degrees(low), theta2=math.degrees(high))
+    arc.set(color=MUTED, linewidth=0.8, zorder=3)
+    panel.add_patch(arc)
+    middle = polar_points(math.pi / 2 - advance / 2, 0.92 * rim_radius)
+    panel.annotate_point(middle, "$\\delta$", color=MUTED, ha="center", va="center", fontsize=12)
+
+
+def _add_legend(panel: PlatePanel) -> None:
+    """Add the legend of mechanism and theory in the corner."""
+    entries: dict[str, dict[str, Any]] = {
+        "displacement": {"color": BLUE, "linewidth": 2.4},
+        r"$r\,\sin(\omega+\delta)$, theory": {"color": INK, "linewidth": 0.9},
+        "event": {"color": BLUE, "linewidth": 1.1, "marker": "o", "markevery": [1]},
+        "event, theory": {"color": INK, "linewidth": 0.6, "linestyle": DASHED},
+    }
+    handles = [Line2D([], [], label=label, **style) for label, style in entries.items()]
+    text_style = {"fontfamily": SERIF_FONT, "fontsize": 9.5, "math_fontfamily": "stix", "color": MUTED}
+    add_legend(panel, text_style, handles=handles, loc="lower left", bbox_to_anchor=(-0.005, -0.01), handlelength=2.4)
+
+
+def _draw_stroke_diagram(panel: PlatePanel, data: ValveDiagram) -> None:
+    """Draw the phases of the steam at each end, as the piston goes out and back, over the stroke."""
+    panel.set(xlim=(0, 100), ylim=(-0.2, 3.75))
+    panel.spines["left"].set_visible(False)
+    panel.tick_params(left=False, labelleft=False)
+    for (end, _, colour), base in zip(CYLINDER_ENDS, (2.0, 0.0), strict=True):
+        events_by_name = {event_kind_and_colour(row)[0]: row for row in data.timing.rows if row.name.startswith(end)}
+        stroke_percent = {"start": 0.0, "end": 100.0, **{name: 100 * row.simulated_stroke for name, row in events_by_name.items()}}
+        for left_event, right_event, height, phase in _STEAM_PHASES:
+            left, right, floor = stroke_percent[left_event], stroke_percent[right_event], base + height
+            fill_colour = {"steam": _STEAM_COLOURS[colour], "compression": RULE}.get(phase, PAPER)
+            box = Rectangle((left, floor), right - left, 0.7, facecolor=fill_colour, edgecolor=colour, linewidth=1.0, zorder=2)
+            panel.add_patch(box)
+            if right - left > _MIN_LABELLED_STROKE_PERCENT:
+                panel.annotate_point(((left + right) / 2, floor + 0.35), phase, ha="center", va="center", fontsize=9.5)
+        for name, row in events_by_name.items():
+            floor = base + (0.8 if name in ("cut-off", "release") else 0.0)
+            panel.plot([100 * row.theory_stroke] * 2, [floor, floor + 0.7], color=INK, linewidth=1.0, linestyle=DASHED)
+        label_style = {"ha": "right", "va": "center", "color": colour, "linespacing": 1.3}
+        panel.annotate_point((0, base + 0.75), end.replace(" ", "\n"), (-7, 0), **label_style)
+        for text, height in (("out", 1.15), ("back", 0.35)):
+            panel.annotate_point((100, base + height), text, (5, 0), va="center", color=MUTED, fontsize=9.5)
+
+
+def _write_event_table(plate: Plate, data: ValveDiagram) -> None:
     """Write the table of valve events by cylinder end."""
     top, row_height = 0.862, 0.036
-    write_text(figure, _COLUMN_POSITIONS[0], top, "Valve events of the mechanism", 11.5, fontstyle="italic")
     column_headings = ("crank", "theory", "shift", "stroke", "theory")
     for x, column_heading, unit in zip(_COLUMN_POSITIONS[1:], column_headings, ("deg", "deg", "deg", "%", "%"), strict=True):
-        write_text(figure, x, top - 0.036, column_heading, 10.5, ha="right", color=MUTED)
-        write_text(figure, x, top - 0.056, unit, 8.5, ha="right", color=MUTED)
-    _draw_rule(figure, top - 0.064)
+        plate.write_text(x, top - 0.036, column_heading, 10.5, ha="right", color=MUTED)
+        plate.write_text(x, top - 0.056, unit, 8.5, ha="right", color=MUTED)
     y = top - 0.09
     for end, _, colour in CYLINDER_ENDS:
-        write_text(figure, _COLUMN_POSITIONS[0], y, end, 11, color=colour, fontstyle="italic")
-        for event in data.events.rows:
+        plate.write_text(_COLUMN_POSITIONS[0], y, end, 11, color=colour, fontstyle="italic")
+        for event in data.timing.rows:
             if event.name.startswith(end):
                 y -= row_height
-                _write_event_row(figure, y, event, colour)
+                _write_event_row(plate, y, event)
         y -= row_height + 0.008
-    _draw_rule(figure, y + row_height - 0.006)
+    for rule in (top - 0.064, y + row_height - 0.006):
+        plate.add_artist(Line2D([_COLUMN_POSITIONS[0], _COLUMN_POSITIONS[-1]], [rule, rule], color=RULE, linewidth=1.0))
 
 
-def _write_event_row(figure: Figure, y: float, event: ValveEvent, colour: str) -> None:
-    write_text(figure, _COLUMN_POSITIONS[0] + 0.012, y, event.name.rsplit(" ", 1)[1], 11.5, color=colour)
-    numbers = (
-        f"{math.degrees(event.simulated):.3f}",
-        f"{math.degrees(event.theory):.3f}",
-        f"{math.degrees(event.shift):+.3f}".replace("-", "−"),
-        f"{100 * event.simulated_stroke:.2f}",
-        f"{100 * event.theory_stroke:.2f}",
-    )
+def _write_event_row(plate: Plate, y: float, event: ValveEvent) -> None:
+    kind, colour = event_kind_and_colour(event)
+    plate.write_text(_COLUMN_POSITIONS[0] + 0.012, y, kind, 11.5, color=colour)
+    simulated, theory, shift = (math.degrees(angle) for angle in (event.simulated, event.theory, event.shift))
+    strokes = (f"{100 * stroke:.2f}" for stroke in (event.simulated_stroke, event.theory_stroke))
+    numbers = (f"{simulated:.3f}", f"{theory:.3f}", f"{shift:+.3f}".replace("-", "−"), *strokes)
     for k, (x, number) in enumerate(zip(_COLUMN_POSITIONS[1:], numbers, strict=True)):
-        write_text(figure, x, y, number, 11.5, ha="right", color=MUTED if k in (1, 4) else INK)
+        plate.write_text(x, y, number, 11.5, ha="right", color=MUTED if k in (1, 4) else INK)
 
 
-def _draw_rule(figure: Figure, y: float) -> None:
-    figure.add_artist(Line2D([_COLUMN_POSITIONS[0], _COLUMN_POSITIONS[-1]], [y, y], color=RULE, linewidth=1.0))
-
-
-def _write_dimensions(figure: Figure, data: ValveDiagramData) -> None:
+def _write_dimensions(plate: Plate, data: ValveDiagram) -> None:
     """Write the dimensions of the valve gear below the diagram."""
     eccentric, crank_train = data.eccentric, data.crank_train
-    rods = [
-        f"${name}$ = {'∞' if math.isinf(value) else f'{value * MM_PER_M:.5g} mm'}"
-        for name, value in (("l", eccentric.rod), ("L", crank_train.rod))
-    ]
-    leads = " and ".join(f"{lead * MM_PER_M:.4g}" for lead in data.events.leads)
-    text = (
-        f"eccentric $r$ = {eccentric.radius * MM_PER_M:.4g} mm,  rod {rods[0]},  advance $\\delta$ = "
-        f"{math.degrees(eccentric.advance):.4g}°,  laps $e$ = {data.outside_lap * MM_PER_M:.4g}, $i$ = "
-        f"{data.inside_lap * MM_PER_M:.4g} mm,  crank $R$ = {crank_train.crank * MM_PER_M:.4g} mm,  rod {rods[1]};  leads {leads} mm"
+    rods = {name: "∞" if math.isinf(rod) else f"{rod:.5g} mm" for name, rod in (("l", eccentric.rod), ("L", crank_train.rod))}
+    leads = " and ".join(f"{lead * MM_PER_M:.4g}" for lead in data.timing.leads)
+    plate.write_dimensions(
+        f"eccentric $r$ = {eccentric.radius:.4g} mm,  rod $l$ = {rods['l']},  advance $\\delta$ = {math.degrees(eccentric.advance):.4g}°,  "
+        f"laps $e$ = {data.outside_lap:.4g}, $i$ = {data.inside_lap:.4g} mm,  "
+        f"crank $R$ = {crank_train.crank:.4g} mm,  rod $L$ = {rods['L']};  leads {leads} mm"
     )
-    write_text(figure, 0.5, 0.043, text.replace(" -", " −"), 10.5, ha="center", color=MUTED, fontfamily=SERIF_FONT)
