@@ -26,7 +26,9 @@ from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, SERIES_COLO
 from governor_mechanism.types import FloatArray
 
 if TYPE_CHECKING:
-    from governor_mechanism.studies.regulation.registry import ClearanceStudy, CyclicMotionStudy, FoldJumpStudy, SettlingStudy
+    from governor_mechanism.studies.regulation.cyclic_irregularity import ClearanceStudy, CyclicMotionStudy
+    from governor_mechanism.studies.regulation.fold_jump import FoldJumpStudy
+    from governor_mechanism.studies.regulation.settling_time import SettlingStudy
 
 
 _MM_PER_M = 1e3

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 
 from governor_mechanism.render.figures.page import label_axes, new_figure, save_png, style_axes, write_footnote, write_note, write_title
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, VERMILLION
-from governor_mechanism.studies.hartung.design import KILOGRAM_FORCE, HartungDesign, build_hartung_layout
+from governor_mechanism.studies.hartung.design import HartungDesign, build_hartung_layout
+from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE
 from governor_mechanism.studies.hartung.paper_comparison import (
     PAPER_SPEEDS,
     PRINTED_SPRING_FORCES,
