@@ -250,7 +250,8 @@ def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFin
         raise MechanismError(*(find_problems(request.values[0]) or [no_range_message]))
     values = _parse_values(request, kind, find_problems)
     if request.range_count is not None:
-        values = list(_interpolate_range(*values, request.range_count))
+        low, high = values
+        values = list(_interpolate_range(low, high, request.range_count))
     suspicious_limit, _ = UNITLESS_LIMITS.get(kind or "", (math.inf, math.inf))
 
     def to_document_value(value: Any) -> Any:
