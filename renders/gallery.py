@@ -16,7 +16,9 @@ from governor_mechanism.render.figures.speed_curve import speed_curve_figure
 from governor_mechanism.render.figures.time_series import readings_figure
 from governor_mechanism.render.figures.work_precision import work_precision_figure
 from governor_mechanism.scenes.library import shipped_scenes
-from governor_mechanism.studies.regulation import registry as studies
+from governor_mechanism.studies.regulation.cyclic_irregularity import CLEARANCES, FLUCTUATION_RATIOS, study_clearance, study_cyclic_motion
+from governor_mechanism.studies.regulation.fold_jump import RAMP_RATES, study_fold_jump
+from governor_mechanism.studies.regulation.settling_time import DAMPING_COEFFICIENTS, study_settling
 
 FOLDER = Path(__file__).parent
 
@@ -73,11 +75,11 @@ def main() -> None:
 
 def _write_regulation_figures() -> None:
     """Write the figures of the regulation studies."""
-    figures.cyclic_figure(studies.study_cyclic_motion(gm.load("porter_cyclic"), studies.FLUCTUATION_RATIOS), FOLDER / "cyclic.png")
-    clearance_studies = [studies.study_clearance(gm.load(name), studies.CLEARANCES) for name in ("porter_clearance", "watt_clearance")]
+    figures.cyclic_figure(study_cyclic_motion(gm.load("porter_cyclic"), FLUCTUATION_RATIOS), FOLDER / "cyclic.png")
+    clearance_studies = [study_clearance(gm.load(name), CLEARANCES) for name in ("porter_clearance", "watt_clearance")]
     figures.clearance_figure(clearance_studies, FOLDER / "clearance.png")
-    figures.settling_figure(studies.study_settling(gm.load("porter_load_step"), studies.DAMPING_COEFFICIENTS), FOLDER / "settling.png")
-    figures.fold_jump_figure(studies.study_fold_jump(gm.load("watt_improved"), studies.RAMP_RATES), FOLDER / "jump.png")
+    figures.settling_figure(study_settling(gm.load("porter_load_step"), DAMPING_COEFFICIENTS), FOLDER / "settling.png")
+    figures.fold_jump_figure(study_fold_jump(gm.load("watt_improved"), RAMP_RATES), FOLDER / "jump.png")
 
 
 if __name__ == "__main__":

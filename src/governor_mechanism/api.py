@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from governor_mechanism.statics.stability_limit import StabilityLimit
     from governor_mechanism.studies.effect_ablation import EffectsStudy
     from governor_mechanism.studies.slide_valve.valve_timing import ValveTiming
-    from governor_mechanism.studies.sweep.run import Sweep
+    from governor_mechanism.studies.sweep.results import Sweep
     from governor_mechanism.studies.work_precision.results import AccuracyStudy
     from governor_mechanism.types import FloatArray
-    from governor_mechanism.verification.registry import CheckReport
+    from governor_mechanism.verification.report import CheckReport
 
     SceneSource = Scene | str | Path
     FloatValues = Sequence[float] | FloatArray

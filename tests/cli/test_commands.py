@@ -265,7 +265,7 @@ def test_an_accuracy_that_is_none_is_refused_before_anything_runs(tmp_path):
 
 
 def test_how_a_governor_regulates_is_asked_from_the_command_line(tmp_path, monkeypatch):
-    monkeypatch.setattr("governor_mechanism.studies.regulation.registry.RAMP_RATES", [4e-3, 1e-3, 2.5e-4])
+    monkeypatch.setattr("governor_mechanism.studies.regulation.fold_jump.RAMP_RATES", [4e-3, 1e-3, 2.5e-4])
     result = call("regulation", "jump", "--out", str(tmp_path))
     assert result.exit_code == 0
     assert "falls below 6.32801 rad/s" in result.stdout

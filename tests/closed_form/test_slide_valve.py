@@ -57,7 +57,7 @@ def stroke(train: CrankTrain, angle: float, end: str) -> float:
 def test_the_events_are_met_to_the_printed_digits(ratio: int, row: tuple[object, ...]) -> None:
     name = str(row[0])
     theory, exact, _, shift, *strokes = (float(value) for value in row[1:])  # type: ignore[arg-type]
-    angles = [closed.event_angle(of_ratio(ratio), event=name, law=law, **LAPS) for law in ("theory", "exact")]
+    angles = [closed.event_angle(of_ratio(rod_ratio), event=name, **LAPS) for rod_ratio in (math.inf, ratio)]
     for angle, printed in zip(angles, (theory, exact), strict=True):
         is_printed(math.degrees(angle), printed)
     # the shift cancels from some 360 deg to as little as 0.09: four digits of double precision
@@ -241,13 +241,13 @@ def test_an_infinitely_long_rod_is_the_limit_of_long_ones() -> None:
 
 def changes(ratio: float) -> dict[str, float]:
     """What the error term does to each end, of its own: of what the text compares, the change from theory."""
-    eccentric, change = of_ratio(ratio), {}
+    exact, change = of_ratio(ratio), {}
     for end, side in (("crank end", 1.0), ("head end", -1.0)):
         at = {
             (law, event): math.remainder(
-                closed.event_angle(eccentric, event=f"{end} {event}", law=law, **LAPS) - (0 if side > 0 else math.pi), math.tau
+                closed.event_angle(eccentric, event=f"{end} {event}", **LAPS) - (0 if side > 0 else math.pi), math.tau
             )
-            for law in ("exact", "theory")
+            for law, eccentric in (("exact", exact), ("theory", of_ratio(math.inf)))
             for event in ("admission", "cut-off", "release", "compression")
         }
         later = {event: at["exact", event] - at["theory", event] for _, event in at}
@@ -255,8 +255,8 @@ def changes(ratio: float) -> dict[str, float]:
         change[f"{end} pre-admission"] = -later["admission"]
         change[f"{end} pre-release"] = -later["release"]
         change[f"{end} compression"] = -later["compression"]
-        every = np.asarray(closed.valve_displacement(eccentric, crank_angle=TURN)) * side
-        change[f"{end} displacement"] = every.max() - eccentric.radius
+        every = np.asarray(closed.valve_displacement(exact, crank_angle=TURN)) * side
+        change[f"{end} displacement"] = every.max() - exact.radius
     return change
 
 
@@ -283,7 +283,7 @@ def test_the_papers_sentence_on_the_two_ends_is_not_borne_out_by_its_formula(rat
         (lambda: Eccentric(radius=0.0, rod=0.06, advance=0.1), "radius must be above 0 m"),
         (lambda: Eccentric(radius=0.06, rod=0.24, advance=math.pi / 2), "between -90 and 90 deg; got 90 deg"),
         (lambda: closed.crank_angles_at(of_ratio(4), threshold=0.07), "never reaches the threshold.*threshold = 0.07 m"),
-        (lambda: closed.theoretical_crank_angles_at(of_ratio(4), threshold=-0.061), "never reaches the threshold"),
+        (lambda: closed.crank_angles_at(of_ratio(math.inf), threshold=-0.061), "never reaches the threshold"),
         (lambda: closed.parabola_error(of_ratio(4), theoretical=0.061), "cannot exceed the radius"),
         (lambda: closed.parabola_error(of_ratio(math.inf), theoretical=0.0), "needs a rod of finite length"),
         (lambda: closed.valve_distance(of_ratio(4), crank_angle=math.nan), "crank_angle must be finite"),

@@ -13,13 +13,8 @@ import governor_mechanism as gm
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.observables.static_forces import evaluate_derived_forces
 from governor_mechanism.render.figures.hartung.design import sleeve_force_figure, spring_lines_figure
-from governor_mechanism.studies.hartung.design import (
-    KILOGRAM_FORCE,
-    TECHNICAL_ATMOSPHERE,
-    HartungInputs,
-    build_hartung_layout,
-    design_hartung,
-)
+from governor_mechanism.studies.hartung.design import build_hartung_layout, design_hartung
+from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, TECHNICAL_ATMOSPHERE, HartungInputs
 from governor_mechanism.studies.hartung.paper_comparison import SLIDE_RULE_TOLERANCE, compare_with_paper
 from governor_mechanism.studies.hartung.scene_export import export_scene_document, format_scene_toml
 from reference import hartung

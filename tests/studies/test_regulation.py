@@ -14,13 +14,9 @@ from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.render.figures.regulation import clearance_figure, cyclic_figure, fold_jump_figure, settling_figure
-from governor_mechanism.studies.regulation.registry import (
-    SettlingStudy,
-    study_clearance,
-    study_cyclic_motion,
-    study_fold_jump,
-    study_settling,
-)
+from governor_mechanism.studies.regulation.cyclic_irregularity import study_clearance, study_cyclic_motion
+from governor_mechanism.studies.regulation.fold_jump import study_fold_jump
+from governor_mechanism.studies.regulation.settling_time import SettlingStudy, study_settling
 from reference.zehnder import CYCLIC_MOTION, FOLD_JUMP, SLOW_FOLD_JUMP, half_unit_of_last_digit
 
 

@@ -15,8 +15,7 @@ from governor_mechanism.engines.reduced.batch import ReducedBatch
 from governor_mechanism.render.figures.sweep import sweep_figure
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.sweep.batch_rows import BatchedRows
-from governor_mechanism.studies.sweep.grid_spec import MAX_SWEEP_ROWS
-from governor_mechanism.studies.sweep.parameters import parse_axes, replace_document_value
+from governor_mechanism.studies.sweep.parameters import MAX_SWEEP_ROWS, parse_axes, replace_document_value
 from governor_mechanism.studies.sweep.quantities import find_reading_units
 from governor_mechanism.studies.sweep.run import compute_rows
 from governor_mechanism.units.quantities import QUANTITY_KINDS

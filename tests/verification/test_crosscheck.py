@@ -124,7 +124,7 @@ def test_a_run_that_ends_early_is_noted_and_compared_as_far_as_it_went():
 def test_a_run_worse_than_asked_does_not_widen_its_own_tolerance(monkeypatch):
     scene = governor_scene(PORTER, speed=13.0, angle=0.9)
     coarse = ImpulseEngine(step=2e-2, plain=True)
-    monkeypatch.setattr(pendulum, "run_scene", lambda scene: coarse.run(scene))
+    monkeypatch.setattr(pendulum.comparisons, "run_scene", lambda scene: coarse.run(scene))
     report = gm.crosscheck(scene)
     assert not next(row for row in report.rows if row.quantity.startswith("arm angle in motion")).passed
 

@@ -37,8 +37,8 @@ def design(
     Writes figures and a scene file that can be run. With the inputs of the paper, the printed numbers are compared with the
     recomputed ones and misprints are marked.
     """
-    from governor_mechanism.studies.hartung.design import PAPER_INPUTS, design_hartung
-    from governor_mechanism.studies.hartung.inputs import parse_inputs
+    from governor_mechanism.studies.hartung.design import design_hartung
+    from governor_mechanism.studies.hartung.inputs import PAPER_INPUTS, parse_inputs
     from governor_mechanism.studies.hartung.paper_comparison import compare_with_paper
 
     prepare_folder(out)

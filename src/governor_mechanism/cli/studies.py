@@ -93,16 +93,21 @@ def regulation(
     """
     from governor_mechanism.engines.rotating_part import rotating_part_alone
     from governor_mechanism.render.figures import regulation as figures
-    from governor_mechanism.studies.regulation import registry as studies
+    from governor_mechanism.studies.regulation.cyclic_irregularity import (
+        CLEARANCES,
+        FLUCTUATION_RATIOS,
+        study_clearance,
+        study_cyclic_motion,
+    )
+    from governor_mechanism.studies.regulation.fold_jump import RAMP_RATES, study_fold_jump
+    from governor_mechanism.studies.regulation.settling_time import DAMPING_COEFFICIENTS, study_settling
 
     prepare_folder(out)
     path = out / f"{study.value}.png"
     with show_status("running"):
         match study:
             case RegulationStudy.CYCLIC:
-                cyclic_study = studies.study_cyclic_motion(
-                    rotating_part_alone(gm.load(scene or "porter_cyclic")), studies.FLUCTUATION_RATIOS
-                )
+                cyclic_study = study_cyclic_motion(rotating_part_alone(gm.load(scene or "porter_cyclic")), FLUCTUATION_RATIOS)
                 figures.cyclic_figure(cyclic_study, path)
                 conclusion = (
                     f"cyclic sleeve motion from a speed fluctuation of {cyclic_study.threshold:.6g} insensitivity bands; "
@@ -110,17 +115,15 @@ def regulation(
                 )
             case RegulationStudy.CLEARANCE:
                 names = [scene] if scene else ["porter_clearance", "watt_clearance"]
-                clearance_studies = [studies.study_clearance(rotating_part_alone(gm.load(name)), studies.CLEARANCES) for name in names]
+                clearance_studies = [study_clearance(rotating_part_alone(gm.load(name)), CLEARANCES) for name in names]
                 figures.clearance_figure(clearance_studies, path)
                 conclusion = "\n".join(f"{one.title}: {one.conclusion}" for one in clearance_studies)
             case RegulationStudy.SETTLING:
-                settling_study = studies.study_settling(
-                    rotating_part_alone(gm.load(scene or "porter_load_step")), studies.DAMPING_COEFFICIENTS
-                )
+                settling_study = study_settling(rotating_part_alone(gm.load(scene or "porter_load_step")), DAMPING_COEFFICIENTS)
                 figures.settling_figure(settling_study, path)
                 conclusion = f"shortest settling time {settling_study.best[1]:.4g} s with a dashpot of {settling_study.best[0]:.4g} N s/m"
             case RegulationStudy.JUMP:
-                fold_jump_study = studies.study_fold_jump(rotating_part_alone(gm.load(scene or "watt_improved")), studies.RAMP_RATES)
+                fold_jump_study = study_fold_jump(rotating_part_alone(gm.load(scene or "watt_improved")), RAMP_RATES)
                 figures.fold_jump_figure(fold_jump_study, path)
                 conclusion = (
                     f"falls below {fold_jump_study.fold_speed:.6g} rad/s with a delay of order rate^"

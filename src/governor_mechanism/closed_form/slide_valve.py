@@ -292,26 +292,16 @@ def crank_angles_at(eccentric: Eccentric, *, threshold: FloatOrArray, centre: fl
     """Return the crank angles (rad, 0 to 2 pi) at which the displacement passes a threshold t (m): rising, then falling.
 
     By the law of cosines, with the centre c of `valve_displacement`: sin(w + d) = ((c + t)^2 + r^2 - l^2) / (2 r (c + t)). With an
-    infinitely long rod it is (c + t) / r.
+    infinitely long rod, Zeuner's law without an error term, it is (c + t) / r.
     """
     t, r, rod = validate_argument(threshold, "threshold", "m"), eccentric.radius, eccentric.rod
     if eccentric.has_infinite_rod:
-        return _rising_and_falling_angles(eccentric, (t + (centre or 0.0)) / r, t)
-    s = t + (equal_lead_centre(eccentric) if centre is None else centre)
-    return _rising_and_falling_angles(eccentric, (s**2 + (r - rod) * (r + rod)) / (2 * r * s), t)
-
-
-def theoretical_crank_angles_at(eccentric: Eccentric, *, threshold: FloatOrArray) -> tuple[FloatOrArray, FloatOrArray]:
-    """Return the same angles by Zeuner's law without an error term, r sin(w + d) = t."""
-    t = validate_argument(threshold, "threshold", "m")
-    return _rising_and_falling_angles(eccentric, t / eccentric.radius, t)
-
-
-def _rising_and_falling_angles(eccentric: Eccentric, sine: FloatArray, threshold: FloatArray) -> tuple[FloatOrArray, FloatOrArray]:
-    """Return both solutions of sin(w + d) = sine as crank angles from 0 to 2 pi (rad)."""
-    is_unreachable = np.abs(sine) > 1
-    raise_where(is_unreachable, "the valve never reaches the threshold: reduce the lap", ("threshold", threshold, "m"))
-    theta = np.arcsin(np.where(is_unreachable, 0.0, sine))
+        sine = (t + (centre or 0.0)) / r
+    else:
+        s = t + (equal_lead_centre(eccentric) if centre is None else centre)
+        sine = (s**2 + (r - rod) * (r + rod)) / (2 * r * s)
+    raise_where(np.abs(sine) > 1, "the valve never reaches the threshold: reduce the lap", ("threshold", t, "m"))
+    theta = np.arcsin(sine)
     rising, falling = (np.mod(angle - eccentric.advance, math.tau) for angle in (theta, math.pi - theta))
     return as_scalar_or_array(rising), as_scalar_or_array(falling)
 
@@ -335,10 +325,8 @@ def event_threshold(event: str, *, outside_lap: float, inside_lap: float) -> flo
     return side * (outside_lap if lap == "outside" else inside_lap)
 
 
-def event_angle(
-    eccentric: Eccentric, *, event: str, outside_lap: float, inside_lap: float, law: str = "exact", centre: float | None = None
-) -> float:
-    """Return the crank angle of a valve event.
+def event_angle(eccentric: Eccentric, *, event: str, outside_lap: float, inside_lap: float, centre: float | None = None) -> float:
+    """Return the crank angle of a valve event; with an infinitely long rod that of Zeuner's law.
 
     Parameters
     ----------
@@ -350,22 +338,17 @@ def event_angle(
         Outside lap, m.
     inside_lap
         Inside lap, m.
-    law
-        "exact", or "theory" for Zeuner's law.
     centre
-        Centre of the swing as in `valve_displacement`, m; for the exact law only.
+        Centre of the swing as in `valve_displacement`, m.
 
     Returns
     -------
     float
         Crank angle, rad, from 0 to 2 pi.
     """
-    t = event_threshold(event, outside_lap=outside_lap, inside_lap=inside_lap)
-    if law == "exact":
-        angles = crank_angles_at(eccentric, threshold=t, centre=centre)
-    else:
-        angles = theoretical_crank_angles_at(eccentric, threshold=t)
-    return float(angles[0] if VALVE_EVENTS[event][2] else angles[1])
+    threshold = event_threshold(event, outside_lap=outside_lap, inside_lap=inside_lap)
+    rising, falling = crank_angles_at(eccentric, threshold=threshold, centre=centre)
+    return float(rising if VALVE_EVENTS[event][2] else falling)
 
 
 def leads(eccentric: Eccentric, *, outside_lap: float, centre: float | None = None) -> tuple[float, float]:

@@ -324,23 +324,20 @@ def bearing_loads(train: CrankTrain, *, crank_angle: FloatOrArray, crank_rate: F
     crank_direction = _stack_xy(np.cos(t), np.sin(t))
     rod_direction, rod_normal = _stack_xy(np.cos(phi), -np.sin(phi)), _stack_xy(-np.sin(phi), -np.cos(phi))
     pin_acceleration = -train.crank * rate[..., None] ** 2 * crank_direction
-    rod_centre_acceleration = pin_acceleration + train.rod_centre * (
-        phi_acceleration[..., None] * rod_normal - phi_rate[..., None] ** 2 * rod_direction
-    )
+    swing_acceleration = phi_acceleration[..., None] * rod_normal - phi_rate[..., None] ** 2 * rod_direction
+    rod_centre_acceleration = pin_acceleration + train.rod_centre * swing_acceleration
     # What the crosshead gives the rod, along its line and across.
     axial_force = -train.crosshead_mass * np.asarray(crosshead_acceleration(train, crank_angle=t, crank_rate=rate))
     rod_inertia_force = train.rod_mass * (rod_centre_acceleration + weight)
-    transverse_moment = (
-        train.rod_centre * _cross_z(rod_direction, rod_inertia_force) - train.rod_inertia * phi_acceleration
-    )  # the slope grows clockwise
+    # The slope grows clockwise.
+    transverse_moment = train.rod_centre * _cross_z(rod_direction, rod_inertia_force) - train.rod_inertia * phi_acceleration
     transverse_force = (transverse_moment / train.rod + np.sin(phi) * -axial_force) / np.cos(phi)
     force_on_rod = _stack_xy(axial_force, transverse_force)
     pin = rod_inertia_force - force_on_rod
     main = train.crank_mass * (weight - train.crank_centre * rate[..., None] ** 2 * crank_direction) + pin
     torque = train.crank * _cross_z(crank_direction, pin) + train.crank_mass * train.crank_centre * gravity * np.cos(t)
-    return BearingLoads(
-        main=main, crank_pin=pin, gudgeon=-force_on_rod, guide=transverse_force + train.crosshead_mass * gravity, torque=torque
-    )
+    guide = transverse_force + train.crosshead_mass * gravity
+    return BearingLoads(main=main, crank_pin=pin, gudgeon=-force_on_rod, guide=guide, torque=torque)
 
 
 def _stack_xy(x: FloatArray, y: FloatArray) -> FloatArray:

@@ -179,19 +179,21 @@ def run_effects_study(
     chosen, _ = select_engine(scene.run.engine if engine == "auto" else engine, scene, accuracy)
     requested_accuracy = scene.run.accuracy if accuracy is None else accuracy
 
-    def run_repeatedly(variant: Scene) -> tuple[Trajectory, EffectCost]:
+    def run_repeatedly(make_scene: Callable[[], Scene]) -> tuple[Trajectory, EffectCost]:
+        variant = make_scene()
         runs = [chosen.run(variant, accuracy=requested_accuracy) for _ in range(N_TIMED_RUNS)]
         return runs[0], _cost_of_run(min(runs, key=lambda run: run.cost.wall_time))
 
-    base_run, base_cost = run_repeatedly(scene)
+    base_run, base_cost = run_repeatedly(lambda: scene)
     if not base_run.times.size:
         raise MechanismError(f"the scene itself cannot be run: {base_run.message}")
-    switches = dict(_effect_switches(scene))
+    parts = [(f"{part.name}." if len(scene.parts) > 1 else "", part) for part in scene.parts]
+    switches = {f"{prefix}{name}": switch for prefix, part in parts for name, switch in _effect_switches(scene, part)}
     rows = []
-    for n_done, (name, (listed, make_scene)) in enumerate(switches.items(), start=1):
-        rows.append(_compare_toggled(name, listed, base_run, base_cost, make_scene, run_repeatedly))
+    for name, (listed, make_scene) in switches.items():
+        rows.append(_compare_toggled(name, listed, base_run, base_cost, partial(run_repeatedly, make_scene)))
         if progress is not None:
-            progress(n_done, len(switches))
+            progress(len(rows), len(switches))
     return EffectsStudy(
         scene=scene,
         accuracy=requested_accuracy,
@@ -200,16 +202,11 @@ def run_effects_study(
         rows=tuple(rows),
         untried=tuple(
             f"{prefix}{effect.key}"
-            for prefix, part in _parts_by_prefix(scene)
+            for prefix, part in parts
             for effect in EFFECTS
             if f"{prefix}{effect.key}" not in switches and _is_applicable(part, effect)
         ),
     )
-
-
-def _parts_by_prefix(scene: Scene) -> list[tuple[str, Part]]:
-    """Return the parts with the start of the names of their effects: empty for the only part, or "part."."""
-    return [(f"{part.name}." if len(scene.parts) > 1 else "", part) for part in scene.parts]
 
 
 def _is_applicable(part: Part, effect: type[Effect]) -> bool:
@@ -227,21 +224,16 @@ def _cost_of_run(run: Trajectory) -> EffectCost:
 
 
 def _compare_toggled(
-    name: str,
-    listed: bool,
-    base_run: Trajectory,
-    base_cost: EffectCost,
-    make_scene: Callable[[], Scene],
-    run_repeatedly: Callable[[Scene], tuple[Trajectory, EffectCost]],
+    name: str, listed: bool, base_run: Trajectory, base_cost: EffectCost, run_toggled: Callable[[], tuple[Trajectory, EffectCost]]
 ) -> EffectComparison:
     changes: dict[str, float] = {}
     toggled_cost = None
     try:
-        toggled_run, toggled_cost = run_repeatedly(make_scene())
+        toggled_run, toggled_cost = run_toggled()
     except MechanismError as error:
         note = f"cannot be switched: {error.problems[0]}"
     else:
-        changes, note = dict(_reading_changes(base_run, toggled_run)), _early_end_note(base_run, toggled_run, listed)
+        changes, note = _reading_changes(base_run, toggled_run), _early_end_note(base_run, toggled_run, listed)
     scaled_changes = {reading: change / base_run.scales[reading] for reading, change in changes.items()}
     most_changed = max(scaled_changes, key=lambda reading: scaled_changes[reading], default="")
     return EffectComparison(
@@ -256,11 +248,13 @@ def _compare_toggled(
     )
 
 
-def _reading_changes(base_run: Trajectory, toggled_run: Trajectory) -> Iterator[tuple[str, float]]:
+def _reading_changes(base_run: Trajectory, toggled_run: Trajectory) -> dict[str, float]:
     n_shared = min(len(base_run.times), len(toggled_run.times))
-    for name, values in base_run.readings.items():
-        if name in toggled_run.readings:
-            yield name, float(np.max(np.abs(values[:n_shared] - toggled_run.readings[name][:n_shared]), initial=0.0))
+    return {
+        name: float(np.max(np.abs(values[:n_shared] - toggled_run.readings[name][:n_shared]), initial=0.0))
+        for name, values in base_run.readings.items()
+        if name in toggled_run.readings
+    }
 
 
 def _early_end_note(base_run: Trajectory, toggled_run: Trajectory, listed: bool) -> str:
@@ -272,15 +266,8 @@ def _early_end_note(base_run: Trajectory, toggled_run: Trajectory, listed: bool)
 EffectSwitch = tuple[bool, Callable[[], Scene]]
 
 
-def _effect_switches(scene: Scene) -> Iterator[tuple[str, EffectSwitch]]:
-    """Yield each effect that can be switched: its name, whether it is listed, and how to build the scene with it switched."""
-    for prefix, part in _parts_by_prefix(scene):
-        for name, switch in _part_switches(scene, part):
-            yield f"{prefix}{name}", switch
-
-
-def _part_switches(scene: Scene, part: Part) -> Iterator[tuple[str, EffectSwitch]]:
-    """Yield the same for the effects of one part."""
+def _effect_switches(scene: Scene, part: Part) -> Iterator[tuple[str, EffectSwitch]]:
+    """Yield each effect of a part that can be switched: its name, whether it is listed, and how to build the scene with it switched."""
     if scene.document:
         listed = {key for key, value in dict(_part_table(scene.document, part).get("effects", {})).items() if value is not False}
         for key in (effect.key for effect in EFFECTS if effect.key in listed):
@@ -293,7 +280,7 @@ def _part_switches(scene: Scene, part: Part) -> Iterator[tuple[str, EffectSwitch
             yield name, (False, partial(_replace_part, scene, part, effects=(*part.effects, default_effect)))
     if isinstance(part.spindle, Spindle) and part.spindle.speed_fluctuation:
         steady = replace(part.spindle, speed_fluctuation=0.0)
-        yield (SPEED_FLUCTUATION_KEY, (True, partial(_replace_part, scene, part, spindle=steady)))
+        yield SPEED_FLUCTUATION_KEY, (True, partial(_replace_part, scene, part, spindle=steady))
 
 
 def _part_table(document: Mapping[str, Any], part: Part) -> Any:
@@ -312,10 +299,8 @@ def _reparse_without(scene: Scene, part: Part, key: str) -> Scene:
     table = _part_table(document, part)
     table["effects"] = dict(table["effects"]) | {key: False}
     if key == "clearance":
-        start = dict(table.get("start", {}))
-        table["start"] = {name: value for name, value in start.items() if CLEARANCE_READING not in name}
-    parsed = parse_scene_document(document, scene.source)
-    return replace(parsed, run=scene.run)
+        table["start"] = {name: value for name, value in table.get("start", {}).items() if CLEARANCE_READING not in name}
+    return replace(parse_scene_document(document, scene.source), run=scene.run)
 
 
 def _drop_effect(scene: Scene, part: Part, effect_class: type[Effect]) -> Scene:

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from governor_mechanism.closed_form.arguments import FloatOrArray
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
@@ -41,14 +42,26 @@ def without_output_effects(scene: Scene) -> Scene:
     return scene.with_changes(effects=tuple(effect for effect in scene.effects if not isinstance(effect, OutputEffect)))
 
 
-def is_linear_sleeve_dashpot(effect: Effect) -> bool:
-    """Return whether an effect is a linear dashpot on the sleeve, which the closed forms of the motion include."""
-    return isinstance(effect, Dashpot) and effect.reading == "sleeve_lift" and not effect.quadratic
-
-
 def sleeve_damping(scene: Scene) -> float:
     """Return the damping of the dashpots of the scene (N s/m)."""
     return sum(effect.linear for effect in scene.effects if isinstance(effect, Dashpot))
+
+
+def note_unsupported_effects(scene: Scene, *supported: type[OutputEffect]) -> str:
+    """Return a note on the effects along outputs that the closed forms of the motion do not include; empty if there are none.
+
+    They include a linear dashpot on the sleeve and the `supported` classes.
+    """
+    unsupported = [
+        effect
+        for effect in scene.effects
+        if isinstance(effect, OutputEffect) and not isinstance(effect, supported) and not _is_linear_sleeve_dashpot(effect)
+    ]
+    return f"motion is not checked: the closed form does not include {name_effects(unsupported)}" if unsupported else ""
+
+
+def _is_linear_sleeve_dashpot(effect: Effect) -> bool:
+    return isinstance(effect, Dashpot) and effect.reading == "sleeve_lift" and not effect.quadratic
 
 
 def name_effects(effects: Iterable[Effect]) -> str:
@@ -69,7 +82,9 @@ def note_early_end(run: Trajectory) -> Iterator[str]:
         yield f"the run reached {run.times[-1] if len(run.times) else 0.0:.4g} of {run.scene.run.duration:.4g} s: {run.message}"
 
 
-def compare_algebraic(quantity: str, simulated: float, expected: float, unit: str, scale: float | None = None) -> ComparisonRow:
+def compare_algebraic(
+    quantity: str, simulated: FloatOrArray, expected: FloatOrArray, unit: str, scale: float | None = None
+) -> ComparisonRow:
     """Return the comparison of two algebraic results; the tolerance is relative to the scale, or to the expected value."""
     return ComparisonRow(
         quantity=quantity,
@@ -134,24 +149,27 @@ def integrate_governor(
     run: Trajectory,
     n_times: int,
     angle: str,
-    angular_acceleration: Callable[[float, float, float], float],
-    spindle_acceleration: Callable[[float, float, float, float], float],
+    angular_acceleration: Callable[..., FloatOrArray],
+    spindle_acceleration: Callable[..., FloatOrArray],
 ) -> FloatArray:
     """Integrate a governor of one coordinate from the initial state of a run.
 
-    angular_acceleration is a function of angle (rad), its rate and spindle speed (rad/s); spindle_acceleration, of a free spindle, takes
-    the driving torque (N m) too. Returns angle, rate and spindle speed at the first n_times reported times, shape (3, n_times).
+    angular_acceleration is a function of the angle (rad), its rate and spindle_speed (rad/s), named as in the closed forms;
+    spindle_acceleration, of a free spindle, takes constant_inertia (kg m2) and torque (N m) too. Returns angle, rate and spindle speed at
+    the first n_times reported times, shape (3, n_times).
     """
     spindle, times = run.scene.spindle, run.times[:n_times]
-    is_free = isinstance(spindle, FreeSpindle)
+    names = (angle, angle.replace("angle", "rate"), "spindle_speed")
     drive = CubicTimeFunction(spindle.torque) if isinstance(spindle, FreeSpindle) else SpindleSpeedFunction(spindle)
 
     def state_derivative(time: float, state: FloatArray) -> list[float]:
-        position, rate, speed = (float(value) for value in state)
+        motion = dict(zip(names, state.tolist(), strict=True))
         driven = float(drive(np.array([time]), left_limit=time > start)[0])
-        if is_free:
-            return [rate, angular_acceleration(position, rate, speed), spindle_acceleration(position, rate, speed, driven)]
-        return [rate, angular_acceleration(position, rate, driven), 0.0]
+        if isinstance(spindle, FreeSpindle):
+            acceleration = float(spindle_acceleration(**motion, constant_inertia=spindle.inertia, torque=driven))
+        else:
+            motion["spindle_speed"], acceleration = driven, 0.0
+        return [motion[names[1]], float(angular_acceleration(**motion)), acceleration]
 
     breaks = drive.breakpoints[(drive.breakpoints > times[0]) & (drive.breakpoints < times[-1])]
     state = np.array([run.readings[angle][0], run.rates[angle][0], run.readings["spindle_speed"][0]])

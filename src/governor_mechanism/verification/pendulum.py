@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
 from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.closed_form.pendulum.kinematics import PendulumGovernor
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
@@ -16,20 +18,7 @@ from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
-from governor_mechanism.verification.comparisons import (
-    compare_algebraic,
-    compare_jacobi_integral,
-    compare_reading,
-    integrate_governor,
-    is_linear_sleeve_dashpot,
-    name_effects,
-    note_early_end,
-    require_gravity_and_centrifugal,
-    run_scene,
-    sleeve_damping,
-    travel_limits,
-    without_output_effects,
-)
+from governor_mechanism.verification import comparisons
 from governor_mechanism.verification.oscillation import check_stability, format_rpm
 from governor_mechanism.verification.report import ComparisonRow
 
@@ -45,7 +34,7 @@ def check_pendulum_governor(scene: Scene) -> Iterator[ComparisonRow | str]:
 
     Equilibria are checked without output effects, motion with those that the closed form includes.
     """
-    require_gravity_and_centrifugal(scene)
+    comparisons.require_gravity_and_centrifugal(scene)
     governor = build_pendulum_closed_form(scene)
     has_clearance = any(isinstance(effect, Clearance) for effect in scene.effects)
     output_effects = [effect for effect in scene.effects if isinstance(effect, OutputEffect)]
@@ -55,34 +44,31 @@ def check_pendulum_governor(scene: Scene) -> Iterator[ComparisonRow | str]:
         yield "the spindle is free: equilibria at a given speed are not checked"
     else:
         if output_effects:
-            yield f"equilibria and small oscillations are checked without {name_effects(output_effects)}"
-        yield from _check_equilibria(without_output_effects(scene), governor)
-    run = run_scene(scene)
-    yield from note_early_end(run)
+            yield f"equilibria and small oscillations are checked without {comparisons.name_effects(output_effects)}"
+        yield from _check_equilibria(comparisons.without_output_effects(scene), governor)
+    run = comparisons.run_scene(scene)
+    yield from comparisons.note_early_end(run)
     if len(run.times) < 2:
         return
-    unsupported_effects = [effect for effect in output_effects if not is_linear_sleeve_dashpot(effect)]
-    if unsupported_effects and not has_clearance:
-        yield f"motion is not checked: the closed form does not include {name_effects(unsupported_effects)}"
-    elif not has_clearance:
+    if not has_clearance:
         yield from _check_motion(scene, governor, run)
-    yield compare_jacobi_integral(run)
+    yield comparisons.compare_jacobi_integral(run)
 
 
-def build_pendulum_closed_form(scene: Scene) -> closed.PendulumGovernor:
+def build_pendulum_closed_form(scene: Scene) -> PendulumGovernor:
     """Return the closed form's governor with the scene's rod masses and ball radius."""
     rods = next((effect for effect in scene.effects if isinstance(effect, RodMasses)), None)
     dimensions = dict(scene.part.dimensions)
     if rods is not None:
         ball_inertia = 2 / 5 * dimensions["ball_mass"] * rods.ball_radius**2  # a solid sphere
         dimensions |= {"arm_mass": rods.arm_mass, "link_mass": rods.link_mass, "ball_inertia": ball_inertia}
-    return closed.PendulumGovernor(**dimensions, gravity=scene.gravity)
+    return PendulumGovernor(**dimensions, gravity=scene.gravity)
 
 
-def _check_equilibria(scene: Scene, governor: closed.PendulumGovernor) -> Iterator[ComparisonRow | str]:
+def _check_equilibria(scene: Scene, governor: PendulumGovernor) -> Iterator[ComparisonRow | str]:
     """Yield the comparisons of all equilibria at the spindle's first speed."""
     program = SpindleSpeedFunction(scene.spindle)
-    speed, (low, high) = program.start_speed, travel_limits(scene, "arm_angle")
+    speed, (low, high) = program.start_speed, comparisons.travel_limits(scene, "arm_angle")
     if not program.is_constant:
         yield f"the spindle speed varies: equilibria are checked at its first value, {format_rpm(speed)}; torque is not checked"
     constant_speed_scene = scene.with_changes(spindle=Spindle(speeds=(speed,)))
@@ -97,12 +83,12 @@ def _check_equilibria(scene: Scene, governor: closed.PendulumGovernor) -> Iterat
             yield f"the equilibrium at {math.degrees(angle):.4g} deg is at the end of the travel: it is not checked"
 
 
-def _check_equilibrium(scene: Scene, governor: closed.PendulumGovernor, speed: float, angle: float) -> Iterator[ComparisonRow | str]:
+def _check_equilibrium(scene: Scene, governor: PendulumGovernor, speed: float, angle: float) -> Iterator[ComparisonRow | str]:
     """Yield the comparisons of one equilibrium: speed, relaxation, oscillation period."""
     label = f"{math.degrees(angle):.4g} deg"
     simulated_speed, expected_speed = equilibrium_speed_at(scene, np.array([angle]))[0], closed.equilibrium_speed(governor, arm_angle=angle)
-    yield compare_algebraic(f"equilibrium speed at {label}", simulated_speed, float(expected_speed), "rad/s", scale=speed)
-    low, high = travel_limits(scene, "arm_angle")
+    yield comparisons.compare_algebraic(f"equilibrium speed at {label}", simulated_speed, expected_speed, "rad/s", scale=speed)
+    low, high = comparisons.travel_limits(scene, "arm_angle")
     yield from check_stability(
         scene,
         "arm_angle",
@@ -113,23 +99,18 @@ def _check_equilibrium(scene: Scene, governor: closed.PendulumGovernor, speed: f
     )
 
 
-def _check_motion(scene: Scene, governor: closed.PendulumGovernor, run: Trajectory) -> Iterator[ComparisonRow]:
-    """Yield the comparisons of a run with the integrated equations of motion."""
-    spindle, damping = scene.spindle, sleeve_damping(scene)
-
-    def arm_acceleration(angle: float, rate: float, speed: float) -> float:
-        return float(closed.arm_acceleration(governor, arm_angle=angle, arm_rate=rate, spindle_speed=speed, damping=damping))
-
-    def spindle_acceleration(angle: float, rate: float, speed: float, torque: float) -> float:
-        inertia = spindle.inertia if isinstance(spindle, FreeSpindle) else 0.0
-        state = {"arm_angle": angle, "arm_rate": rate, "spindle_speed": speed}
-        return float(closed.spindle_acceleration(governor, **state, constant_inertia=inertia, torque=torque))
-
-    angles, rates, speeds = integrate_governor(run, len(run.times), "arm_angle", arm_acceleration, spindle_acceleration)
-    yield compare_reading(run, "arm_angle", angles)
-    if isinstance(spindle, FreeSpindle):
-        yield compare_reading(run, "spindle_speed", speeds)
-    elif SpindleSpeedFunction(spindle).is_constant:
+def _check_motion(scene: Scene, governor: PendulumGovernor, run: Trajectory) -> Iterator[ComparisonRow | str]:
+    """Yield the comparisons of a run with the integrated equations of motion; a note if an effect is not included."""
+    if note := comparisons.note_unsupported_effects(scene):
+        yield note
+        return
+    arm_acceleration = partial(closed.arm_acceleration, governor, damping=comparisons.sleeve_damping(scene))
+    spindle_acceleration = partial(closed.spindle_acceleration, governor)
+    angles, rates, speeds = comparisons.integrate_governor(run, len(run.times), "arm_angle", arm_acceleration, spindle_acceleration)
+    yield comparisons.compare_reading(run, "arm_angle", angles)
+    if isinstance(scene.spindle, FreeSpindle):
+        yield comparisons.compare_reading(run, "spindle_speed", speeds)
+    elif SpindleSpeedFunction(scene.spindle).is_constant:
         speed = float(run.readings["spindle_speed"][0])
         torque = closed.drive_torque(governor, arm_angle=angles, arm_rate=rates, spindle_speed=speed)
-        yield compare_reading(run, "spindle_torque", np.asarray(torque))
+        yield comparisons.compare_reading(run, "spindle_torque", np.asarray(torque))

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.verification import parabolic, pendulum, slide_valve, slider_crank
-from governor_mechanism.verification.hartung import statics as hartung
+from governor_mechanism.verification import hartung, parabolic, pendulum, slide_valve, slider_crank
 from governor_mechanism.verification.report import CheckReport, ComparisonRow
 
 CHECKS = {
@@ -46,6 +45,3 @@ def check_against_closed_forms(scene: Scene) -> CheckReport:
         rows=tuple(row for row in results if isinstance(row, ComparisonRow)),
         notes=tuple(note for note in results if isinstance(note, str)),
     )
-
-
-__all__ = ["CheckReport", "ComparisonRow", "check_against_closed_forms"]

@@ -61,9 +61,8 @@ class CheckReport:
 
     def __str__(self) -> str:
         """Return the report as a table with its notes and the verdict."""
-        shown = self.rows
-        if len(shown) > MAX_PRINTED_ROWS:
-            shown = tuple(sorted(shown, key=_difference_ratio, reverse=True)[:MAX_PRINTED_ROWS])
+        is_long = len(self.rows) > MAX_PRINTED_ROWS
+        shown = sorted(self.rows, key=_difference_ratio, reverse=True)[:MAX_PRINTED_ROWS] if is_long else self.rows
         cells = [
             (
                 row.quantity,
@@ -79,10 +78,8 @@ class CheckReport:
         headers = ("quantity", "simulated", self.against, "unit", "difference", "allowed", "verdict")
         failed = sum(not row.passed for row in self.rows)
         verdict = f"all {len(self.rows)} agree" if not failed else f"{failed} of {len(self.rows)} do not agree"
-        truncation_note = f" (the {MAX_PRINTED_ROWS} largest deviations shown)" if len(self.rows) > MAX_PRINTED_ROWS else ""
-        return "\n".join(
-            [self.title, format_table(headers, cells, "lrrlrrl"), *(f"note: {note}" for note in self.notes), verdict + truncation_note]
-        )
+        verdict += f" (the {MAX_PRINTED_ROWS} largest deviations shown)" if is_long else ""
+        return "\n".join([self.title, format_table(headers, cells, "lrrlrrl"), *(f"note: {note}" for note in self.notes), verdict])
 
 
 def _difference_ratio(row: ComparisonRow) -> float:

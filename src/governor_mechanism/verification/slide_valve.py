@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from functools import partial
 
 import numpy as np
 
@@ -24,18 +23,24 @@ from governor_mechanism.verification.comparisons import compare_algebraic, compa
 from governor_mechanism.verification.report import ComparisonRow
 from governor_mechanism.verification.slider_crank import CHECKED_CRANK_ANGLES, compare_kinematics, crank_angles
 
+EVENT_READINGS = {
+    f"{end} {event}": port_reading_name(end, port) for end in CYLINDER_ENDS for port, events in PORT_EVENTS.items() for event in events
+}
+"""Reading of the port's opening, which is zero at the event, by event."""
+
 
 def check_slide_valve(scene: Scene) -> Iterator[ComparisonRow | str]:
     """Yield every comparison that applies to the scene."""
-    eccentric = closed.Eccentric.from_dimensions(scene.part.dimensions)
-    centre = None if valve_setting(scene) == EQUAL_LEADS else scene.part.dimensions["centre"]
-    yield from _check_kinematics(scene, eccentric, centre)
-    simulated_angles = find_event_angles(scene)
     dimensions = scene.part.dimensions
-    closed_form_angle = partial(
-        closed.event_angle, eccentric, outside_lap=dimensions["outside_lap"], inside_lap=dimensions["inside_lap"], centre=centre
-    )
-    exact_angles = {name: closed_form_angle(event=name) for name in simulated_angles}
+    eccentric, train = closed.Eccentric.from_dimensions(dimensions), crank.CrankTrain.from_dimensions(dimensions)
+    centre = None if valve_setting(scene) == EQUAL_LEADS else dimensions["centre"]
+    yield from _check_kinematics(scene, eccentric, train, centre)
+    simulated_angles = find_event_angles(scene)
+    outside_lap, inside_lap = dimensions["outside_lap"], dimensions["inside_lap"]
+    exact_angles = {
+        name: closed.event_angle(eccentric, event=name, outside_lap=outside_lap, inside_lap=inside_lap, centre=centre)
+        for name in simulated_angles
+    }
     for name, angle in simulated_angles.items():
         yield compare_algebraic(name, angle, exact_angles[name], "rad", scale=1.0)
     yield from _check_setting(scene, simulated_angles, eccentric, centre)
@@ -45,38 +50,22 @@ def check_slide_valve(scene: Scene) -> Iterator[ComparisonRow | str]:
         return
     angles = crank_angles(scene, run)
     yield compare_reading(run, "valve_displacement", np.asarray(closed.valve_displacement(eccentric, crank_angle=angles, centre=centre)))
-    piston_travel = np.asarray(
-        crank.travel_from_outer_dead_centre(crank.CrankTrain.from_dimensions(scene.part.dimensions), crank_angle=angles + math.pi)
-    )
-    yield compare_reading(run, "head_end_travel", piston_travel)
+    piston_travel = crank.travel_from_outer_dead_centre(train, crank_angle=angles + math.pi)
+    yield compare_reading(run, "head_end_travel", np.asarray(piston_travel))
     yield from _check_events_in_motion(scene, exact_angles)
 
 
-def _check_kinematics(scene: Scene, eccentric: closed.Eccentric, centre: float | None) -> Iterator[ComparisonRow]:
+def _check_kinematics(scene: Scene, eccentric: closed.Eccentric, train: crank.CrankTrain, centre: float | None) -> Iterator[ComparisonRow]:
     """Yield the kinematics of valve and piston over a revolution."""
-    speed, train = scene.part.dimensions["crank_speed"], crank.CrankTrain.from_dimensions(scene.part.dimensions)
-    angle_arguments, rate_arguments = ({"crank_angle": CHECKED_CRANK_ANGLES}, {"crank_angle": CHECKED_CRANK_ANGLES, "crank_rate": speed})
-    opposite_angle_arguments, opposite_rate_arguments = (
-        {"crank_angle": CHECKED_CRANK_ANGLES + math.pi},
-        {"crank_angle": CHECKED_CRANK_ANGLES + math.pi, "crank_rate": speed},
-    )
-    yield from compare_kinematics(
-        scene,
-        {"valve_displacement": "valve", "head_end_travel": "piston"},
-        {
-            "valve_displacement": (
-                closed.valve_displacement(eccentric, **angle_arguments, centre=centre),
-                closed.valve_velocity(eccentric, **rate_arguments),
-                closed.valve_acceleration(eccentric, **rate_arguments),
-            ),
-            "head_end_travel": (
-                crank.travel_from_outer_dead_centre(train, **opposite_angle_arguments),
-                -np.asarray(crank.crosshead_velocity(train, **opposite_rate_arguments)),
-                -np.asarray(crank.crosshead_acceleration(train, **opposite_rate_arguments)),
-            ),
-        },
-        {"valve_displacement": eccentric.radius, "head_end_travel": train.crank},
-    )
+    speed, opposite = scene.part.dimensions["crank_speed"], CHECKED_CRANK_ANGLES + math.pi
+    displacement = closed.valve_displacement(eccentric, crank_angle=CHECKED_CRANK_ANGLES, centre=centre)
+    velocity = closed.valve_velocity(eccentric, crank_angle=CHECKED_CRANK_ANGLES, crank_rate=speed)
+    acceleration = closed.valve_acceleration(eccentric, crank_angle=CHECKED_CRANK_ANGLES, crank_rate=speed)
+    yield from compare_kinematics(scene, "valve_displacement", "valve", eccentric.radius, (displacement, velocity, acceleration))
+    travel = crank.travel_from_outer_dead_centre(train, crank_angle=opposite)
+    velocity = -crank.crosshead_velocity(train, crank_angle=opposite, crank_rate=speed)
+    acceleration = -crank.crosshead_acceleration(train, crank_angle=opposite, crank_rate=speed)
+    yield from compare_kinematics(scene, "head_end_travel", "piston", train.crank, (travel, velocity, acceleration))
 
 
 def _check_setting(
@@ -111,19 +100,14 @@ def _check_events_in_motion(scene: Scene, exact_angles: Mapping[str, float]) -> 
     run = run_scene(scene, times)
     if len(run.times) < len(times):
         return  # ended early like the scene's own run, which has a note
-    for end in CYLINDER_ENDS:
-        for port, names in PORT_EVENTS.items():
-            reading = port_reading_name(end, port)
-            for name in (f"{end} {event_name}" for event_name in names):
-                if name not in times_in_run:
-                    continue
-                k = int(np.searchsorted(times, times_in_run[name]))
-                rate = float(run.rates[reading][k])
-                yield ComparisonRow(
-                    quantity=f"{name} in motion",
-                    simulated=exact_angles[name] - float(run.readings[reading][k]) / rate * speed,
-                    expected=exact_angles[name],
-                    allowed=scene.run.accuracy * run.scales[reading] * speed / abs(rate),
-                    unit="rad",
-                    reason="the requested accuracy, divided by the velocity of the port's edge",
-                )
+    for name, time in times_in_run.items():
+        k, reading = int(np.searchsorted(times, time)), EVENT_READINGS[name]
+        rate = float(run.rates[reading][k])
+        yield ComparisonRow(
+            quantity=f"{name} in motion",
+            simulated=exact_angles[name] - float(run.readings[reading][k]) / rate * speed,
+            expected=exact_angles[name],
+            allowed=scene.run.accuracy * run.scales[reading] * speed / abs(rate),
+            unit="rad",
+            reason="the requested accuracy, divided by the velocity of the port's edge",
+        )

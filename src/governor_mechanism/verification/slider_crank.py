@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from governor_mechanism.closed_form import slider_crank as closed
+from governor_mechanism.closed_form.arguments import FloatOrArray
 from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.types import FloatArray
-from governor_mechanism.verification.comparisons import (
-    ALGEBRAIC_TOLERANCE,
-    compare_in_motion,
-    compare_largest_deviation,
-    compare_reading,
-    note_early_end,
-    run_scene,
-)
+from governor_mechanism.verification import comparisons
 from governor_mechanism.verification.report import ComparisonRow
 
 CHECKED_CRANK_ANGLES = np.radians(np.arange(0.0, 360.0, 10.0))
@@ -33,30 +27,22 @@ BEARING_LOAD_RELATIVE_TOLERANCE = 1e-9
 def check_slider_crank(scene: Scene) -> Iterator[ComparisonRow | str]:
     """Yield every comparison that applies to the scene."""
     train, speed = build_crank_train(scene), scene.part.dimensions["crank_speed"]
-    angle_arguments, rate_arguments = ({"crank_angle": CHECKED_CRANK_ANGLES}, {"crank_angle": CHECKED_CRANK_ANGLES, "crank_rate": speed})
-    yield from compare_kinematics(
-        scene,
-        {"crosshead_distance": "crosshead", "rod_angle": "rod"},
-        {
-            "crosshead_distance": (
-                closed.crosshead_distance(train, **angle_arguments),
-                closed.crosshead_velocity(train, **rate_arguments),
-                closed.crosshead_acceleration(train, **rate_arguments),
-            ),
-            "rod_angle": (
-                -np.asarray(closed.rod_angle(train, **angle_arguments)),
-                -np.asarray(closed.rod_angular_velocity(train, **rate_arguments)),
-                -np.asarray(closed.rod_angular_acceleration(train, **rate_arguments)),
-            ),
-        },
-        {"crosshead_distance": train.crank, "rod_angle": 1.0},
+    angle, motion = {"crank_angle": CHECKED_CRANK_ANGLES}, {"crank_angle": CHECKED_CRANK_ANGLES, "crank_rate": speed}
+    distance = closed.crosshead_distance(train, **angle)
+    velocity, acceleration = closed.crosshead_velocity(train, **motion), closed.crosshead_acceleration(train, **motion)
+    yield from compare_kinematics(scene, "crosshead_distance", "crosshead", train.crank, (distance, velocity, acceleration))
+    rod_motion = (
+        closed.rod_angle(train, **angle),
+        closed.rod_angular_velocity(train, **motion),
+        closed.rod_angular_acceleration(train, **motion),
     )
-    run = run_scene(scene)
-    yield from note_early_end(run)
+    yield from compare_kinematics(scene, "rod_angle", "rod", 1.0, [-value for value in rod_motion])
+    run = comparisons.run_scene(scene)
+    yield from comparisons.note_early_end(run)
     if len(run.times) < 2:
         return
     angles = crank_angles(scene, run)
-    yield compare_reading(run, "crosshead_distance", np.asarray(closed.crosshead_distance(train, crank_angle=angles)))
+    yield comparisons.compare_reading(run, "crosshead_distance", np.asarray(closed.crosshead_distance(train, crank_angle=angles)))
     if not any(isinstance(effect, CrankMasses) for effect in scene.effects):
         yield "no part has mass: bearing loads are not checked; add effects.masses"
     elif scene.part.mechanism.force_elements or scene.output_effects:
@@ -100,30 +86,26 @@ def crank_angles(scene: Scene, run: Trajectory) -> FloatArray:
     return dimensions["crank_start"] + dimensions["crank_speed"] * run.times
 
 
-def compare_kinematics(
-    scene: Scene, labels: Mapping[str, str], expected: Mapping[str, tuple[object, object, object]], scales: Mapping[str, float]
-) -> Iterator[ComparisonRow]:
-    """Yield value, velocity and acceleration of each reading where it deviates most; the tolerance is 1e-10 of its scale."""
-    speed = scene.part.dimensions["crank_speed"]
+def compare_kinematics(scene: Scene, reading: str, label: str, scale: float, expected: Sequence[FloatOrArray]) -> Iterator[ComparisonRow]:
+    """Yield value, velocity and acceleration of a reading where it deviates most; the tolerance is 1e-10 of its scale."""
+    speed, unit = scene.part.dimensions["crank_speed"], "rad" if reading.endswith("angle") else "m"
     kinematics = solve_kinematics(scene, "crank_angle", CHECKED_CRANK_ANGLES, speed)
     places = [f"{math.degrees(angle):.4g} deg" for angle in kinematics.values]
     derivatives = (
-        (" position", "", kinematics.readings, 1.0),
-        (" speed", "/s", kinematics.rates, speed),
-        (" acceleration", "/s2", kinematics.reading_accelerations, speed**2),
+        (f"{label} position", unit, kinematics.readings),
+        (f"{label} speed", f"{unit}/s", kinematics.rates),
+        (f"{label} acceleration", f"{unit}/s2", kinematics.reading_accelerations),
     )
-    for name, expected_values in expected.items():
-        unit = "rad" if name.endswith("angle") else "m"
-        for (suffix, unit_suffix, simulated, scale), exact in zip(derivatives, expected_values, strict=True):
-            yield compare_largest_deviation(
-                labels[name] + suffix,
-                simulated[name],
-                np.asarray(exact),
-                places,
-                allowed=ALGEBRAIC_TOLERANCE * scales[name] * scale,
-                unit=unit + unit_suffix,
-                reason="no integration; rounding and position assembly leave about 1e-14",
-            )
+    for order, ((quantity, derivative_unit, simulated), exact) in enumerate(zip(derivatives, expected, strict=True)):
+        yield comparisons.compare_largest_deviation(
+            quantity,
+            simulated[reading],
+            np.asarray(exact),
+            places,
+            allowed=comparisons.ALGEBRAIC_TOLERANCE * scale * speed**order,
+            unit=derivative_unit,
+            reason="no integration; rounding and position assembly leave about 1e-14",
+        )
 
 
 def _check_bearing_loads(
@@ -137,7 +119,7 @@ def _check_bearing_loads(
     reason = "relative to the largest load: 1e-9, or the requested accuracy where that is coarser"
 
     def compare(name: str, simulated: FloatArray, expected: FloatArray) -> ComparisonRow:
-        return compare_in_motion(run, name, simulated, expected, allowed=allowed, unit="N", reason=reason)
+        return comparisons.compare_in_motion(run, name, simulated, expected, allowed=allowed, unit="N", reason=reason)
 
     for name, force in forces.items():
         if name not in run.reactions:
@@ -146,6 +128,6 @@ def _check_bearing_loads(
         for axis, letter in enumerate("xy"):
             yield compare(f"{name}, {letter}", run.reactions[name].force[:, axis], force[:, axis])
     yield compare("crosshead guide", run.reactions["crosshead guide"].force[:, 1], exact.guide)
-    yield compare_in_motion(
+    yield comparisons.compare_in_motion(
         run, "drive torque", run.reactions["drive"].moment, exact.torque, allowed=allowed * train.crank, unit="N m", reason=reason
     )

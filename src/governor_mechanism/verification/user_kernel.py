@@ -53,16 +53,14 @@ def check_kernel(
     kernel_arguments = _select_kernel_arguments(kernel, _available_arguments(scene, values, poses))
     largest_value = float(np.max(np.abs(mechanism_values)))
     rows = []
-    for index, value in enumerate(values):
-        kernel_value = _evaluate_kernel(
-            kernel, {name: float(column[index]) for name, column in kernel_arguments.items()}, coordinate, float(value)
-        )
+    for index, (value, mechanism_value) in enumerate(zip(values.tolist(), mechanism_values.tolist(), strict=True)):
+        label, arguments = f"{coordinate} = {value:.6g}", {name: float(column[index]) for name, column in kernel_arguments.items()}
         rows.append(
             ComparisonRow(
-                quantity=f"{quantity} at {coordinate} = {value:.6g}",
-                simulated=float(mechanism_values[index]),
-                expected=kernel_value,
-                allowed=allowed * (abs(float(mechanism_values[index])) or largest_value),
+                quantity=f"{quantity} at {label}",
+                simulated=mechanism_value,
+                expected=_evaluate_kernel(kernel, arguments, label),
+                allowed=allowed * (abs(mechanism_value) or largest_value),
                 unit=unit,
                 reason="the requested relative tolerance",
             )
@@ -113,9 +111,8 @@ def _evaluate_quantity(scene: Scene, quantity: str, values: FloatArray, poses: F
 
 def _available_arguments(scene: Scene, values: FloatArray, poses: FloatArray) -> dict[str, FloatArray]:
     """Return what a kernel may take, by name: dimensions, gravity and readings, each of shape (n,)."""
-    columns = {name: np.full(values.shape, number) for name, number in scene.part.dimensions.items()}
-    columns["gravity"] = np.full(values.shape, scene.gravity)
-    mechanism = scene.part.mechanism
+    mechanism, constants = scene.part.mechanism, {**scene.part.dimensions, "gravity": scene.gravity}
+    columns = {name: np.full(values.shape, number) for name, number in constants.items()}
     return columns | {reading.name: evaluate_output_value(mechanism, reading.name, poses) for reading in mechanism.readings}
 
 
@@ -133,13 +130,14 @@ def _select_kernel_arguments(kernel: Callable[..., float], available: Mapping[st
     return selected
 
 
-def _evaluate_kernel(kernel: Callable[..., float], arguments: Mapping[str, float], coordinate: str, value: float) -> float:
+def _evaluate_kernel(kernel: Callable[..., float], arguments: Mapping[str, float], label: str) -> float:
     """Return the kernel's value; NaN for a result that is not finite, so that only its row fails."""
     try:
         result = np.asarray(kernel(**arguments))
     except Exception as error:
-        error.add_note(f"raised by the kernel at {coordinate} = {value:.6g}, called with {dict(arguments)}")
+        error.add_note(f"raised by the kernel at {label}, called with {dict(arguments)}")
         raise
     if result.size != 1 or result.dtype.kind not in "iuf":
-        raise MechanismError(f"the kernel must return one real number; at {coordinate} = {value:.6g} it returned {result!r}")
-    return float(result.ravel()[0]) if math.isfinite(float(result.ravel()[0])) else math.nan
+        raise MechanismError(f"the kernel must return one real number; at {label} it returned {result!r}")
+    number = float(result.ravel()[0])
+    return number if math.isfinite(number) else math.nan

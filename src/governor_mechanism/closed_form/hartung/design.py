@@ -282,9 +282,8 @@ def speed_limits(
     resistance = validate_argument(regulating_force, "regulating_force", "N", minimum=0.0)
     shown = (("regulating_force", resistance, "N"), ("static_force", sleeve_force, "N"))
     raise_where(resistance > sleeve_force, "regulating_force must not exceed static_force: there is no lower speed", *shown)
-    return as_scalar_or_array(speed * np.sqrt(1 - resistance / sleeve_force)), as_scalar_or_array(
-        speed * np.sqrt(1 + resistance / sleeve_force)
-    )
+    lower, upper = (speed * np.sqrt(1 + sign * resistance / sleeve_force) for sign in (-1, 1))
+    return as_scalar_or_array(lower), as_scalar_or_array(upper)
 
 
 def _validate_rising_forces(inner: FloatOrArray, outer: FloatOrArray) -> tuple[FloatArray, FloatArray]:

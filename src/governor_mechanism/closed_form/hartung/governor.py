@@ -205,7 +205,10 @@ def static_sleeve_force(governor: HartungGovernor, *, lever_angle: FloatOrArray,
     Dubois (1912), p. 620.
     """
     alpha, force = _validate_lever_angle(lever_angle), validate_argument(spring_force, "spring_force", "N")
-    lever_ratio = _lever_ratio(governor, alpha)
+    height_derivative = _lug_height_derivatives(governor, alpha)[1]
+    message = "the lever is at or beyond its change point: an outward motion does not lift the sleeve"
+    raise_where(height_derivative >= 0, message, ("lever_angle", np.degrees(alpha), "deg"))
+    lever_ratio = governor.weight_arm * np.cos(alpha) / -height_derivative
     weight_force = governor.weight_mass * governor.gravity * np.tan(alpha)
     return as_scalar_or_array(2 * (force + weight_force) * lever_ratio + governor.sleeve_mass * governor.gravity)
 
@@ -391,39 +394,21 @@ def _validate_lever_angle(lever_angle: FloatOrArray) -> FloatArray:
 
 def _centrifugal_force(governor: HartungGovernor, alpha: FloatArray, speed: FloatArray) -> FloatArray:
     """Return the centrifugal force of one weight, M w^2 x (N)."""
-    x = np.asarray(weight_radius(governor, lever_angle=alpha))
-    force: FloatArray = governor.weight_mass * speed**2 * x
-    return force
-
-
-def _lever_ratio(governor: HartungGovernor, alpha: FloatArray) -> FloatArray:
-    """Return a cos alpha / -z', the ratio of the weight's radial displacement to the lift of the sleeve."""
-    height_derivative = _lug_height_derivatives(governor, alpha)[1]
-    message = "the lever is at or beyond its change point: an outward motion does not lift the sleeve"
-    raise_where(height_derivative >= 0, message, ("lever_angle", np.degrees(alpha), "deg"))
-    lever_ratio: FloatArray = governor.weight_arm * np.cos(alpha) / -height_derivative
-    return lever_ratio
+    return np.asarray(governor.weight_mass * speed**2 * weight_radius(governor, lever_angle=alpha))
 
 
 def _lug_height_derivatives(governor: HartungGovernor, alpha: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the height z of the lugs above the fulcrum (m) and its two derivatives by alpha (m/rad, m/rad^2)."""
     b, phi = governor.sleeve_arm, governor.angle + alpha
-    height, height_derivative, height_second_derivative = b * np.cos(phi), -b * np.sin(phi), -b * np.cos(phi)
+    rise, reach = b * np.cos(phi), b * np.sin(phi)
     if governor.hanger == math.inf:
-        return height, height_derivative, height_second_derivative
-    hanger_offset, offset_derivative, offset_second_derivative = (
-        governor.fulcrum_radius - b * np.sin(phi) - governor.lug_radius,
-        -b * np.cos(phi),
-        b * np.sin(phi),
-    )
+        return rise, -reach, -rise
+    hanger_offset = governor.fulcrum_radius - reach - governor.lug_radius
     shown = (("lever_angle", np.degrees(alpha), "deg"), ("hanger offset", np.abs(hanger_offset), "m"))
     message = "the hanger is too short: the horizontal offset of its upper end from the lug exceeds its length"
     raise_where(np.abs(hanger_offset) >= governor.hanger, message, *shown)
     hanger_drop = np.sqrt(governor.hanger**2 - hanger_offset**2)
     hanger_tangent = hanger_offset / hanger_drop
-    return (
-        height - hanger_drop,
-        height_derivative + hanger_tangent * offset_derivative,
-        height_second_derivative
-        + (offset_derivative**2 + hanger_offset * offset_second_derivative + (hanger_tangent * offset_derivative) ** 2) / hanger_drop,
-    )
+    # The derivatives of the offset by alpha are -rise and reach.
+    drop_second_derivative = (rise**2 + hanger_offset * reach + (hanger_tangent * rise) ** 2) / hanger_drop
+    return rise - hanger_drop, -reach - hanger_tangent * rise, -rise + drop_second_derivative

@@ -17,19 +17,6 @@ from __future__ import annotations
 import numpy as np
 
 from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_argument
-from governor_mechanism.types import FloatArray
-
-
-def _validate_speed(value: FloatOrArray, name: str = "spindle_speed") -> FloatArray:
-    """Return the speed (rad/s); it is positive."""
-    return validate_argument(value, name, "rad/s", greater_than=0.0)
-
-
-def _gravity_load(mass_ratio: FloatOrArray, gravity: FloatOrArray) -> FloatArray:
-    """Return g (1 + m) (m/s2)."""
-    return validate_argument(gravity, "gravity", "m/s2", greater_than=0.0) * (
-        1 + validate_argument(mass_ratio, "mass_ratio", "", minimum=0.0)
-    )
 
 
 def double_parameter(*, spindle_speed: FloatOrArray, mass_ratio: FloatOrArray = 0.0, gravity: FloatOrArray = 9.81) -> FloatOrArray:
@@ -53,7 +40,10 @@ def double_parameter(*, spindle_speed: FloatOrArray, mass_ratio: FloatOrArray = 
     ----------
     Zehnder (1877), equation (III).
     """
-    return as_scalar_or_array(2 * _gravity_load(mass_ratio, gravity) / _validate_speed(spindle_speed) ** 2)
+    gravity_load = validate_argument(gravity, "gravity", "m/s2", greater_than=0.0) * (
+        1 + validate_argument(mass_ratio, "mass_ratio", "", minimum=0.0)
+    )
+    return as_scalar_or_array(2 * gravity_load / validate_argument(spindle_speed, "spindle_speed", "rad/s", greater_than=0.0) ** 2)
 
 
 def abscissa_at_45_degrees(*, spindle_speed: FloatOrArray, mass_ratio: FloatOrArray = 0.0, gravity: FloatOrArray = 9.81) -> FloatOrArray:
@@ -79,7 +69,7 @@ def abscissa_at_45_degrees(*, spindle_speed: FloatOrArray, mass_ratio: FloatOrAr
     ----------
     Zehnder (1877), on the most favourable start.
     """
-    return as_scalar_or_array(_gravity_load(mass_ratio, gravity) / _validate_speed(spindle_speed) ** 2)
+    return as_scalar_or_array(double_parameter(spindle_speed=spindle_speed, mass_ratio=mass_ratio, gravity=gravity) / 2)
 
 
 def parabola_height(*, abscissa: FloatOrArray, double_parameter: FloatOrArray) -> FloatOrArray:
@@ -153,7 +143,9 @@ def guide_transit_time(
     FloatOrArray
         Time, s.
     """
-    k = _guide_constant(double_parameter, mass_ratio)
+    # k of the inertia of the guided balls and their sleeve, 2 M (1 + k^2 x^2)
+    c = validate_argument(double_parameter, "double_parameter", "m", greater_than=0.0)
+    k = 2 * np.sqrt(1 + 2 * validate_argument(mass_ratio, "mass_ratio", "", minimum=0.0)) / c
     x1, x2 = validate_argument(start, "start", "m"), validate_argument(end, "end", "m")
     rate = validate_argument(start_rate, "start_rate", "m/s")
     shown = (("start", x1, "m"), ("end", x2, "m"), ("start_rate", rate, "m/s"))
@@ -161,9 +153,3 @@ def guide_transit_time(
     raise_where(is_moving_away, "the balls never reach the end: start_rate must point from start to end", *shown)
     path = (x2 * np.hypot(1, k * x2) - x1 * np.hypot(1, k * x1)) / 2 + (np.arcsinh(k * x2) - np.arcsinh(k * x1)) / (2 * k)
     return as_scalar_or_array(path / np.where(rate == 0, 1.0, rate * np.hypot(1, k * x1)))
-
-
-def _guide_constant(double_parameter: FloatOrArray, mass_ratio: FloatOrArray) -> FloatArray:
-    """Return k (1/m) of the inertia of the guided balls and their sleeve, 2 M (1 + k^2 x^2)."""
-    c = validate_argument(double_parameter, "double_parameter", "m", greater_than=0.0)
-    return 2 * np.sqrt(1 + 2 * validate_argument(mass_ratio, "mass_ratio", "", minimum=0.0)) / c

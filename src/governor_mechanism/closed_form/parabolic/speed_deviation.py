@@ -54,8 +54,7 @@ def _displace_arm(
 
 def _sqrt1pm1(change: FloatArray) -> FloatArray:
     """Return sqrt(1 + change) - 1 without cancellation."""
-    root: FloatArray = change / (1 + np.sqrt(1 + change))
-    return root
+    return np.asarray(change / (1 + np.sqrt(1 + change)))
 
 
 def equilibrium_speed_change(
@@ -126,7 +125,5 @@ def parabola_speed_change(
     angle_change_label = ("angle_change", np.degrees(displacement.angle_change), "deg")
     message = "the ball is at or below the height of the vertex: no parabola passes there"
     raise_where(height_change <= -1, message, angle_change_label, hint="turn the arm less far down")
-    squared_abscissa_ratio = (1 + displacement.abscissa_change) ** 2
-    return as_scalar_or_array(
-        _sqrt1pm1((height_change - displacement.abscissa_change * (2 + displacement.abscissa_change)) / squared_abscissa_ratio)
-    )
+    change = displacement.abscissa_change
+    return as_scalar_or_array(_sqrt1pm1((height_change - change * (2 + change)) / (1 + change) ** 2))

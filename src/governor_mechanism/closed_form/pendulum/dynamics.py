@@ -1,6 +1,6 @@
 """Pendulum governors (Watt, improved Watt, Porter): equilibrium, stability and motion in closed form.
 
-Geometry and symbols are those of `kinematics`, whose functions are available here too. SI and radians.
+Geometry and symbols are those of `kinematics`. SI and radians.
 
 The governor is the first argument; the others are keywords, floats or arrays that broadcast; floats give a float. Every function raises
 MechanismError for a value that is not finite, for an arm_angle not between -90 and 90 deg and for a position that the link cannot reach;
@@ -16,49 +16,74 @@ linkage, rods with mass and the motion follow from Lagrange's equation with T = 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_argument
-from governor_mechanism.closed_form.pendulum.equilibria import equilibrium_angles, squared_balance_speed, squared_given_or_equilibrium_speed
 from governor_mechanism.closed_form.pendulum.kinematics import (
     LinkageGeometry,
     PendulumGovernor,
-    ball_radius,
     evaluate_geometry,
-    in_plane_inertia,
     in_plane_inertia_and_derivative,
-    in_plane_inertia_derivative,
-    potential_derivative,
     potential_derivatives,
-    potential_second_derivative,
-    spindle_inertia,
-    spindle_inertia_derivative,
     spindle_inertia_derivatives,
 )
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.types import FloatArray
 
-__all__ = [
-    "PendulumGovernor",
-    "arm_acceleration",
-    "ball_radius",
-    "drive_torque",
-    "equilibrium_angles",
-    "equilibrium_speed",
-    "falling_speed",
-    "in_plane_inertia",
-    "in_plane_inertia_derivative",
-    "least_stable_angle",
-    "potential_derivative",
-    "potential_second_derivative",
-    "rising_speed",
-    "spindle_acceleration",
-    "spindle_inertia",
-    "spindle_inertia_derivative",
-    "squared_oscillation_frequency",
-    "stiffness",
-]
+
+def ball_radius(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
+    """Return the distance of the ball centre from the axis, x = e + l sin a; negative beyond the axis.
+
+    Parameters
+    ----------
+    governor
+        Dimensions and masses.
+    arm_angle
+        Arm angle a, rad.
+
+    Returns
+    -------
+    FloatOrArray
+        Distance, m.
+    """
+    return as_scalar_or_array(evaluate_geometry(governor, arm_angle).ball_radius)
+
+
+def potential_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
+    """Return V' (N m/rad): the moment of the weights against the opening of the arms."""
+    return as_scalar_or_array(potential_derivatives(governor, evaluate_geometry(governor, arm_angle))[0])
+
+
+def potential_second_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
+    """Return V'' (N m/rad^2), the derivative of potential_derivative by the arm angle."""
+    return as_scalar_or_array(potential_derivatives(governor, evaluate_geometry(governor, arm_angle))[1])
+
+
+def spindle_inertia(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
+    """Return the moment of inertia J (kg m2) of balls and rods about the spindle; 2 M x^2 without rod masses and ball_inertia."""
+    geometry = evaluate_geometry(governor, arm_angle)
+    lug_radius, offset, radial_extent = governor.lug_radius, governor.offset, governor.arm * geometry.sine
+    arms = 2 * governor.arm_mass * (offset**2 + offset * radial_extent + radial_extent**2 / 3)
+    links = 2 * governor.link_mass * (geometry.joint_radius**2 + geometry.joint_radius * lug_radius + lug_radius**2) / 3
+    return as_scalar_or_array(2 * governor.ball_mass * geometry.ball_radius**2 + arms + links + 2 * governor.ball_inertia)
+
+
+def spindle_inertia_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
+    """Return J' (kg m2/rad), the derivative of spindle_inertia; 4 M x l cos a without rod masses."""
+    return as_scalar_or_array(spindle_inertia_derivatives(governor, evaluate_geometry(governor, arm_angle))[0])
+
+
+def in_plane_inertia(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
+    """Return the in-plane inertia I (kg m2) of the energy I a'^2 / 2; 2 M l^2 + m_s z'^2 without rod masses."""
+    return as_scalar_or_array(in_plane_inertia_and_derivative(governor, evaluate_geometry(governor, arm_angle))[0])
+
+
+def in_plane_inertia_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
+    """Return I' (kg m2/rad), the derivative of in_plane_inertia by the arm angle."""
+    return as_scalar_or_array(in_plane_inertia_and_derivative(governor, evaluate_geometry(governor, arm_angle))[1])
 
 
 def equilibrium_speed(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
@@ -86,7 +111,7 @@ def equilibrium_speed(governor: PendulumGovernor, *, arm_angle: FloatOrArray) ->
     Zehnder (1877), equation (3).
     """
     geometry = evaluate_geometry(governor, arm_angle)
-    return as_scalar_or_array(np.sqrt(squared_balance_speed(governor, geometry, potential_derivatives(governor, geometry)[0])))
+    return as_scalar_or_array(np.sqrt(_squared_balance_speed(governor, geometry, potential_derivatives(governor, geometry)[0])))
 
 
 def rising_speed(governor: PendulumGovernor, *, arm_angle: FloatOrArray, resistance: FloatOrArray) -> FloatOrArray:
@@ -116,7 +141,7 @@ def _resisted_speed(governor: PendulumGovernor, arm_angle: FloatOrArray, resista
         message = "the resistance holds the arms up even at standstill: there is no falling speed"
         shown = (("resistance", force, "N"), ("arm_angle", np.degrees(geometry.angle), "deg"))
         raise_where((resisting_moment > weight_moment) & (weight_moment >= 0), message, *shown, hint="keep it below the sleeve_load")
-    return as_scalar_or_array(np.sqrt(squared_balance_speed(governor, geometry, weight_moment + direction * resisting_moment)))
+    return as_scalar_or_array(np.sqrt(_squared_balance_speed(governor, geometry, weight_moment + direction * resisting_moment)))
 
 
 def stiffness(governor: PendulumGovernor, *, arm_angle: FloatOrArray, spindle_speed: FloatOrArray | None = None) -> FloatOrArray:
@@ -125,11 +150,7 @@ def stiffness(governor: PendulumGovernor, *, arm_angle: FloatOrArray, spindle_sp
     Without a spindle_speed (rad/s) it is that at the equilibrium speed, where also K = J' d(w^2)/da / 2 and, for the rhombus without rod
     masses, K = 2 l M g (1 + m)(e + l sin^3 a) / (x cos a); it then raises MechanismError as equilibrium_speed does.
     """
-    geometry = evaluate_geometry(governor, arm_angle)
-    squared = squared_given_or_equilibrium_speed(governor, geometry, spindle_speed)
-    return as_scalar_or_array(
-        potential_derivatives(governor, geometry)[1] - squared * spindle_inertia_derivatives(governor, geometry)[1] / 2
-    )
+    return as_scalar_or_array(_stiffness(governor, evaluate_geometry(governor, arm_angle), spindle_speed))
 
 
 def squared_oscillation_frequency(
@@ -154,18 +175,7 @@ def squared_oscillation_frequency(
         Squared angular frequency, rad^2/s^2; negative where unstable, with the growth rate sqrt(-K / I).
     """
     geometry = evaluate_geometry(governor, arm_angle)
-    squared = squared_given_or_equilibrium_speed(governor, geometry, spindle_speed)
-    arm_stiffness = potential_derivatives(governor, geometry)[1] - squared * spindle_inertia_derivatives(governor, geometry)[1] / 2
-    return as_scalar_or_array(arm_stiffness / in_plane_inertia_and_derivative(governor, geometry)[0])
-
-
-def _total_spindle_inertia(governor: PendulumGovernor, geometry: LinkageGeometry, constant_inertia: FloatOrArray) -> FloatArray:
-    """Return J0 + J (kg m2); raise MechanismError where it is zero."""
-    fixed_part = validate_argument(constant_inertia, "constant_inertia", "kg m2", minimum=0.0)
-    total: FloatArray = fixed_part + np.asarray(spindle_inertia(governor, arm_angle=geometry.angle))
-    message = "spindle and governor together must have some inertia about the axis"
-    raise_where(total <= 0, message, ("constant_inertia + J", total, "kg m2"))
-    return total
+    return as_scalar_or_array(_stiffness(governor, geometry, spindle_speed) / in_plane_inertia_and_derivative(governor, geometry)[0])
 
 
 def arm_acceleration(
@@ -236,10 +246,12 @@ def spindle_acceleration(
     """
     geometry = evaluate_geometry(governor, arm_angle)
     rate, speed = (validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
+    fixed_inertia = validate_argument(constant_inertia, "constant_inertia", "kg m2", minimum=0.0)
+    total_inertia = fixed_inertia + np.asarray(spindle_inertia(governor, arm_angle=geometry.angle))
+    message = "spindle and governor together must have some inertia about the axis"
+    raise_where(total_inertia <= 0, message, ("constant_inertia + J", total_inertia, "kg m2"))
     gyroscopic = spindle_inertia_derivatives(governor, geometry)[0] * rate * speed
-    return as_scalar_or_array(
-        (validate_argument(torque, "torque", "N m") - gyroscopic) / _total_spindle_inertia(governor, geometry, constant_inertia)
-    )
+    return as_scalar_or_array((validate_argument(torque, "torque", "N m") - gyroscopic) / total_inertia)
 
 
 def drive_torque(
@@ -297,3 +309,121 @@ def least_stable_angle(governor: PendulumGovernor) -> float:
     if governor.offset >= 0:
         raise MechanismError(f"the arms do not cross the axis (offset {governor.offset:g} m): every angle is stable")
     return math.asin(math.cbrt(-governor.offset / governor.arm))
+
+
+def equilibrium_angles(
+    governor: PendulumGovernor, *, spindle_speed: float, lowest: float = -math.pi / 2, highest: float = math.pi / 2
+) -> FloatArray:
+    """Return all arm angles at which the governor is in equilibrium at one spindle speed.
+
+    The search covers the part of the range that the link reaches and in which the balls are on their own side of the axis. The equilibrium
+    of an open governor without offset whose balls hang on the axis is therefore not included. The ends of the range are included. An
+    equilibrium may be missed where the speed curve has two extrema within 1/500 of the range.
+
+    Parameters
+    ----------
+    governor
+        Dimensions and masses.
+    spindle_speed
+        Spindle speed, rad/s.
+    lowest
+        Lower end of the search range, rad.
+    highest
+        Upper end of the search range, rad.
+
+    Returns
+    -------
+    FloatArray
+        Arm angles, rad, ascending, to machine precision; empty if there is no equilibrium.
+
+    Raises
+    ------
+    MechanismError
+        If an argument is not one finite number, or lowest is not below highest.
+    """
+    speed = validate_argument(spindle_speed, "spindle_speed", "rad/s")
+    low, high = validate_argument(lowest, "lowest", "rad"), validate_argument(highest, "highest", "rad")
+    if speed.ndim or low.ndim or high.ndim:
+        raise MechanismError("spindle_speed, lowest and highest must each be one number")
+    ends = (("lowest", np.degrees(low), "deg"), ("highest", np.degrees(high), "deg"))
+    raise_where(low >= high, "lowest must be below highest", *ends)
+    grid = _travel_grid(governor, float(low), float(high))
+    if grid.size == 0:
+        return grid
+    turning_points = _bisect_between(lambda angle: _moment_balance(governor, speed, angle)[1], grid)
+    knots = np.unique(np.concatenate([grid, turning_points]))
+    moment, _, noise = _moment_balance(governor, speed, knots)
+    is_root = np.abs(moment) <= noise
+    bracketed_roots = _bisect_between(lambda angle: _moment_balance(governor, speed, angle)[0], knots, skip_knots=is_root)
+    root_groups = np.split(np.flatnonzero(is_root), np.flatnonzero(np.diff(np.flatnonzero(is_root)) > 1) + 1)
+    root_indices = [group[np.argmin(np.abs(moment[group]))] for group in root_groups if group.size]
+    angles: FloatArray = np.sort(np.concatenate([knots[np.array(root_indices, dtype=np.intp)], bracketed_roots]))
+    return angles[spindle_inertia_derivatives(governor, evaluate_geometry(governor, angles))[0] > 0] if angles.size else angles
+
+
+def _squared_balance_speed(governor: PendulumGovernor, geometry: LinkageGeometry, moment: FloatArray) -> FloatArray:
+    """Return the square of the spindle speed (rad^2/s^2) at which the centrifugal load balances `moment` (N m) on the arms."""
+    shown = ("arm_angle", np.degrees(geometry.angle), "deg")
+    min_arm_angle_deg = math.degrees(math.asin(max(-1.0, -governor.offset / governor.arm))) + 0.0  # no -0
+    message = "the ball is on or beyond the spindle axis: no speed balances it"
+    raise_where(geometry.ball_radius <= 0, message, shown, hint=f"keep arm_angle above {min_arm_angle_deg:g} deg")
+    inertia_derivative = spindle_inertia_derivatives(governor, geometry)[0]
+    message = "the centrifugal load does not raise the arms: no speed balances them"
+    raise_where(inertia_derivative <= 0, message, shown, hint="open the arms further")
+    message = "no real equilibrium speed: weight and centrifugal load turn the arms in the same direction"
+    raise_where(moment < 0, message, shown, hint="open the arms further")
+    return 2 * moment / inertia_derivative
+
+
+def _stiffness(governor: PendulumGovernor, geometry: LinkageGeometry, spindle_speed: FloatOrArray | None) -> FloatArray:
+    """Return the stiffness (N m/rad) at the given spindle speed, or at the equilibrium speed if none is given."""
+    derivative, second_derivative = potential_derivatives(governor, geometry)
+    if spindle_speed is None:
+        squared_speed = _squared_balance_speed(governor, geometry, derivative)
+    else:
+        squared_speed = validate_argument(spindle_speed, "spindle_speed", "rad/s") ** 2
+    return second_derivative - squared_speed * spindle_inertia_derivatives(governor, geometry)[1] / 2
+
+
+def _moment_balance(governor: PendulumGovernor, speed: FloatArray, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the closing moment on the arms (N m), its derivative (N m/rad) and the bound of its rounding error (N m)."""
+    geometry = evaluate_geometry(governor, angle)
+    potential_derivative, potential_second_derivative = potential_derivatives(governor, geometry)
+    inertia_derivative, inertia_second_derivative = spindle_inertia_derivatives(governor, geometry)
+    centrifugal_moment = speed**2 * inertia_derivative / 2
+    stiffness = potential_second_derivative - speed**2 * inertia_second_derivative / 2
+    moment_scale, rounding = np.abs(potential_derivative) + np.abs(centrifugal_moment), 8 * np.finfo(np.float64).eps
+    # Rounding of the moments and of the angle; the stiffness is unbounded where the link is at the end of its reach.
+    noise = rounding * moment_scale + np.minimum(rounding * np.abs(stiffness * angle), 1e-6 * moment_scale)
+    return potential_derivative - centrifugal_moment, stiffness, noise
+
+
+def _travel_grid(governor: PendulumGovernor, lowest: float, highest: float) -> FloatArray:
+    """Return the scan angles (rad): uniform over the travel, graded at its ends, where the speed may grow without bound."""
+    radius_offset, l1, l2 = governor.offset - governor.lug_radius, governor.joint_length, governor.link_length
+    low = math.asin(min(1.0, max(-1.0, -governor.offset / governor.arm, (-l2 - radius_offset) / l1)))
+    high = math.asin(max(-1.0, min(1.0, (l2 - radius_offset) / l1)))
+    low, high = max(low, lowest), min(high, highest)
+    end_spacing = (high - low) * 10.0 ** np.arange(-16, -2.5, 0.25)
+    vertical_angle = [0.0] if low <= 0.0 <= high else []
+    grid = np.unique(np.concatenate([low + end_spacing, np.linspace(low, high, 513), vertical_angle, high - end_spacing]))
+    is_reachable = governor.is_rhombus | (np.abs((radius_offset + l1 * np.sin(grid)) / l2) < 1.0)
+    is_outside_axis = governor.offset + governor.arm * np.sin(grid) > 0
+    valid_angles: FloatArray = grid[is_reachable & is_outside_axis & (np.abs(grid) < math.pi / 2)]
+    return valid_angles if low < high else valid_angles[:0]
+
+
+def _bisect_between(
+    function: Callable[[FloatArray], FloatArray], knots: FloatArray, skip_knots: NDArray[np.bool_] | None = None
+) -> FloatArray:
+    """Return the roots of a function that is monotone between knots, by bisection; roots at knots are returned or, if given, skipped."""
+    sign = np.sign(function(knots))
+    on_knot = sign == 0 if skip_knots is None else skip_knots
+    has_sign_change = (sign[:-1] * sign[1:] < 0) & ~on_knot[:-1] & ~on_knot[1:]
+    low, high, low_sign = knots[:-1][has_sign_change], knots[1:][has_sign_change], sign[:-1][has_sign_change]
+    for _ in range(100 if low.size else 0):
+        middle = (low + high) / 2
+        root_above_middle = np.sign(function(middle)) == low_sign
+        low, high = np.where(root_above_middle, middle, low), np.where(root_above_middle, high, middle)
+    roots = (low + high) / 2
+    return roots if skip_knots is not None else np.concatenate([knots[on_knot], roots])

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_angle, validate_fields
+from governor_mechanism.closed_form.arguments import FloatOrArray, raise_where, validate_angle, validate_fields
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.types import FloatArray
 
@@ -163,66 +163,9 @@ def spindle_inertia_derivatives(governor: PendulumGovernor, geometry: LinkageGeo
 
 def in_plane_inertia_and_derivative(governor: PendulumGovernor, geometry: LinkageGeometry) -> tuple[FloatArray, FloatArray]:
     """Return I (kg m2) and I' (kg m2/rad) of the in-plane inertia; the kinetic energy in the plane is I a'^2 / 2."""
-    l1, sleeve_derivative, sleeve_second_derivative = (governor.joint_length, geometry.sleeve_derivative, geometry.sleeve_second_derivative)
+    l1, dz, ddz = governor.joint_length, geometry.sleeve_derivative, geometry.sleeve_second_derivative  # z' and z" of the sleeve
     m, mu, ml, ms = governor.ball_mass, governor.arm_mass, governor.link_mass, governor.sleeve_mass
     constant_inertia = 2 * (m + mu / 3) * governor.arm**2 + 2 * governor.ball_inertia
-    inertia = (
-        constant_inertia + ms * sleeve_derivative**2 + 2 * ml * (l1**2 + l1 * geometry.sine * sleeve_derivative + sleeve_derivative**2) / 3
-    )
-    link_term_derivative = (
-        l1 * (geometry.cosine * sleeve_derivative + geometry.sine * sleeve_second_derivative)
-        + 2 * sleeve_derivative * sleeve_second_derivative
-    )
-    return inertia, 2 * ms * sleeve_derivative * sleeve_second_derivative + 2 * ml * link_term_derivative / 3
-
-
-def ball_radius(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Return the distance of the ball centre from the axis, x = e + l sin a; negative beyond the axis.
-
-    Parameters
-    ----------
-    governor
-        Dimensions and masses.
-    arm_angle
-        Arm angle a, rad.
-
-    Returns
-    -------
-    FloatOrArray
-        Distance, m.
-    """
-    return as_scalar_or_array(evaluate_geometry(governor, arm_angle).ball_radius)
-
-
-def potential_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Return V' (N m/rad): the moment of the weights against the opening of the arms."""
-    return as_scalar_or_array(potential_derivatives(governor, evaluate_geometry(governor, arm_angle))[0])
-
-
-def potential_second_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Return V'' (N m/rad^2), the derivative of potential_derivative by the arm angle."""
-    return as_scalar_or_array(potential_derivatives(governor, evaluate_geometry(governor, arm_angle))[1])
-
-
-def spindle_inertia(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Return the moment of inertia J (kg m2) of balls and rods about the spindle; 2 M x^2 without rod masses and ball_inertia."""
-    geometry = evaluate_geometry(governor, arm_angle)
-    lug_radius, offset, radial_extent = governor.lug_radius, governor.offset, governor.arm * geometry.sine
-    arms = 2 * governor.arm_mass * (offset**2 + offset * radial_extent + radial_extent**2 / 3)
-    links = 2 * governor.link_mass * (geometry.joint_radius**2 + geometry.joint_radius * lug_radius + lug_radius**2) / 3
-    return as_scalar_or_array(2 * governor.ball_mass * geometry.ball_radius**2 + arms + links + 2 * governor.ball_inertia)
-
-
-def spindle_inertia_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Return J' (kg m2/rad), the derivative of spindle_inertia; 4 M x l cos a without rod masses."""
-    return as_scalar_or_array(spindle_inertia_derivatives(governor, evaluate_geometry(governor, arm_angle))[0])
-
-
-def in_plane_inertia(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Return the in-plane inertia I (kg m2) of the energy I a'^2 / 2; 2 M l^2 + m_s z'^2 without rod masses."""
-    return as_scalar_or_array(in_plane_inertia_and_derivative(governor, evaluate_geometry(governor, arm_angle))[0])
-
-
-def in_plane_inertia_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Return I' (kg m2/rad), the derivative of in_plane_inertia by the arm angle."""
-    return as_scalar_or_array(in_plane_inertia_and_derivative(governor, evaluate_geometry(governor, arm_angle))[1])
+    inertia = constant_inertia + ms * dz**2 + 2 * ml * (l1**2 + l1 * geometry.sine * dz + dz**2) / 3
+    link_term_derivative = l1 * (geometry.cosine * dz + geometry.sine * ddz) + 2 * dz * ddz
+    return inertia, 2 * ms * dz * ddz + 2 * ml * link_term_derivative / 3

@@ -11,7 +11,9 @@ import numpy as np
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figures.page import Page, Panel, PanelRect, add_legend, use_plain_decades
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, SERIES_COLOURS, SKY, VERMILLION
-from governor_mechanism.studies.regulation.registry import ClearanceStudy, CyclicMotionStudy, FoldJumpStudy, SettlingStudy
+from governor_mechanism.studies.regulation.cyclic_irregularity import ClearanceStudy, CyclicMotionStudy
+from governor_mechanism.studies.regulation.fold_jump import FoldJumpStudy
+from governor_mechanism.studies.regulation.settling_time import SettlingStudy
 from governor_mechanism.types import FloatArray
 
 _MM_PER_M = 1e3

@@ -19,56 +19,15 @@ from scipy.optimize import minimize_scalar
 from governor_mechanism.closed_form.hartung import design as formulas
 from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, PAPER_INPUTS, TECHNICAL_ATMOSPHERE, HartungInputs, find_input_problems
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.quantities import format_quantity
 
-KILOGRAM_FORCE = 9.81
-"""One kilogram-force in N, with the paper's value of gravity."""
-TECHNICAL_ATMOSPHERE = KILOGRAM_FORCE * 1e4
-"""One technical atmosphere, kgf/cm^2, in Pa."""
 N_STROKE_POINTS = 121
 """Number of points of a curve over the stroke."""
-HALF_STROKE_TOLERANCE_RATIO = 0.05
-"""Tolerance of half_stroke relative to the geometric value; the paper's rounding is 0.008."""
 MIN_COIL_TURNS = 3.0
 """Minimum number of turns of a useful coil spring."""
 ANGLE_SEARCH_STEP = math.radians(1.0)
 """Step of the initial search for the best angle (rad)."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class HartungInputs:
-    """Inputs of a design in SI; the defaults are the paper's.
-
-    swing is the lever's angle from the vertical to each side, rest_radius the radius of the weights at the inner end, half_stroke their
-    radial travel from there to the vertical lever. angle and sleeve_arm (of the bell crank) follow from the design if they are None.
-    """
-
-    weight_mass: float = 45.0
-    sleeve_mass: float = 15.0
-    weight_arm: float = 0.115
-    rest_radius: float = 0.092
-    half_stroke: float = 0.030
-    fulcrum_height: float = -0.113
-    swing: float = math.radians(15.0)
-    slow_speed: float = 204 * math.pi / 30
-    fast_speed: float = 212 * math.pi / 30
-    wire: float = 0.012
-    coil: float = 0.080
-    modulus: float = 750_000 * TECHNICAL_ATMOSPHERE
-    stress_limit: float = 4500 * TECHNICAL_ATMOSPHERE
-    insensitivity: float = 0.04
-    angle: float | None = None
-    sleeve_arm: float | None = None
-
-    @property
-    def fulcrum_radius(self) -> float:
-        """Distance of the fulcrum from the spindle axis (m)."""
-        return self.rest_radius + self.half_stroke
-
-
-PAPER_INPUTS = HartungInputs()
-"""The inputs of the paper."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,15 +112,15 @@ class HartungDesign:
     turns: float
     wire_length: float
     stress: float
-    regulating_forces: tuple[float, float]
-    speed_limits: tuple[tuple[float, float], tuple[float, float]]
+    regulating_forces: tuple[float, ...]
+    speed_limits: tuple[tuple[float, ...], ...]
     warnings: tuple[str, ...] = ()
 
     def summary_lines(self) -> list[str]:
         """Return the design as text in workshop units."""
         layout, static_forces = self.layout, self.layout.static_forces / KILOGRAM_FORCE
-        speed_limits = [[f"{speed * 30 / math.pi:.4g}" for speed in pair] for pair in self.speed_limits]
-        regulating_forces = [f"{force / KILOGRAM_FORCE:.4g}" for force in self.regulating_forces]
+        inner_speeds, outer_speeds = (" and ".join(f"{speed * 30 / math.pi:.4g}" for speed in pair) for pair in self.speed_limits)
+        inner_force, outer_force = (f"{force / KILOGRAM_FORCE:.4g}" for force in self.regulating_forces)
         return [
             f"bell crank: {math.degrees(self.angle):.6g} deg, arms {self.inputs.weight_arm * 1e3:.6g} and "
             f"{self.sleeve_arm * 1e3:.6g} mm; tan = -y0 / a gives {math.degrees(self.formula_angle):.6g} deg",
@@ -170,8 +129,7 @@ class HartungDesign:
             f"static sleeve force: {static_forces[0]:.5g} kgf inside, {static_forces[-1]:.5g} outside, changes by "
             f"{100 * layout.spread:.3g} %; the smallest spread is at {math.degrees(self.best_angle):.5g} deg, with "
             f"{100 * self.best_spread:.3g} %",
-            f"regulating force: {regulating_forces[0]} kgf inside, overcome at {' and '.join(speed_limits[0])} rpm; "
-            f"{regulating_forces[1]} kgf outside, at {' and '.join(speed_limits[1])} rpm",
+            f"regulating force: {inner_force} kgf inside, overcome at {inner_speeds} rpm; {outer_force} kgf outside, at {outer_speeds} rpm",
             f"sleeve travel: {self.travel * 1e3:.5g} mm",
             *(f"warning: {sentence}" for sentence in self.warnings),
         ]
@@ -179,11 +137,8 @@ class HartungDesign:
     def as_json(self) -> dict[str, Any]:
         """Return the design as plain values, the curves as lists."""
         layout = self.layout
-        numbers = {name: value for name, value in asdict(self).items() if name not in ("inputs", "layout") and value is not None}
-        curves = {
-            name: getattr(layout, name).tolist()
-            for name in ("levers", "radii", "slow_forces", "fast_forces", "spring_forces", "static_forces")
-        }
+        numbers = {name: value for name, value in vars(self).items() if name not in ("inputs", "layout")}
+        curves = {name: value.tolist() for name, value in vars(layout).items() if isinstance(value, np.ndarray)}
         return {"inputs": asdict(self.inputs), **numbers, "static_force_spread": layout.spread, "curves": curves}
 
 
@@ -206,7 +161,7 @@ def design_hartung(inputs: HartungInputs = PAPER_INPUTS) -> HartungDesign:
         If no governor can be built from the inputs.
     """
     _max_bell_crank_angle(inputs)  # raises for a swing that is too large
-    if problems := _validate_inputs(inputs):
+    if problems := find_input_problems(inputs):
         raise MechanismError(*problems)
     inner_radius, outer_radius = inputs.rest_radius, inputs.rest_radius + 2 * inputs.half_stroke
     forces = (inputs.weight_mass * inputs.slow_speed**2 * inner_radius, inputs.weight_mass * inputs.fast_speed**2 * outer_radius)
@@ -217,13 +172,10 @@ def design_hartung(inputs: HartungInputs = PAPER_INPUTS) -> HartungDesign:
     angle = formula_angle if inputs.angle is None else inputs.angle
     layout = build_hartung_layout(inputs, angle, inputs.sleeve_arm)
     optimal_angle, spread = find_best_angle(inputs)
-    governor, ends = layout.governor, (0, -1)
-    static_forces = [float(layout.static_forces[end]) for end in ends]
-    regulating_forces = [float(formulas.regulating_force(static_force=one, insensitivity=inputs.insensitivity)) for one in static_forces]
-    speed_limits = [
-        _speed_limits(speed, force, static)
-        for speed, force, static in zip((inputs.slow_speed, inputs.fast_speed), regulating_forces, static_forces, strict=True)
-    ]
+    governor, end_forces = layout.governor, layout.static_forces[[0, -1]]
+    speeds = np.array([inputs.slow_speed, inputs.fast_speed])
+    regulating_forces = np.asarray(formulas.regulating_force(static_force=end_forces, insensitivity=inputs.insensitivity))
+    speed_limits = formulas.speed_limits(spindle_speed=speeds, regulating_force=regulating_forces, static_force=end_forces)
     coil_arguments = {"wire": inputs.wire, "coil": inputs.coil, "modulus": inputs.modulus}
     stress = float(formulas.coil_stress(wire=inputs.wire, coil=inputs.coil, force=layout.spring_forces[-1]))
     turns = float(formulas.coil_turns(**coil_arguments, rate=layout.spring_rate))
@@ -243,8 +195,8 @@ def design_hartung(inputs: HartungInputs = PAPER_INPUTS) -> HartungDesign:
         turns=turns,
         wire_length=float(formulas.wire_length(**coil_arguments, rate=layout.spring_rate)),
         stress=stress,
-        regulating_forces=(regulating_forces[0], regulating_forces[1]),
-        speed_limits=(speed_limits[0], speed_limits[1]),
+        regulating_forces=tuple(regulating_forces.tolist()),
+        speed_limits=tuple(zip(*(np.asarray(limits).tolist() for limits in speed_limits), strict=True)),
         warnings=_warnings(inputs, stress, turns),
     )
 
@@ -272,8 +224,7 @@ def build_hartung_layout(inputs: HartungInputs, angle: float, sleeve_arm: float 
         If the lever would pass its change point, or springs cannot follow the line.
     """
     if sleeve_arm is None:
-        symmetric_arm = formulas.symmetric_sleeve_arm(fulcrum_radius=inputs.fulcrum_radius, angle=angle, swing=inputs.swing)
-        sleeve_arm = float(symmetric_arm)
+        sleeve_arm = float(formulas.symmetric_sleeve_arm(fulcrum_radius=inputs.fulcrum_radius, angle=angle, swing=inputs.swing))
     governor = closed.HartungGovernor(
         weight_arm=inputs.weight_arm,
         sleeve_arm=sleeve_arm,
@@ -295,13 +246,12 @@ def build_hartung_layout(inputs: HartungInputs, angle: float, sleeve_arm: float 
             f"{fast_forces[-1]:.4g} N at fast_speed and the outer end;"
             " it must be positive and rise outward; increase rest_radius, weight_mass or the speeds, or reduce swing"
         )
-    spring_rate = formulas.effective_spring_rate(
-        inner_force=float(slow_forces[0]), outer_force=float(fast_forces[-1]), stroke=float(radii[-1] - radii[0])
-    )
-    spring_forces = slow_forces[0] + float(spring_rate) * (radii - radii[0])
+    end_forces = {"inner_force": float(slow_forces[0]), "outer_force": float(fast_forces[-1])}
+    spring_rate = float(formulas.effective_spring_rate(**end_forces, stroke=float(radii[-1] - radii[0])))
+    spring_forces = slow_forces[0] + spring_rate * (radii - radii[0])
     return HartungLayout(
         governor=governor,
-        spring_rate=float(spring_rate),
+        spring_rate=spring_rate,
         levers=levers,
         radii=radii,
         slow_forces=slow_forces,
@@ -335,46 +285,6 @@ def _max_bell_crank_angle(inputs: HartungInputs) -> float:
             "every angle of the bell crank from 90 deg up; the swing must be less than 89 deg"
         )
     return max_angle
-
-
-def _validate_inputs(inputs: HartungInputs) -> list[str]:
-    """Return sentences about inputs that are not positive or not consistent."""
-    units = {"weight_mass": "kg", "sleeve_mass": "kg", "slow_speed": "rad/s", "fast_speed": "rad/s"}
-    lengths = dict.fromkeys(("weight_arm", "rest_radius", "half_stroke", "wire", "coil", "sleeve_arm"), "m")
-    others = {"modulus": "Pa", "stress_limit": "Pa", "insensitivity": "", "swing": "rad", "angle": "rad"}
-    problems = [
-        f"{name} must be positive; got {format_quantity(value, unit).strip()}"
-        for name, unit in (units | lengths | others).items()
-        if (value := getattr(inputs, name)) is not None and not value > 0
-    ]
-    if problems:
-        return problems
-    if inputs.slow_speed >= inputs.fast_speed:
-        problems.append(
-            f"slow_speed ({format_quantity(inputs.slow_speed, 'rad/s')}), at the inner end of the stroke, must be below "
-            f"fast_speed ({format_quantity(inputs.fast_speed, 'rad/s')}), at the outer end"
-        )
-    if inputs.insensitivity >= 1:
-        problems.append(
-            f"insensitivity ({inputs.insensitivity:g}) must be below 1: it is a fraction of the static sleeve force; "
-            "the paper's value is 0.04"
-        )
-    radial_travel = inputs.weight_arm * math.sin(inputs.swing)
-    if abs(inputs.half_stroke - radial_travel) > HALF_STROKE_TOLERANCE_RATIO * radial_travel:
-        problems.append(
-            f"half_stroke ({format_quantity(inputs.half_stroke, 'm')}) is not consistent with weight_arm "
-            f"({format_quantity(inputs.weight_arm, 'm')}) and swing ({format_quantity(inputs.swing, 'rad')}), which move a weight by "
-            f"{format_quantity(radial_travel, 'm', '.4g')} to each side; "
-            f"give half_stroke={format_quantity(radial_travel, 'm', '.4g')}, or change the others"
-        )
-    if inputs.coil <= inputs.wire:
-        problems.append(f"coil ({format_quantity(inputs.coil, 'm')}) must exceed wire ({format_quantity(inputs.wire, 'm')})")
-    return problems
-
-
-def _speed_limits(speed: float, regulating_force: float, static_force: float) -> tuple[float, float]:
-    low, high = formulas.speed_limits(spindle_speed=speed, regulating_force=regulating_force, static_force=static_force)
-    return float(low), float(high)
 
 
 def _warnings(inputs: HartungInputs, stress: float, turns: float) -> tuple[str, ...]:

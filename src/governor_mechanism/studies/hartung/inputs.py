@@ -1,33 +1,66 @@
-"""Design inputs from text, such as "wire=14 mm" on the command line."""
+"""The inputs of a design: from text, such as "wire=14 mm" on the command line, and what makes them invalid."""
 
 from __future__ import annotations
 
-import dataclasses
+import math
 from collections.abc import Iterable
+from dataclasses import dataclass, field, fields, replace
+from typing import TypeVar
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.studies.hartung.design import HartungInputs
-from governor_mechanism.units.quantities import format_value, parse_quantity
+from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity, format_value, parse_quantity
 
-INPUT_DIMENSIONS = {
-    "weight_mass": "mass",
-    "sleeve_mass": "mass",
-    "weight_arm": "length",
-    "rest_radius": "length",
-    "half_stroke": "length",
-    "fulcrum_height": "length",
-    "swing": "angle",
-    "slow_speed": "angular_speed",
-    "fast_speed": "angular_speed",
-    "wire": "length",
-    "coil": "length",
-    "modulus": "modulus",
-    "stress_limit": "pressure",
-    "insensitivity": "ratio",
-    "angle": "angle",
-    "sleeve_arm": "length",
-}
-"""Physical dimension of each input."""
+KILOGRAM_FORCE = 9.81
+"""One kilogram-force in N, with the paper's value of gravity."""
+TECHNICAL_ATMOSPHERE = KILOGRAM_FORCE * 1e4
+"""One technical atmosphere, kgf/cm^2, in Pa."""
+HALF_STROKE_TOLERANCE_RATIO = 0.05
+"""Tolerance of half_stroke relative to the geometric value; the paper's rounding is 0.008."""
+
+_Value = TypeVar("_Value")
+
+
+def _input(kind: str, default: _Value) -> _Value:
+    """Return the field of an input with its kind of quantity."""
+    return field(default=default, metadata={"kind": kind})
+
+
+@dataclass(frozen=True, kw_only=True)
+class HartungInputs:
+    """Inputs of a design in SI; the defaults are the paper's.
+
+    swing is the lever's angle from the vertical to each side, rest_radius the radius of the weights at the inner end, half_stroke their
+    radial travel from there to the vertical lever. angle and sleeve_arm (of the bell crank) follow from the design if they are None.
+    """
+
+    weight_mass: float = _input("mass", 45.0)
+    sleeve_mass: float = _input("mass", 15.0)
+    weight_arm: float = _input("length", 0.115)
+    rest_radius: float = _input("length", 0.092)
+    half_stroke: float = _input("length", 0.030)
+    fulcrum_height: float = _input("length", -0.113)
+    swing: float = _input("angle", math.radians(15.0))
+    slow_speed: float = _input("angular_speed", 204 * math.pi / 30)
+    fast_speed: float = _input("angular_speed", 212 * math.pi / 30)
+    wire: float = _input("length", 0.012)
+    coil: float = _input("length", 0.080)
+    modulus: float = _input("modulus", 750_000 * TECHNICAL_ATMOSPHERE)
+    stress_limit: float = _input("pressure", 4500 * TECHNICAL_ATMOSPHERE)
+    insensitivity: float = _input("ratio", 0.04)
+    angle: float | None = _input("angle", None)
+    sleeve_arm: float | None = _input("length", None)
+
+    @property
+    def fulcrum_radius(self) -> float:
+        """Distance of the fulcrum from the spindle axis (m)."""
+        return self.rest_radius + self.half_stroke
+
+
+PAPER_INPUTS = HartungInputs()
+"""The inputs of the paper."""
+
+INPUT_KINDS = {one.name: one.metadata["kind"] for one in fields(HartungInputs)}
+"""Kind of quantity of each input."""
 
 
 def parse_inputs(assignments: Iterable[str]) -> HartungInputs:
@@ -52,20 +85,20 @@ def parse_inputs(assignments: Iterable[str]) -> HartungInputs:
     problems: list[str] = []
     for assignment in assignments:
         name, sign, value = (part.strip() for part in assignment.partition("="))
-        if not sign or name not in INPUT_DIMENSIONS:
-            known = ", ".join(INPUT_DIMENSIONS)
+        if not sign or name not in INPUT_KINDS:
+            known = ", ".join(INPUT_KINDS)
             problems.append(
                 f"--with {format_value(assignment)} is not an assignment to an input, such as wire=14 mm; inputs: {known}."
-                f"{did_you_mean(name, INPUT_DIMENSIONS)}"
+                f"{did_you_mean(name, INPUT_KINDS)}"
             )
             continue
         try:
-            values[name] = parse_quantity(_parse_number(value), INPUT_DIMENSIONS[name], f"--with {name}")
+            values[name] = parse_quantity(_parse_number(value), INPUT_KINDS[name], f"--with {name}")
         except MechanismError as error:
             problems += error.problems
     if problems:
         raise MechanismError(*problems)
-    return dataclasses.replace(HartungInputs(), **values)
+    return replace(PAPER_INPUTS, **values)
 
 
 def _parse_number(text: str) -> str | float:
@@ -74,3 +107,33 @@ def _parse_number(text: str) -> str | float:
         return float(text)
     except ValueError:
         return text
+
+
+def find_input_problems(inputs: HartungInputs) -> list[str]:
+    """Return sentences about inputs that are not positive or not consistent."""
+    problems = [
+        f"{name} must be positive; got {format_quantity(value, QUANTITY_KINDS[kind].si_unit).strip()}"
+        for name, kind in INPUT_KINDS.items()
+        if (value := getattr(inputs, name)) is not None and name != "fulcrum_height" and not value > 0
+    ]
+    if problems:
+        return problems
+    if inputs.slow_speed >= inputs.fast_speed:
+        slow, fast = (format_quantity(speed, "rad/s") for speed in (inputs.slow_speed, inputs.fast_speed))
+        problems.append(f"slow_speed ({slow}), at the inner end of the stroke, must be below fast_speed ({fast}), at the outer end")
+    if inputs.insensitivity >= 1:
+        problems.append(
+            f"insensitivity ({inputs.insensitivity:g}) must be below 1: it is a fraction of the static sleeve force; "
+            "the paper's value is 0.04"
+        )
+    radial_travel = inputs.weight_arm * math.sin(inputs.swing)
+    if abs(inputs.half_stroke - radial_travel) > HALF_STROKE_TOLERANCE_RATIO * radial_travel:
+        travel = format_quantity(radial_travel, "m", ".4g")
+        problems.append(
+            f"half_stroke ({format_quantity(inputs.half_stroke, 'm')}) is not consistent with weight_arm "
+            f"({format_quantity(inputs.weight_arm, 'm')}) and swing ({format_quantity(inputs.swing, 'rad')}), which move a weight by "
+            f"{travel} to each side; give half_stroke={travel}, or change the others"
+        )
+    if inputs.coil <= inputs.wire:
+        problems.append(f"coil ({format_quantity(inputs.coil, 'm')}) must exceed wire ({format_quantity(inputs.wire, 'm')})")
+    return problems

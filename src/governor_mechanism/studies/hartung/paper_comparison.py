@@ -16,7 +16,7 @@ from typing import Any
 
 from governor_mechanism.closed_form.hartung import design as formulas
 from governor_mechanism.closed_form.hartung import governor as closed
-from governor_mechanism.studies.hartung.design import KILOGRAM_FORCE, TECHNICAL_ATMOSPHERE
+from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, TECHNICAL_ATMOSPHERE
 from governor_mechanism.units.text_table import format_table
 
 PAPER_SPEEDS = (21.363, 22.201)
@@ -42,7 +42,7 @@ COUNTER_EXAMPLE_FORCES = (189.0, 262.0, 335.0)
 """Static sleeve force (kgf) at low, middle and high position of Pohlhausen's no. 97, a Hartung governor with right angles."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class PrintedNumber:
     """One number of the paper in `unit`, printed and recomputed; misprint describes the error, if there is one."""
 
@@ -118,57 +118,50 @@ def paper_governor() -> closed.HartungGovernor:
 
 def _compare_radii_and_speeds() -> Iterator[PrintedNumber]:
     radii = [1e3 * float(closed.weight_radius(paper_governor(), lever_angle=math.radians(side))) for side in (15, -15)]
-    misprint = "the next lines use 92"
-    yield PrintedNumber(quantity="radius of a weight at the inner end", unit="mm", printed=95, recomputed=15 + 77, misprint=misprint)
-    yield PrintedNumber(quantity="radius of the fulcrum", unit="mm", printed=122, recomputed=92 + 30)
-    yield PrintedNumber(quantity="sagitta", unit="mm", printed=4, recomputed=115 * (1 - math.cos(math.radians(15))))
-    misprint = "one digit too many; the table has 92"
-    yield PrintedNumber(quantity="radius innermost", unit="mm", printed=192, recomputed=radii[0], misprint=misprint)
-    yield PrintedNumber(quantity="radius outermost", unit="mm", printed=152, recomputed=radii[1])
+    yield PrintedNumber("radius of a weight at the inner end", "mm", 95, 15 + 77, "the next lines use 92")
+    yield PrintedNumber("radius of the fulcrum", "mm", 122, 92 + 30)
+    yield PrintedNumber("sagitta", "mm", 4, 115 * (1 - math.cos(math.radians(15))))
+    yield PrintedNumber("radius innermost", "mm", 192, radii[0], "one digit too many; the table has 92")
+    yield PrintedNumber("radius outermost", "mm", 152, radii[1])
     squares = [speed**2 for speed in PAPER_SPEEDS]
-    yield PrintedNumber(quantity="slow speed squared", unit="1/s^2", printed=456.4, recomputed=squares[0])
-    yield PrintedNumber(quantity="fast speed squared", unit="1/s^2", printed=492.9, recomputed=squares[1])
-    misprint = "it is 492.9 two lines above"
-    yield PrintedNumber(quantity="the same, in C2", unit="1/s^2", printed=492.2, recomputed=squares[1], misprint=misprint)
+    yield PrintedNumber("slow speed squared", "1/s^2", 456.4, squares[0])
+    yield PrintedNumber("fast speed squared", "1/s^2", 492.9, squares[1])
+    yield PrintedNumber("the same, in C2", "1/s^2", 492.2, squares[1], "it is 492.9 two lines above")
 
 
 def _compare_centrifugal_forces() -> Iterator[PrintedNumber]:
     mass = 45 / KILOGRAM_FORCE
-    yield PrintedNumber(
-        quantity="mass of a weight", unit="kgf s2/m", printed=4.58, recomputed=mass, misprint="truncated, not rounded: 4.59"
-    )
+    yield PrintedNumber("mass of a weight", "kgf s2/m", 4.58, mass, "truncated, not rounded: 4.59")
     forces = [mass * speed**2 * x for speed, x in zip(PAPER_SPEEDS, (0.092, 0.152), strict=True)]
-    for quantity, printed, force in zip(("C1", "C2"), (192, 344), forces, strict=True):
-        yield PrintedNumber(quantity=f"centrifugal force {quantity}", unit="kgf", printed=printed, recomputed=force)
+    yield PrintedNumber("centrifugal force C1", "kgf", 192, forces[0])
+    yield PrintedNumber("centrifugal force C2", "kgf", 344, forces[1])
     first = formulas.spring_abscissa(inner_force=192.0, outer_force=344.0, stroke=60.0)
-    yield PrintedNumber(quantity="abscissa y1", unit="mm", printed=76, recomputed=float(first))
-    yield PrintedNumber(quantity="abscissa y0", unit="mm", printed=106, recomputed=76 + 30)
+    yield PrintedNumber("abscissa y1", "mm", 76, float(first))
+    yield PrintedNumber("abscissa y0", "mm", 106, 76 + 30)
     angle = float(formulas.bell_crank_angle(weight_arm=115.0, middle_abscissa=106.0))
-    yield PrintedNumber(quantity="tangent of the angle", unit="1", printed=-0.92, recomputed=math.tan(angle))
+    yield PrintedNumber("tangent of the angle", "1", -0.92, math.tan(angle))
     misprint = "the arc of 0.92 was added to 90 deg instead of taken from 180 deg; 132 deg is used"
-    yield PrintedNumber(quantity="angle of the bell crank", unit="deg", printed=133, recomputed=math.degrees(angle), misprint=misprint)
+    yield PrintedNumber("angle of the bell crank", "deg", 133, math.degrees(angle), misprint)
     swing = math.radians(15)
     arm = formulas.symmetric_sleeve_arm(fulcrum_radius=122.0, angle=math.radians(132), swing=swing)
-    yield PrintedNumber(quantity="sleeve's arm b, at 132 deg", unit="mm", printed=170, recomputed=float(arm))
+    yield PrintedNumber("sleeve's arm b, at 132 deg", "mm", 170, float(arm))
 
 
 def _compare_spring() -> Iterator[PrintedNumber]:
     rise, wire_diameter, coil_diameter, shear_modulus = 345.8 - 173.8, 0.012, 0.08, 750_000 * TECHNICAL_ATMOSPHERE
     rate = rise * KILOGRAM_FORCE / 0.06
-    yield PrintedNumber(quantity="rise of the spring force", unit="kgf", printed=172, recomputed=rise)
+    yield PrintedNumber("rise of the spring force", "kgf", 172, rise)
     moment = 1e8 * float(formulas.polar_moment(wire=wire_diameter))
     misprint = "its formula lacks the fourth power of 1.2; the number is correct"
-    yield PrintedNumber(quantity="polar moment of the wire", unit="cm^4", printed=0.2036, recomputed=moment, misprint=misprint)
+    yield PrintedNumber("polar moment of the wire", "cm^4", 0.2036, moment, misprint)
     length = 100 * float(formulas.wire_length(wire=wire_diameter, coil=coil_diameter, rate=rate, modulus=shear_modulus))
-    misprint = "should be 333; its formula has cm^4 and cm^2 that do not belong there"
-    yield PrintedNumber(quantity="length of the wire", unit="cm", printed=332, recomputed=length, misprint=misprint)
+    yield PrintedNumber("length of the wire", "cm", 332, length, "should be 333; its formula has cm^4 and cm^2 that do not belong there")
     turns = float(formulas.coil_turns(wire=wire_diameter, coil=coil_diameter, rate=rate, modulus=shear_modulus))
-    yield PrintedNumber(quantity="turns", unit="1", printed=13, recomputed=turns)
+    yield PrintedNumber("turns", "1", 13, turns)
     section = 1e6 * float(formulas.section_modulus(wire=wire_diameter))
-    misprint = "its formula lacks the cube of 1.2; should be 0.339"
-    yield PrintedNumber(quantity="section modulus of the wire", unit="cm^3", printed=0.338, recomputed=section, misprint=misprint)
+    yield PrintedNumber("section modulus of the wire", "cm^3", 0.338, section, "its formula lacks the cube of 1.2; should be 0.339")
     stress = float(formulas.coil_stress(wire=wire_diameter, coil=coil_diameter, force=346 * KILOGRAM_FORCE)) / TECHNICAL_ATMOSPHERE
-    yield PrintedNumber(quantity="stress under 346 kgf", unit="kgf/cm^2", printed=4100, recomputed=stress)
+    yield PrintedNumber("stress under 346 kgf", "kgf/cm^2", 4100, stress)
 
 
 def _compare_sleeve_forces() -> Iterator[PrintedNumber]:
@@ -178,15 +171,12 @@ def _compare_sleeve_forces() -> Iterator[PrintedNumber]:
         static_forces.append(float(static_force) / KILOGRAM_FORCE)
         regulating_forces.append(float(formulas.regulating_force(static_force=static_forces[-1])))
     misprint = "intermediate - 0.677 for x 0.677, and 85.8 for 185.8; the number is correct"
-    yield PrintedNumber(quantity="static force S, inner", unit="kgf", printed=460, recomputed=static_forces[0], misprint=misprint)
-    misprint = "intermediate + 5 for + 15; the number is correct"
-    yield PrintedNumber(quantity="static force S, outer", unit="kgf", printed=503, recomputed=static_forces[1], misprint=misprint)
-    yield PrintedNumber(quantity="regulating force K, inner", unit="kgf", printed=18.4, recomputed=regulating_forces[0])
-    misprint = "the next line has 20.2"
-    yield PrintedNumber(quantity="regulating force K, outer", unit="kgf", printed=26.2, recomputed=regulating_forces[1], misprint=misprint)
+    yield PrintedNumber("static force S, inner", "kgf", 460, static_forces[0], misprint)
+    yield PrintedNumber("static force S, outer", "kgf", 503, static_forces[1], "intermediate + 5 for + 15; the number is correct")
+    yield PrintedNumber("regulating force K, inner", "kgf", 18.4, regulating_forces[0])
+    yield PrintedNumber("regulating force K, outer", "kgf", 26.2, regulating_forces[1], "the next line has 20.2")
     change = 100 * (regulating_forces[1] - regulating_forces[0]) / (0.5 * (regulating_forces[0] + regulating_forces[1]))
-    misprint = "2 / 10 is not 10 %; 2 / 20 is meant"
-    yield PrintedNumber(quantity="its change over the stroke", unit="%", printed=10, recomputed=change, misprint=misprint)
+    yield PrintedNumber("its change over the stroke", "%", 10, change, "2 / 10 is not 10 %; 2 / 20 is meant")
 
 
 def _compare_spring_force_table() -> Iterator[PrintedNumber]:
@@ -196,18 +186,13 @@ def _compare_spring_force_table() -> Iterator[PrintedNumber]:
             balance = closed.astatic_spring_force(paper_governor(), lever_angle=lever_angle, spindle_speed=speed)
             recomputed = float(balance) / KILOGRAM_FORCE
             is_misprint = abs(force - recomputed) > SLIDE_RULE_TOLERANCE
-            yield PrintedNumber(
-                quantity=f"spring force at {radius:g} mm, {rpm} rpm",
-                unit="kgf",
-                printed=force,
-                recomputed=recomputed,
-                misprint="not on the curve of its neighbours; one digit wrong, 189.8 is meant" if is_misprint else "",
-            )
+            misprint = "not on the curve of its neighbours; one digit wrong, 189.8 is meant" if is_misprint else ""
+            yield PrintedNumber(f"spring force at {radius:g} mm, {rpm} rpm", "kgf", force, recomputed, misprint)
 
 
 def _compare_counter_example() -> Iterator[PrintedNumber]:
     forces = [float(formulas.regulating_force(static_force=force)) for force in COUNTER_EXAMPLE_FORCES]
     for position, printed, force in zip(("low", "middle", "high"), (7.5, 10.5, 13.4), forces, strict=True):
-        yield PrintedNumber(quantity=f"Pohlhausen's no. 97, K {position}", unit="kgf", printed=printed, recomputed=force)
+        yield PrintedNumber(f"Pohlhausen's no. 97, K {position}", "kgf", printed, force)
     change = 100 * (13.4 - 7.5) / 10.5
-    yield PrintedNumber(quantity="Pohlhausen's no. 97, change of K", unit="%", printed=56, recomputed=change)
+    yield PrintedNumber("Pohlhausen's no. 97, change of K", "%", 56, change)

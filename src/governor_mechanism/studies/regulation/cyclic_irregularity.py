@@ -23,6 +23,12 @@ from governor_mechanism.statics.speed_curve import compute_insensitivity_band
 from governor_mechanism.studies.regression import SLEEVE_READING, FittedParameter, fit_slope, run_uncertified
 from governor_mechanism.types import FloatArray
 
+FLUCTUATION_RATIOS = np.concatenate([np.linspace(0.0, 0.95, 12), 1 + np.geomspace(1e-4, 1.0, 29)])
+"""Speed fluctuations over the insensitivity band, for a curve of cyclic motion."""
+
+CLEARANCES = np.geomspace(1e-5, 4e-2, 33)
+"""Clearances, m, for a curve of the clearance study."""
+
 SAMPLES_PER_TURN = 200
 """Reported times per turn of the spindle."""
 
@@ -119,22 +125,16 @@ class ClearanceStudy:
     def conclusion(self) -> str:
         """One sentence on whether clearance reduces the cyclic motion."""
         clearance, amplitude = self.worst
-        if self.amplitude_without_clearance == 0:
-            return (
-                f"a clearance of {clearance * 1e3:.3g} mm causes cyclic motion"
-                if amplitude > 0
-                else "the sleeve is at rest with and without clearance"
-            )
-        if np.all(np.abs(self.amplitudes - self.amplitude_without_clearance) < 1e-3 * self.amplitude_without_clearance):
-            return "clearance changes nothing" + (
-                "" if self.friction_carries_sleeve else ": the weight of the sleeve keeps the clearance closed"
-            )
-        standstill_text = (
-            f"; from {self.standstill_clearance * 1e3:.3g} mm the sleeve is at rest" if self.standstill_clearance < math.inf else ""
-        )
-        amplitude_ratio = amplitude / self.amplitude_without_clearance
-        if amplitude_ratio > 1.001:
-            return f"a clearance of {clearance * 1e3:.3g} mm multiplies the amplitude by {amplitude_ratio:.3g}{standstill_text}"
+        base_amplitude, clearance_text = self.amplitude_without_clearance, f"a clearance of {clearance * 1e3:.3g} mm"
+        if base_amplitude == 0:
+            return f"{clearance_text} causes cyclic motion" if amplitude > 0 else "the sleeve is at rest with and without clearance"
+        if np.all(np.abs(self.amplitudes - base_amplitude) < 1e-3 * base_amplitude):
+            reason = "" if self.friction_carries_sleeve else ": the weight of the sleeve keeps the clearance closed"
+            return f"clearance changes nothing{reason}"
+        standstill = self.standstill_clearance
+        standstill_text = f"; from {standstill * 1e3:.3g} mm the sleeve is at rest" if standstill < math.inf else ""
+        if amplitude / base_amplitude > 1.001:
+            return f"{clearance_text} multiplies the amplitude by {amplitude / base_amplitude:.3g}{standstill_text}"
         return f"clearance reduces the amplitude{standstill_text}"
 
 
@@ -166,8 +166,8 @@ def study_cyclic_motion(scene: Scene, fluctuation_ratios: Sequence[float] | Floa
     mean_speed, insensitivity_band = _compute_mean_speed_and_band(scene)
 
     def does_sleeve_move(fluctuation_ratio: float) -> bool:
-        fluctuating_scene = _make_fluctuating_scene(scene, fluctuation_ratio * insensitivity_band, mean_speed, 2)
-        return any(event.kind is not EventKind.CROSSING for event in run_uncertified(fluctuating_scene).events)
+        run = _run_fluctuating(scene, fluctuation_ratio * insensitivity_band, mean_speed, 2)
+        return any(event.kind is not EventKind.CROSSING for event in run.events)
 
     low, high = 0.0, 2.0
     if not does_sleeve_move(high):
@@ -177,16 +177,11 @@ def study_cyclic_motion(scene: Scene, fluctuation_ratios: Sequence[float] | Floa
     while high - low > THRESHOLD_TOLERANCE:
         midpoint = 0.5 * (low + high)
         low, high = (low, midpoint) if does_sleeve_move(midpoint) else (midpoint, high)
-    amplitudes = [
-        _compute_reading_amplitude(
-            run_uncertified(_make_fluctuating_scene(scene, share * insensitivity_band, mean_speed, n_turns + 1)), SLEEVE_READING
-        )
-        for share in requested_ratios.tolist()
-    ]
+    runs = (_run_fluctuating(scene, ratio * insensitivity_band, mean_speed, n_turns + 1) for ratio in requested_ratios.tolist())
     return CyclicMotionStudy(
         title=scene.title,
         fluctuation_ratios=requested_ratios,
-        amplitudes=np.array(amplitudes),
+        amplitudes=np.array([_compute_last_turn_amplitude(run.readings[SLEEVE_READING]) for run in runs]),
         insensitivity_band=insensitivity_band,
         threshold=0.5 * (low + high),
         n_turns=n_turns,
@@ -214,24 +209,22 @@ def study_clearance(scene: Scene, clearances: Sequence[float] | FloatArray, n_tu
         Amplitudes of sleeve and arms.
     """
     requested_clearances = np.asarray(clearances, dtype=np.float64)
-    scene_without_clearance = _make_scene_with_clearance(scene, 0.0)
-    mean_speed, insensitivity_band = _compute_mean_speed_and_band(scene_without_clearance)
+    mean_speed, insensitivity_band = _compute_mean_speed_and_band(_make_scene_with_clearance(scene, 0.0))
     speed_fluctuation = scene.spindle.speed_fluctuation if isinstance(scene.spindle, Spindle) else 0.0
     runs = [
-        run_uncertified(_make_fluctuating_scene(_make_scene_with_clearance(scene, clearance), speed_fluctuation, mean_speed, n_turns + 1))
-        for clearance in requested_clearances.tolist()
+        _run_fluctuating(_make_scene_with_clearance(scene, clearance), speed_fluctuation, mean_speed, n_turns + 1)
+        for clearance in (0.0, *requested_clearances.tolist())
     ]
+    sleeve_motions = [run.readings[SLEEVE_READING] for run in runs]
+    arm_motions = [run.readings[SLEEVE_READING] - run.readings.get(CLEARANCE_READING, 0.0) for run in runs[1:]]
+    amplitude_without_clearance, *amplitudes = map(_compute_last_turn_amplitude, sleeve_motions)
     sleeve_weight = scene.part.dimensions["sleeve_mass"] * scene.gravity
     return ClearanceStudy(
         title=scene.title,
         clearances=requested_clearances,
-        amplitudes=np.array([_compute_reading_amplitude(run, SLEEVE_READING) for run in runs]),
-        arm_amplitudes=np.array(
-            [_compute_last_turn_amplitude(run.readings[SLEEVE_READING] - run.readings.get(CLEARANCE_READING, 0.0)) for run in runs]
-        ),
-        amplitude_without_clearance=_compute_reading_amplitude(
-            run_uncertified(_make_fluctuating_scene(scene_without_clearance, speed_fluctuation, mean_speed, n_turns + 1)), SLEEVE_READING
-        ),
+        amplitudes=np.array(amplitudes),
+        arm_amplitudes=np.array([_compute_last_turn_amplitude(motion) for motion in arm_motions]),
+        amplitude_without_clearance=amplitude_without_clearance,
         friction_carries_sleeve=_find_sleeve_friction(scene) > sleeve_weight,
         fluctuation_ratio=speed_fluctuation / insensitivity_band,
         n_turns=n_turns,
@@ -257,25 +250,22 @@ def _compute_mean_speed_and_band(scene: Scene) -> tuple[float, float]:
     return mean_speed, float((band.rising_speed - band.falling_speed)[0]) / mean_speed
 
 
-def _make_fluctuating_scene(scene: Scene, speed_fluctuation: float, mean_speed: float, n_turns: int) -> Scene:
-    """Return the scene with a speed fluctuation about a mean speed, rad/s, and a duration in turns."""
+def _run_fluctuating(scene: Scene, speed_fluctuation: float, mean_speed: float, n_turns: int) -> Trajectory:
+    """Run the scene for some turns with a speed fluctuation about a mean speed, rad/s."""
     spindle = scene.spindle
     cycles_per_turn = spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0
     turn_period = 2 * math.pi / mean_speed
-    return scene.with_changes(
+    fluctuating_scene = scene.with_changes(
         spindle=Spindle(speeds=(mean_speed,), speed_fluctuation=speed_fluctuation, cycles_per_turn=cycles_per_turn),
         run=replace(scene.run, duration=n_turns * turn_period, output_interval=turn_period / SAMPLES_PER_TURN),
     )
+    return run_uncertified(fluctuating_scene)
 
 
 def _compute_last_turn_amplitude(values: FloatArray) -> float:
     """Return the peak-to-peak value over the last turn; 0 below STANDSTILL_TOLERANCE."""
     amplitude = float(np.ptp(values[-SAMPLES_PER_TURN - 1 :]))
     return amplitude if amplitude > STANDSTILL_TOLERANCE else 0.0
-
-
-def _compute_reading_amplitude(run: Trajectory, reading: str) -> float:
-    return _compute_last_turn_amplitude(run.readings[reading])
 
 
 def _make_scene_with_clearance(scene: Scene, clearance: float) -> Scene:
@@ -288,7 +278,6 @@ def _make_scene_with_clearance(scene: Scene, clearance: float) -> Scene:
         start_ratio = float(given_start) / previous_clearance if previous_clearance and given_start is not None else -0.5
         effects.append(Clearance(width=clearance))
         values[CLEARANCE_READING] = start_ratio * clearance
-    machine = MACHINES[scene.part.machine](**scene.part.dimensions)
-    mechanism = machine.mechanism_with_effects(effects)
+    mechanism = MACHINES[scene.part.machine](**scene.part.dimensions).mechanism_with_effects(effects)
     rates = {name: rate for name, rate in scene.part.start.rates.items() if name != CLEARANCE_READING}
     return scene.with_changes(mechanism=mechanism, effects=tuple(effects), start=Start(values=values, rates=rates))

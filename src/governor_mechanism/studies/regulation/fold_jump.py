@@ -22,6 +22,9 @@ from governor_mechanism.statics.speed_curve import compute_speed_curve, equilibr
 from governor_mechanism.studies.regression import FittedParameter, fit_slope, run_uncertified
 from governor_mechanism.types import FloatArray
 
+RAMP_RATES = np.geomspace(1e-5, 4e-3, 14)
+"""Ramp rates of the spindle speed, rad/s2, for a curve of the jump."""
+
 SAMPLES_PER_RUN = 2000
 """Reported times per run."""
 
@@ -97,11 +100,8 @@ class FoldJumpStudy:
     @property
     def rising_divergence_rate(self) -> FittedParameter:
         """Divergence rate from the times of the jump, 1/s: they are ln(1 / rate) / divergence rate plus a constant."""
-        inverse_divergence_rate = fit_slope(np.log(1 / self.ramp_rates), self.rising_delay / self.ramp_rates)
-        return FittedParameter(
-            value=1 / inverse_divergence_rate.value,
-            standard_error=inverse_divergence_rate.standard_error / inverse_divergence_rate.value**2,
-        )
+        inverse = fit_slope(np.log(1 / self.ramp_rates), self.rising_delay / self.ramp_rates)
+        return FittedParameter(value=1 / inverse.value, standard_error=inverse.standard_error / inverse.value**2)
 
 
 def study_fold_jump(scene: Scene, ramp_rates: Sequence[float] | FloatArray) -> FoldJumpStudy:
@@ -137,18 +137,20 @@ def study_fold_jump(scene: Scene, ramp_rates: Sequence[float] | FloatArray) -> F
     ((fold_position, fold_speed),) = folds_between_stops
     stop_speed = float(equilibrium_speed_at(scene, np.array([stops.low]))[0])
     asymptotic_delay = _compute_fold_delay(scene, fold_position, fold_speed, requested_rates)
-    rising_speeds, leaving_speeds, falling_speeds = [], [], []
-    for ramp_rate, delay in zip(requested_rates.tolist(), asymptotic_delay.tolist(), strict=True):
-        speed, leaving_speed = _find_rising_passage_speeds(scene, stops.low, fold_position, stop_speed, ramp_rate)
-        rising_speeds.append(speed)
-        leaving_speeds.append(leaving_speed)
-        falling_speeds.append(_find_falling_passage_speed(scene, fold_position, fold_speed, stops.high, ramp_rate, delay))
+    speeds = [
+        (
+            *_find_rising_passage_speeds(scene, stops.low, fold_position, stop_speed, ramp_rate),
+            _find_falling_passage_speed(scene, fold_position, fold_speed, stops.high, ramp_rate, delay),
+        )
+        for ramp_rate, delay in zip(requested_rates.tolist(), asymptotic_delay.tolist(), strict=True)
+    ]
+    rising_speeds, leaving_speeds, falling_speeds = np.array(speeds).reshape(-1, 3).T
     return FoldJumpStudy(
         title=scene.title,
         ramp_rates=requested_rates,
-        rising_speeds=np.array(rising_speeds),
-        leaving_speeds=np.array(leaving_speeds),
-        falling_speeds=np.array(falling_speeds),
+        rising_speeds=rising_speeds,
+        leaving_speeds=leaving_speeds,
+        falling_speeds=falling_speeds,
         fold_position=fold_position,
         fold_speed=fold_speed,
         stop_speed=stop_speed,
@@ -197,16 +199,15 @@ def _find_passage_time(scene: Scene, passage_value: float, spindle: Spindle, sta
     """Return the time, s, at which the leading coordinate first passes a value on a ramp (None if never), and the run."""
     coordinate = scene.part.mechanism.coordinate
     duration = spindle.times[-1]
-    settings = RunSettings(duration=duration, output_interval=duration / (SAMPLES_PER_RUN), accuracy=scene.run.accuracy)
+    settings = RunSettings(duration=duration, output_interval=duration / SAMPLES_PER_RUN, accuracy=scene.run.accuracy)
     run = run_uncertified(scene.with_changes(spindle=spindle, start=Start(values={coordinate: start_value}), run=settings))
     deviation = run.readings[coordinate] - passage_value
     crossings = np.flatnonzero(deviation[:-1] * deviation[1:] < 0)
     if not crossings.size:
         return None, run
-    k = int(crossings[0])
-    bracket = slice(k, k + 2)
+    bracket = slice(crossings[0], crossings[0] + 2)
     curve = CubicHermiteSpline(run.times[bracket], deviation[bracket], run.rates[coordinate][bracket])
-    return float(brentq(curve, run.times[k], run.times[k + 1], xtol=1e-14)), run
+    return float(brentq(curve, *run.times[bracket], xtol=1e-14)), run
 
 
 def _find_rising_passage_speeds(

@@ -20,6 +20,9 @@ from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.studies.regression import SLEEVE_READING, run_uncertified
 from governor_mechanism.types import FloatArray
 
+DAMPING_COEFFICIENTS = np.geomspace(35.0, 1200.0, 60)
+"""Damping coefficients, N s/m, for a curve of the settling time."""
+
 SETTLING_TOLERANCE = 0.02
 """Half-width of the settling band about the new equilibrium, relative to the whole change."""
 
@@ -98,28 +101,24 @@ def study_settling(
         method="bounded",
         options={"xatol": 1e-3 * requested_coefficients[k]},
     )
-    best = min((float(settling_times[k]), float(requested_coefficients[k])), (float(refined.fun), float(refined.x)))
+    best_time, best_coefficient = min((float(settling_times[k]), float(requested_coefficients[k])), (float(refined.fun), float(refined.x)))
     return SettlingStudy(
         title=scene.title,
         damping_coefficients=requested_coefficients,
         settling_times=settling_times,
         tolerance=tolerance,
-        best=(best[1], best[0]),
+        best=(best_coefficient, best_time),
     )
 
 
 def _compute_settling_time(run: Trajectory, tolerance: float) -> float:
     """Return the time, s, from which the coordinate stays in the settling band about its new equilibrium, or infinity."""
-    scene = run.scene
-    name = scene.part.mechanism.coordinate
-    values = run.readings[name]
-    equilibrium = _find_equilibrium_of_momentum(run)
-    band_width = tolerance * abs(equilibrium - float(values[0]))
-    deviation = values - equilibrium
+    name = run.scene.part.mechanism.coordinate
+    deviation = run.readings[name] - _find_equilibrium_of_momentum(run)
+    band_width = tolerance * abs(float(deviation[0]))
     curve = CubicHermiteSpline(run.times, deviation, run.rates[name])
     band_crossings = np.concatenate([curve.solve(side * band_width, extrapolate=False) for side in (-1.0, 1.0)])
-    is_late = run.times > 0.8 * run.times[-1]
-    if band_crossings.size == 0 or np.max(np.abs(deviation[is_late])) > band_width:
+    if band_crossings.size == 0 or np.max(np.abs(deviation[run.times > 0.8 * run.times[-1]])) > band_width:
         return math.inf
     return float(band_crossings.max())
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -114,18 +114,15 @@ def tabulate_valve_timing(scene: Scene) -> ValveTiming:
     simulated_angles = find_event_angles(scene)
     dimensions = scene.part.dimensions
     eccentric, train = Eccentric.from_dimensions(dimensions), CrankTrain.from_dimensions(dimensions)
-    swing_centre = closed_form_centre(scene)
-    angles = np.array(list(simulated_angles.values()))
-    kinematics = evaluate_at_crank_angles(scene, angles)
-    infinite_rod_train = CrankTrain(crank=train.crank, rod=math.inf)
+    swing_centre = None if valve_setting(scene) == EQUAL_LEADS else dimensions["centre"]  # None: the closed form's own
+    readings = evaluate_at_crank_angles(scene, np.array(list(simulated_angles.values()))).readings
+    ideal_eccentric, ideal_train = replace(eccentric, rod=math.inf), replace(train, rod=math.inf)
     rows = []
     for k, (name, angle) in enumerate(simulated_angles.items()):
-        closed_form_angle = partial(
-            event_angle, eccentric, event=name, outside_lap=dimensions["outside_lap"], inside_lap=dimensions["inside_lap"]
-        )
-        exact, theory = closed_form_angle(centre=swing_centre), closed_form_angle(law="theory")
+        closed_form_angle = partial(event_angle, event=name, outside_lap=dimensions["outside_lap"], inside_lap=dimensions["inside_lap"])
+        exact, theory = closed_form_angle(eccentric, centre=swing_centre), closed_form_angle(ideal_eccentric)
         end = name.rsplit(" ", 1)[0]
-        piston_travel = float(kinematics.readings[f"{end.replace(' ', '_')}_travel"][k])
+        piston_travel = float(readings[f"{end.replace(' ', '_')}_travel"][k])
         rows.append(
             ValveEvent(
                 name=name,
@@ -134,7 +131,7 @@ def tabulate_valve_timing(scene: Scene) -> ValveTiming:
                 theory=theory,
                 simulated_stroke=piston_travel / (2 * train.crank),
                 exact_stroke=stroke_fraction(train, exact, end),
-                theory_stroke=stroke_fraction(infinite_rod_train, theory, end),
+                theory_stroke=stroke_fraction(ideal_train, theory, end),
             )
         )
     dead_centre_readings = evaluate_at_crank_angles(scene, np.array([0.0, math.pi])).readings
@@ -144,11 +141,6 @@ def tabulate_valve_timing(scene: Scene) -> ValveTiming:
         leads=(float(dead_centre_readings["crank_end_steam"][0]), float(dead_centre_readings["head_end_steam"][1])),
         centre=dimensions["centre"],
     )
-
-
-def closed_form_centre(scene: Scene) -> float | None:
-    """Return the centre of the swing (m) for the closed forms; None, their own, if the scene file sets equal leads."""
-    return None if valve_setting(scene) == EQUAL_LEADS else scene.part.dimensions["centre"]
 
 
 def stroke_fraction(train: CrankTrain, angle: float, end: str) -> float:

@@ -8,10 +8,11 @@ from __future__ import annotations
 import csv
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
@@ -24,6 +25,9 @@ DISTRIBUTION_NAME = "governor-mechanism"
 
 SETTING_LABELS = {"scene": "scene", "axes": "values of the keys", "quantities": "quantities", "package": "version of the package"}
 """Names in messages of the settings that distinguish two sweeps."""
+
+RowWriter = Callable[[Iterable[SweepRow]], None]
+"""Function that stores a chunk of rows."""
 
 
 def journal_path(folder: Path, source: str) -> Path:
@@ -61,7 +65,6 @@ class SweepFiles:
         self._n_quantities = len(quantities)
         self._n_rows = math.prod(len(axis.values) for axis in axes)
         self._n_axes = len(axes)
-        self._stream: TextIO | None = None
         self._refuse_other_sweep()
 
     def read_finished_rows(self) -> dict[int, SweepRow]:
@@ -75,23 +78,18 @@ class SweepFiles:
         journal_rows = (_parse_journal_line(line, self._n_quantities) for line in self._journal_path.read_text("utf-8").split("\n")[1:])
         return {row.index: row for row in journal_rows if row is not None and 0 <= row.index < self._n_rows}
 
-    def open_journal(self, rows: Iterable[SweepRow]) -> None:
-        """Rewrite the journal with the given rows, without a half-written last line, and open it."""
+    @contextmanager
+    def open_journal(self, rows: Iterable[SweepRow]) -> Iterator[RowWriter]:
+        """Rewrite the journal with the given rows, without a half-written last line; yield a function that appends a chunk of rows."""
         with atomic_write(self._journal_path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as stream:
             stream.write(json.dumps({"sweep": self._identity}) + "\n" + _format_journal_lines(rows))
-        self._stream = self._journal_path.open("a", encoding="utf-8", newline="\n")
+        with self._journal_path.open("a", encoding="utf-8", newline="\n") as stream:
 
-    def append_rows(self, rows: Iterable[SweepRow]) -> None:
-        """Append a chunk of rows to the journal."""
-        if self._stream is not None:
-            self._stream.write(_format_journal_lines(rows))
-            self._stream.flush()
+            def append_rows(rows: Iterable[SweepRow]) -> None:
+                stream.write(_format_journal_lines(rows))
+                stream.flush()
 
-    def close_journal(self) -> None:
-        """Close the journal."""
-        if self._stream is not None:
-            self._stream.close()
-            self._stream = None
+            yield append_rows
 
     def write_results(self, sweep: Sweep) -> None:
         """Write table and record and delete the journal. The same sweep always gives the same files."""

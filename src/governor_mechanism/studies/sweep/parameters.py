@@ -1,12 +1,14 @@
 """Axes of a sweep: keys of a scene document with ranges or lists of values, and the scenes that have them.
 
-Only the parser of scene files knows which kind of value a key takes. The kind is read from the parser's error for a
-sentinel value: its message names the kind, or the nearest right key.
+Axes are requested as "key=first:last:count", "key=value,value,...", or a mapping of keys to values. Only the parser of scene files knows
+which kind of value a key takes. The kind is read from the parser's error for a sentinel value: its message names the kind, or the nearest
+right key.
 """
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -16,9 +18,14 @@ import numpy as np
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.studies.sweep.grid_spec import AxisRequest, parse_axis_requests
 from governor_mechanism.studies.sweep.quantities import find_display_unit
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
+
+MAX_SWEEP_ROWS = 200_000
+"""Maximum number of rows of a sweep; a larger number suggests a slip."""
+
+AXIS_EXAMPLE = "dimensions.arm=200mm:400mm:50, or dimensions.arm=200mm,300mm"
+"""Example of two axes in messages."""
 
 MAX_REPORTED_VALUES = 3
 """Maximum number of wrong values reported per key."""
@@ -29,9 +36,17 @@ MAX_COMPARED_VALUES = 20
 SENTINEL_VALUE = "?"
 """Value that no kind of quantity accepts."""
 
-
 ProblemFinder = Callable[[Any], list[str]]
 """Function that returns the parser's messages for a value at a key."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxisRequest:
+    """Requested values of one key; for a range `values` holds both ends and `range_count` the number of values."""
+
+    key: str
+    values: tuple[Any, ...]
+    range_count: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,14 +86,27 @@ class SweepAxis:
         return all(isinstance(value, float) for value in self.values)
 
 
-def replace_document_value(document: Mapping[str, Any], key: str, value: Any) -> dict[str, Any]:
-    """Return a copy of the document with a value at a dotted key; unchanged tables are shared.
+def replace_document_value(table: Any, key: str, value: Any, table_key: str = "") -> Any:
+    """Return a copy of the table of a document at `table_key` with a value at a dotted key; unchanged tables are shared.
 
     An item of a list is selected by its name or by its number, counted from 1. Raises MechanismError if the key leads
     through something that is not a table.
     """
-    changed_document: dict[str, Any] = _replace_nested_value(document, key.split("."), value, "")
-    return changed_document
+    if not key:
+        return value
+    name, _, remaining_key = key.partition(".")
+    item_key = f"{table_key}.{name}" if table_key else name
+    if isinstance(table, list | tuple):
+        item_index = _find_item(table, name, table_key)
+        changed_item = replace_document_value(table[item_index], remaining_key, value, item_key)
+        return [*table[:item_index], changed_item, *table[item_index + 1 :]]
+    if isinstance(table, Mapping):
+        nested = table.get(name, False)
+        if nested is False and remaining_key:  # a key that is switched off may be replaced by a table
+            nested = {}
+        return {**table, name: replace_document_value(nested, remaining_key, value, item_key)}
+    found = format_value(table)
+    raise MechanismError(f"{item_key} cannot be varied: in this scene {table_key} is {found}, not a table; vary {table_key}")
 
 
 def parse_scene_with(document: Mapping[str, Any], values: Iterable[tuple[str, Any]]) -> Scene:
@@ -94,10 +122,10 @@ def parse_axes(document: Mapping[str, Any], vary: Mapping[str, Any] | Sequence[s
     Raises MechanismError with a message for each key that does not exist or changes nothing, each malformed range or list,
     and each value with a wrong unit.
     """
-    requests, problems = parse_axis_requests(vary)
+    requests, problems = _parse_axis_requests(vary)
     axes = []
     for request in requests:
-        other_values = [(other.key, other.first_value) for other in requests if other.key != request.key]
+        other_values = [(other.key, other.values[0]) for other in requests if other.key != request.key]
         try:
             axes.append(_parse_axis(_apply_first_values(document, other_values), request, is_only_axis=not other_values))
         except MechanismError as error:
@@ -107,25 +135,75 @@ def parse_axes(document: Mapping[str, Any], vary: Mapping[str, Any] | Sequence[s
     return tuple(axes)
 
 
-def _replace_nested_value(table: Any, path: Sequence[str], value: Any, key_path: str) -> Any:
-    if not path:
-        return value
-    name, *remaining_path = path
-    item_path = f"{key_path}.{name}" if key_path else name
-    if isinstance(table, list | tuple):
-        item_index = _find_item(table, name, key_path)
-        return [
-            _replace_nested_value(item, remaining_path, value, item_path) if index == item_index else item
-            for index, item in enumerate(table)
-        ]
-    if isinstance(table, Mapping):
-        # A key that is switched off (false) may be replaced by a table.
-        nested = table.get(name, False)
-        return {
-            **table,
-            name: _replace_nested_value({} if nested is False and remaining_path else nested, remaining_path, value, item_path),
-        }
-    raise MechanismError(f"{item_path} cannot be varied: in this scene {key_path} is {format_value(table)}, not a table; vary {key_path}")
+def _parse_axis_requests(vary: Mapping[str, Any] | Sequence[str]) -> tuple[list[AxisRequest], list[str]]:
+    """Return the requested axes, and a message for each request that is not understood."""
+    if isinstance(vary, str):
+        vary = [vary]
+    if not isinstance(vary, Mapping | Sequence) or not vary:
+        return [], [f"vary: nothing to vary; name a key and its values, as in {AXIS_EXAMPLE}; found {format_value(vary)}"]
+    requests: list[AxisRequest] = []
+    problems: list[str] = []
+    for request in vary.items() if isinstance(vary, Mapping) else vary:
+        try:
+            requests.append(_parse_request_text(request) if isinstance(request, str) else _parse_request(*request))
+        except MechanismError as error:
+            problems += [f"vary: {problem}" for problem in error.problems]
+    counts = Counter(one.key for one in requests)
+    problems += [f"vary: {key} is given {count} times; give all its values at once" for key, count in counts.items() if count > 1]
+    n_rows = math.prod(len(one.values) if one.range_count is None else one.range_count for one in requests)
+    if n_rows > MAX_SWEEP_ROWS:
+        problems.append(f"vary: {n_rows:,} rows are too many (at most {MAX_SWEEP_ROWS:,}); take fewer values of a key")
+    return [one for one in requests if counts[one.key] == 1], problems
+
+
+def _parse_request_text(text: str) -> AxisRequest:
+    key, separator, values = text.partition("=")
+    if not separator or not values.strip():
+        raise MechanismError(f"{format_value(text)} has no values; write {AXIS_EXAMPLE}")
+    return _parse_request(key.strip(), values)
+
+
+def _parse_request(key: Any, values: Any) -> AxisRequest:
+    if not isinstance(key, str) or not all(part.strip() for part in key.split(".")):
+        raise MechanismError(f"{format_value(key)} is not a key of a scene; a key is a table and a name, as in dimensions.arm")
+    if isinstance(values, np.ndarray):
+        values = values.tolist()
+    if isinstance(values, str):
+        if ":" in values:
+            return _parse_range(key, values)
+        values = [_parse_plain_value(item.strip()) for item in values.split(",")]
+    if not isinstance(values, list | tuple | range) or not len(values):
+        raise MechanismError(f"{key} needs a list of values; found {format_value(values)}; write {AXIS_EXAMPLE}")
+    plain_values = [value.item() if isinstance(value, np.generic) else value for value in values]
+    invalid_values = [value for value in plain_values if not isinstance(value, str | int | float) or value == ""]
+    if invalid_values:
+        raise MechanismError(f"{key} takes a list of numbers and texts; found {format_value(invalid_values[0])}")
+    return AxisRequest(key=key, values=tuple(plain_values))
+
+
+def _parse_range(key: str, text: str) -> AxisRequest:
+    parts = [part.strip() for part in text.split(":")]
+    if len(parts) != 3 or not all(parts):
+        raise MechanismError(f"{key}={text} is not a range; write first:last:count, as in {AXIS_EXAMPLE.partition(',')[0]}")
+    if not parts[2].isdecimal() or int(parts[2]) < 1:
+        raise MechanismError(f"{key}={text}: the count must be a whole number of at least 1; found {format_value(parts[2])}")
+    count = int(parts[2])
+    if count > MAX_SWEEP_ROWS:
+        raise MechanismError(f"{key}={text}: {count:,} values are too many (at most {MAX_SWEEP_ROWS:,} rows)")
+    if count == 1 and parts[0] != parts[1]:
+        raise MechanismError(f"{key}={text}: one value cannot be both ends of a range; write {key}={parts[0]}")
+    return AxisRequest(key=key, values=(_parse_plain_value(parts[0]), _parse_plain_value(parts[1])), range_count=count)
+
+
+def _parse_plain_value(text: str) -> Any:
+    """Return a number, true or false as such, and any other text unchanged."""
+    if text in ("true", "false"):
+        return text == "true"
+    try:
+        number = float(text)
+    except ValueError:
+        return text
+    return number if math.isfinite(number) else text
 
 
 def _find_item(items: Sequence[Any], name: str, key_path: str) -> int:
@@ -152,11 +230,8 @@ def _parse_axis(document: Mapping[str, Any], request: AxisRequest, *, is_only_ax
     existing_problems = set(_find_document_problems(document))
 
     def find_problems(value: Any) -> list[str]:
-        return [
-            problem
-            for problem in _find_document_problems(replace_document_value(document, request.key, value))
-            if problem not in existing_problems
-        ]
+        problems = _find_document_problems(replace_document_value(document, request.key, value))
+        return [problem for problem in problems if problem not in existing_problems]
 
     sentinel_problems = find_problems(SENTINEL_VALUE)
     kind = next((name for name, kind in QUANTITY_KINDS.items() if any(f" is {kind.name}; " in line for line in sentinel_problems)), None)
@@ -172,10 +247,10 @@ def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFin
 
     if request.range_count is not None and kind is None:
         no_range_message = f"{request.key} takes no range; list its values, as in {request.key}=a,b"
-        raise MechanismError(*(find_problems(request.first_value) or [no_range_message]))
+        raise MechanismError(*(find_problems(request.values[0]) or [no_range_message]))
     values = _parse_values(request, kind, find_problems)
     if request.range_count is not None:
-        low, high = (float(value) for value in values)
+        low, high = values
         values = list(_interpolate_range(low, high, request.range_count))
     suspicious_limit, _ = UNITLESS_LIMITS.get(kind or "", (math.inf, math.inf))
 
@@ -229,9 +304,8 @@ def _refuse_ineffective_axis(document: Mapping[str, Any], axis: SweepAxis, *, is
     At most MAX_COMPARED_VALUES values are compared, the ends first.
     """
     n_values = len(axis.document_values)
-    compared_indices = sorted(
-        {round(k) for k in np.linspace(0, n_values - 1, min(n_values, MAX_COMPARED_VALUES))}, key=lambda k: (k != n_values - 1, k)
-    )
+    indices = {round(k) for k in np.linspace(0, n_values - 1, min(n_values, MAX_COMPARED_VALUES))}
+    compared_indices = sorted(indices, key=lambda k: (k != n_values - 1, k))
     scenes: list[Scene] = []
     refusal: MechanismError | None = None
     for k in compared_indices:

@@ -9,11 +9,11 @@ import pickle
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from governor_mechanism.engines.reduced.batch import UncertifiedResult
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.scene import Scene
@@ -42,24 +42,8 @@ DISPLAY_RATE_UNITS = {"rad/s": (180 / math.pi, "deg/s"), "m/s": (1e3, "mm/s")}
 _RULE_PATTERN = re.compile(rf"(?:({'|'.join(STATISTICS)}) )?({RATE_PREFIX})?(.+)")
 
 
-class RunOutput(Protocol):
-    """What the rules of a quantity need from a run."""
-
-    @property
-    def times(self) -> NDArray[np.float64]:
-        """Reported times, s; shape (n,)."""
-
-    @property
-    def readings(self) -> Mapping[str, NDArray[np.float64]]:
-        """Readings by name, SI; each of shape (n,)."""
-
-    @property
-    def rates(self) -> Mapping[str, NDArray[np.float64]]:
-        """Rates of the readings by name, SI; each of shape (n,)."""
-
-    @property
-    def error_estimate(self) -> float | None:
-        """Estimated relative error, or None for a run without certificate."""
+RunOutput = Trajectory | UncertifiedResult
+"""What a number is taken from."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,11 +133,9 @@ def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool)
 
 def find_quantity_reading(quantity: RunQuantity, scene: Scene) -> str | None:
     """Return the mechanism's reading of a quantity, "" for the duration, or None for any other quantity."""
-    if quantity.function is None and quantity.rule == DURATION_RULE:
-        return ""
-    parts = _RULE_PATTERN.fullmatch(quantity.rule) if quantity.function is None else None
-    names = [reading.name for reading in scene.part.mechanism.readings]
-    return parts[3] if parts and parts[3] in names else None
+    reading = "" if quantity.rule == DURATION_RULE else _split_rule(quantity.rule)[2]
+    is_known = quantity.rule == DURATION_RULE or any(one.name == reading for one in scene.part.mechanism.readings)
+    return reading if is_known else None
 
 
 def find_reading_units(scene: Scene) -> dict[str, str]:
@@ -184,24 +166,27 @@ def _parse_quantity(name: Any, rule: Any, scene: Scene, reading_units: Mapping[s
         raise MechanismError(f"quantity {ERROR_ESTIMATE_RULE!r} needs certified runs; set certify, or leave it out")
     if rule in (DURATION_RULE, ERROR_ESTIMATE_RULE):
         return RunQuantity(name=name, rule=rule, unit="s" if rule == DURATION_RULE else "")
-    parts = _RULE_PATTERN.fullmatch(rule) if isinstance(rule, str) else None
-    readings_with_rate = {reading.name for reading in scene.mechanism.readings}
-    if parts is None or parts[3] not in reading_units or (parts[2] and parts[3] not in readings_with_rate):
+    _, is_rate, reading = _split_rule(rule)
+    readings_with_rate = {one.name for one in scene.mechanism.readings}
+    if reading not in (readings_with_rate if is_rate else reading_units):
         raise MechanismError(_unknown_rule_message(rule, reading_units, readings_with_rate))
-    unit = reading_units[parts[3]]
-    scale = scene.mechanism.output_scale(parts[3]) if parts[3] in readings_with_rate else 0.0
-    return RunQuantity(name=name, rule=rule, unit=f"{unit}/s" if parts[2] else unit, scale=scale)
+    scale = scene.mechanism.output_scale(reading) if reading in readings_with_rate else 0.0
+    return RunQuantity(name=name, rule=rule, unit=f"{reading_units[reading]}{'/s' if is_rate else ''}", scale=scale)
+
+
+def _split_rule(rule: object) -> tuple[str, bool, str]:
+    """Return the statistic, whether it is one of the rate, and the reading of a rule; an empty reading for anything else."""
+    parts = _RULE_PATTERN.fullmatch(rule) if isinstance(rule, str) else None
+    return (parts[1] or "final", bool(parts[2]), parts[3]) if parts else ("", False, "")
 
 
 def _unknown_rule_message(rule: Any, reading_units: Mapping[str, str], readings_with_rate: Iterable[str]) -> str:
-    text = str(rule)
-    statistics = [*STATISTICS, ""]
-    known_rules = [f"{one} {name}".strip() for one in statistics for name in reading_units]
-    known_rules += [f"{one} {RATE_PREFIX}{name}".strip() for one in statistics for name in reading_units if name in readings_with_rate]
+    rates = [f"{RATE_PREFIX}{name}" for name in reading_units if name in readings_with_rate]
+    known_rules = [f"{one} {name}".strip() for names in (reading_units, rates) for one in (*STATISTICS, "") for name in names]
     return (
         f"quantity {format_value(rule)} is unknown; known are final, min, max or span of a reading (final if none is given): "
         f"{', '.join(reading_units)}, or of 'rate of' a position; also {DURATION_RULE} and {ERROR_ESTIMATE_RULE}."
-        f"{did_you_mean(text, [*known_rules, DURATION_RULE, ERROR_ESTIMATE_RULE])}"
+        f"{did_you_mean(str(rule), [*known_rules, DURATION_RULE, ERROR_ESTIMATE_RULE])}"
     )
 
 
@@ -220,8 +205,8 @@ def _evaluate_rule(rule: str, run: RunOutput) -> float:
         return float(run.times[-1])
     if rule == ERROR_ESTIMATE_RULE:
         return math.nan if run.error_estimate is None else run.error_estimate
-    parts = _RULE_PATTERN.fullmatch(rule)
-    source = run.rates if parts and parts[2] else run.readings
-    if parts is None or parts[3] not in source:
+    statistic, is_rate, reading = _split_rule(rule)
+    source = run.rates if is_rate else run.readings
+    if reading not in source:
         raise MechanismError(f"this scene has no {rule!r}; its readings are {', '.join(run.readings)}")
-    return STATISTICS[parts[1] or "final"](source[parts[3]])
+    return STATISTICS[statistic](source[reading])

@@ -110,15 +110,13 @@ class Sweep:
         MechanismError
             If the sweep has neither a quantity nor an axis of this name.
         """
-        names = [one.name for one in self.quantities]
-        if name in names:
-            position = names.index(name)
+        names = [*(one.name for one in self.quantities), *(axis.key for axis in self.axes)]
+        if name not in names:
+            raise MechanismError(f"the sweep has no {name!r}; it has {names}.{did_you_mean(name, names)}")
+        position = names.index(name)
+        if position < len(self.quantities):
             return np.array([row.numbers[position] for row in self.rows])
-        keys = [axis.key for axis in self.axes]
-        if name not in keys:
-            known_names = [*names, *keys]
-            raise MechanismError(f"the sweep has no {name!r}; it has {known_names}.{did_you_mean(name, known_names)}")
-        position = keys.index(name)
+        position -= len(self.quantities)
         values = self.axes[position].values
         return np.array([values[place] for place in np.indices(self.shape)[position].ravel()])
 
@@ -163,8 +161,9 @@ class Sweep:
             for row in self.rows
         ]
         quantities = [{"name": one.name, "unit": one.unit} for one in self.quantities]
-        header = {"title": self.title, "scene": self.source, "accuracy": self.accuracy, "axes": axes}
-        return {**header, "quantities": quantities, "outcomes": self.outcomes, "notes": list(self.notes), "rows": rows}
+        header = {"title": self.title, "scene": self.source, "accuracy": self.accuracy}
+        tables = {"axes": axes, "quantities": quantities, "outcomes": self.outcomes, "notes": list(self.notes), "rows": rows}
+        return header | tables
 
     def _has_no_effect(self, axis_index: int) -> bool:
         """Return whether no quantity changes along an axis although there are values to compare."""
@@ -191,10 +190,9 @@ class Sweep:
             if not np.isfinite(column).any():
                 yield f"{quantity.name}: no value in any row"
                 continue
-            extremes = (("least", int(np.nanargmin(column))), ("greatest", int(np.nanargmax(column))))
             descriptions = (
                 f"{what} {_format_value(column[k], quantity)} at {', '.join(self._format_axis_values(self.rows[k]))}"
-                for what, k in extremes
+                for what, k in (("least", np.nanargmin(column)), ("greatest", np.nanargmax(column)))
             )
             yield f"{quantity.name}: {'; '.join(descriptions)}"
 

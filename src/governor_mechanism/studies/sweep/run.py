@@ -9,11 +9,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import closing
+from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
@@ -21,14 +23,12 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.sweep.batch_rows import DIMENSION_PREFIX, BatchedRows, make_batched_rows
-from governor_mechanism.studies.sweep.checkpoint import SweepFiles
+from governor_mechanism.studies.sweep.checkpoint import RowWriter, SweepFiles
 from governor_mechanism.studies.sweep.parameters import SweepAxis, parse_axes, parse_scene_with
 from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, parse_quantities
 from governor_mechanism.studies.sweep.results import ROW_FAILED, ROW_OK, ROW_REFUSED, Sweep, SweepRow
 from governor_mechanism.studies.sweep.workers import map_in_processes, record_interrupts
 from governor_mechanism.units.quantities import format_value
-
-__all__ = ["Sweep", "SweepRow", "SweepTask", "compute_rows", "sweep"]
 
 TARGET_CHUNK_TIME = 0.5
 """Target time of a chunk of rows, s; an interruption loses at most about as much."""
@@ -72,11 +72,7 @@ class SweepTask:
         return make_batched_rows(self.document, self.axes, self.quantities, self.engine, self.accuracy)
 
     def _axis_indices(self, index: int) -> list[tuple[SweepAxis, int]]:
-        axis_indices = []
-        for count in reversed(self.shape):
-            index, axis_index = divmod(index, count)
-            axis_indices.append(axis_index)
-        return list(zip(self.axes, reversed(axis_indices), strict=True))
+        return [(axis, int(place)) for axis, place in zip(self.axes, np.unravel_index(index, self.shape), strict=True)]
 
 
 def compute_rows(task: SweepTask, indices: Sequence[int]) -> list[SweepRow]:
@@ -131,21 +127,16 @@ def sweep(
     rows = {} if files is None else files.read_finished_rows()
     n_rows = math.prod(task.shape)
     pending = [index for index in range(n_rows) if index not in rows]
+    journal: AbstractContextManager[RowWriter] = nullcontext(lambda rows: None)
     if files is not None and pending:
-        files.open_journal(rows.values())
-    if progress is not None:
-        progress(n_rows - len(pending), n_rows)
-    try:
-        with closing(_compute_chunks(task, pending, workers)) as chunks:
-            for chunk in chunks:
-                rows.update((row.index, row) for row in chunk)
-                if files is not None:
-                    files.append_rows(chunk)
-                if progress is not None:
-                    progress(len(rows), n_rows)
-    finally:
-        if files is not None:
-            files.close_journal()
+        journal = files.open_journal(rows.values())
+    report_progress = progress or (lambda n_done, n_rows: None)
+    report_progress(n_rows - len(pending), n_rows)
+    with journal as append_rows, closing(_compute_chunks(task, pending, workers)) as chunks:
+        for chunk in chunks:
+            rows.update((row.index, row) for row in chunk)
+            append_rows(chunk)
+            report_progress(len(rows), n_rows)
     result = Sweep(
         title=scene.title,
         source=scene.source,
@@ -225,18 +216,14 @@ def _compute_row(task: SweepTask, index: int) -> SweepRow:
             uncertified_result = task.batched_rows.run_uncertified(task.changed_dimensions(index))
             if uncertified_result is not None:
                 numbers = tuple(one.evaluate(uncertified_result) for one in task.quantities)
-                return SweepRow(index=index, numbers=numbers, outcome=ROW_OK, message="")
-        run = _run_scene(task, task.build_scene(index))
-        return _make_row(task, index, run)
+                return SweepRow(index=index, numbers=numbers, outcome=ROW_OK)
+        scene = task.build_scene(index)
+        chosen_engine, reason = select_engine(scene.run.engine if task.engine == "auto" else task.engine, scene, task.accuracy)
+        return _make_row(task, index, chosen_engine.run(scene, accuracy=task.accuracy, certify=task.certify, reason=reason))
     except GovernorMechanismError as error:
         return _make_failed_row(task, index, ROW_REFUSED, getattr(error, "problems", (str(error),)))
     except Exception as error:  # an error of one row is stored in that row; the others continue
         return _make_failed_row(task, index, ROW_FAILED, [f"{type(error).__name__}: {error}"])
-
-
-def _run_scene(task: SweepTask, scene: Scene) -> Trajectory:
-    chosen_engine, reason = select_engine(scene.run.engine if task.engine == "auto" else task.engine, scene, task.accuracy)
-    return chosen_engine.run(scene, accuracy=task.accuracy, certify=task.certify, reason=reason)
 
 
 def _make_row(task: SweepTask, index: int, run: Trajectory) -> SweepRow:

@@ -77,8 +77,8 @@ class WorkPrecisionPoint:
     def as_json(self) -> dict[str, Any]:
         """Return the point as plain values."""
         plain = {name: value for name, value in vars(self).items() if name not in ("variant", "engine", "errors")}
-        settings = asdict(cast(Any, self.engine))
-        return {**plain, "errors": dict(self.errors), "settings": {"engine": self.engine.name, **settings}}
+        settings = {"engine": self.engine.name, **asdict(cast(Any, self.engine))}
+        return {**plain, "errors": dict(self.errors), "settings": settings}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,9 +134,11 @@ class EngineVariant:
         point, best_point = self.cheapest_for(error), self.best_point
         if point is not None:
             return f"{self.name} {format_wall_time(point.wall_time)} ({point.setting})"
+        if best_point is None and self.refusal:
+            return f"{self.name} cannot run this scene"
         never_reached = "never" if self.time_limit is None else f"never within {format_wall_time(self.time_limit)}"
         if best_point is None:
-            return f"{self.name} {'cannot run this scene' if self.refusal else f'{never_reached} (no setting gave a result)'}"
+            return f"{self.name} {never_reached} (no setting gave a result)"
         return f"{self.name} {never_reached} (at best {best_point.max_error:.1e} in {format_wall_time(best_point.wall_time)})"
 
 
@@ -151,8 +153,8 @@ class ErrorReference:
     engine: str
     tolerance: float
     estimate: float
-    confirmed_by: str
-    confirmation_error: float | None
+    confirmed_by: str = ""
+    confirmation_error: float | None = None
     error: float
 
     @property
@@ -238,19 +240,7 @@ class AccuracyStudy:
         """Return a table with one line per setting, and the remarks on each variant."""
         has_event_errors = any(point.event_time_error is not None for point in self.points)
         headers = ("variant", "setting", "error", *(["events, s"] if has_event_errors else []), "time", "evaluations", "joint gap", "drift")
-        rows = [
-            (
-                point.variant,
-                point.setting,
-                f"{'< ' if point.error < self.reference.resolvable_error else ''}{max(point.error, self.reference.resolvable_error):.1e}",
-                *(["" if point.event_time_error is None else f"{point.event_time_error:.1e}"] if has_event_errors else []),
-                format_wall_time(point.wall_time),
-                f"{point.evaluations:,}",
-                f"{point.joint_gap:.1e}",
-                f"{point.drift:.1e}",
-            )
-            for point in self.points
-        ]
+        rows = [self._cells(point, has_event_errors=has_event_errors) for point in self.points]
         lines = [
             self.scene.title,
             str(self.reference),
@@ -260,6 +250,13 @@ class AccuracyStudy:
             format_table(headers, rows, "llr"),
         ]
         return "\n".join([*lines, *(f"{variant.name}: {remark}" for variant in self.variants for remark in variant.remarks)])
+
+    def _cells(self, point: WorkPrecisionPoint, *, has_event_errors: bool) -> list[str]:
+        floor, event_error = self.reference.resolvable_error, point.event_time_error
+        errors = [f"{'< ' if point.error < floor else ''}{max(point.error, floor):.1e}"]
+        errors += ["" if event_error is None else f"{event_error:.1e}"] if has_event_errors else []
+        defects = [f"{point.joint_gap:.1e}", f"{point.drift:.1e}"]
+        return [point.variant, point.setting, *errors, format_wall_time(point.wall_time), f"{point.evaluations:,}", *defects]
 
     def as_json(self) -> dict[str, Any]:
         """Return the study as plain values."""
@@ -272,21 +269,19 @@ class AccuracyStudy:
 
     def save_csv(self, path: str | os.PathLike[str]) -> Path:
         """Write one row per setting in SI, and return the path."""
-        path = Path(path)
-        with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
+        with atomic_write(Path(path)) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
             writer = csv.writer(stream)
             writer.writerow(POINT_CSV_COLUMNS)
             for point in self.points:
                 cells = (getattr(point, name.partition(" ")[0]) for name in POINT_CSV_COLUMNS)
                 writer.writerow("" if cell is None else cell for cell in cells)
-        return path
+        return Path(path)
 
     def save_json(self, path: str | os.PathLike[str]) -> Path:
         """Write the study as JSON, and return the path."""
-        path = Path(path)
-        with atomic_write(path) as temporary:
+        with atomic_write(Path(path)) as temporary:
             temporary.write_text(json.dumps(self.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")
-        return path
+        return Path(path)
 
     def _require_resolvable(self, error: float) -> None:
         validate_target_error(error)
@@ -295,10 +290,9 @@ class AccuracyStudy:
 
     def unresolvable_message(self, error: float) -> str:
         """Return why an error is too small for the reference, as a sentence."""
-        return (
-            f"the reference has an error of {self.reference.error:.1e} and resolves errors from "
-            f"{self.reference.resolvable_error:.1e} up; {error:g} is smaller"
-        )
+        reference = self.reference
+        resolvable = f"{reference.resolvable_error:.1e}"
+        return f"the reference has an error of {reference.error:.1e} and resolves errors from {resolvable} up; {error:g} is smaller"
 
 
 POINT_CSV_COLUMNS = (

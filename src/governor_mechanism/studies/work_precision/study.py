@@ -10,7 +10,7 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from itertools import pairwise
+from itertools import accumulate
 
 import numpy as np
 
@@ -109,25 +109,23 @@ def run_accuracy_study(
     """
     if not (isinstance(max_time, int | float) and 0 < max_time < math.inf):
         raise MechanismError(f"the maximum time of a setting must be a positive number of seconds; got {max_time!r}")
-    samples = min(len(make_reported_times(scene)) - 1, MAX_COMPARED_TIMES)
-    times = np.linspace(0.0, scene.run.duration, samples + 1)
-    benchmark = ErrorBenchmark(scene, times, float(max_time), timer=timer)
-    early_end_message = benchmark.reference_run.message if benchmark.reference_run.outcome is Outcome.LEFT_RANGE else ""
-    if early_end_message and len(benchmark.reference_run.times) < MIN_REACHED_FRACTION * len(times):
-        benchmark = ErrorBenchmark(scene, np.linspace(0.0, benchmark.reference_run.times[-1], samples + 1), float(max_time), timer=timer)
+    n_times = min(len(make_reported_times(scene)) - 1, MAX_COMPARED_TIMES) + 1
+    benchmark = ErrorBenchmark(scene, np.linspace(0.0, scene.run.duration, n_times), float(max_time), timer=timer)
+    reference_run = benchmark.reference_run
+    early_end_message = reference_run.message if reference_run.outcome is Outcome.LEFT_RANGE else ""
+    if early_end_message and len(reference_run.times) < MIN_REACHED_FRACTION * n_times:
+        benchmark = ErrorBenchmark(scene, np.linspace(0.0, reference_run.times[-1], n_times), float(max_time), timer=timer)
     ladders = list(build_ladders(scene))
-    total = sum(len(ladder.settings) for ladder in ladders)
-    n_done = 0
+    *starts, total = accumulate((len(ladder.settings) for ladder in ladders), initial=0)
     variants = []
-    for ladder in ladders:
+    for ladder, start in zip(ladders, starts, strict=True):
 
-        def report_progress(n_settings: int, n_before: int = n_done) -> None:
+        def report_progress(n_settings: int, n_before: int = start) -> None:
             if progress is not None:
                 progress(n_before + n_settings, total)
 
         variants.append(benchmark.run_ladder(ladder, report_progress))
-        n_done += len(ladder.settings)
-        report_progress(0, n_done)
+        report_progress(len(ladder.settings))
     return AccuracyStudy(
         scene=scene,
         reference=confirm_by_impulse(benchmark.error_reference, variants),
@@ -162,17 +160,14 @@ class ErrorBenchmark:
     def _confirm_by_reduced(self, estimate: float) -> ErrorReference:
         """Return the reference, confirmed by the reduced engine if that supports the scene."""
         unconfirmed = ErrorReference(
-            engine=MultibodyEngine.name, tolerance=REFERENCE_TOLERANCE, estimate=estimate, confirmed_by="", confirmation_error=None,
-            error=max(estimate, float(np.finfo(float).eps)),
-        )  # fmt: skip
+            engine=MultibodyEngine.name, tolerance=REFERENCE_TOLERANCE, estimate=estimate, error=max(estimate, float(np.finfo(float).eps))
+        )
         reduced_engine = ReducedEngine(tolerance=REFERENCE_TOLERANCE)
-        if reduced_engine.refusal(self.scene):
-            return unconfirmed
         try:
-            run = reduced_engine.run(self.scene, times=self.times, certify=False)
+            run = None if reduced_engine.refusal(self.scene) else reduced_engine.run(self.scene, times=self.times, certify=False)
         except GovernorMechanismError:
             return unconfirmed
-        if self._early_end_message(run):
+        if run is None or self._early_end_message(run):
             return unconfirmed
         errors, event_time_error = self._measure_errors(run)
         difference = max(*errors.values(), (event_time_error or 0.0) / self.time_scale)
@@ -250,23 +245,19 @@ class ErrorBenchmark:
         if not all(map(math.isfinite, (*errors.values(), run.energy.drift))) or not joint_gap < MAX_COMPARED_JOINT_GAP:
             return "the joints open: the solution is lost"
         worst_reading = max(errors, key=lambda name: errors[name])
-        evaluations = run.cost.evaluations.get("equations of motion", run.cost.steps)
-        if (
-            previous is not None
-            and evaluations == previous.evaluations
-            and math.isclose(errors[worst_reading], previous.error, rel_tol=SAME_RUN_TOLERANCE)
-        ):
+        error, evaluations = errors[worst_reading], run.cost.evaluations.get("equations of motion", run.cost.steps)
+        if previous and evaluations == previous.evaluations and math.isclose(error, previous.error, rel_tol=SAME_RUN_TOLERANCE):
             return None
         wall_time, n_repeats = self._measure_wall_time(engine, first_time)
         return WorkPrecisionPoint(
             variant=variant,
             engine=engine,
             setting=setting,
-            error=errors[worst_reading],
+            error=error,
             worst_reading=worst_reading,
             errors=errors,
             event_time_error=event_time_error,
-            max_error=max(errors[worst_reading], (event_time_error or 0.0) / self.time_scale),
+            max_error=max(error, (event_time_error or 0.0) / self.time_scale),
             wall_time=wall_time,
             n_repeats=n_repeats,
             step=run.cost.step,
@@ -291,10 +282,8 @@ class ErrorBenchmark:
 
     def _early_end_message(self, run: Trajectory) -> str:
         """Return the message of a run that ends before the reference does; empty otherwise."""
-        n_missing = len(self.reference_run.times) - len(run.times)
-        if run.outcome not in SCENE_OUTCOMES or n_missing > 1:
-            return run.message
-        return ""
+        is_too_short = len(self.reference_run.times) - len(run.times) > 1
+        return run.message if run.outcome not in SCENE_OUTCOMES or is_too_short else ""
 
     def _measure_errors(self, run: Trajectory) -> tuple[Mapping[str, float], float | None]:
         """Return the largest scaled difference of each reading and rate away from events, and the error of the event times (s).
@@ -334,14 +323,14 @@ def _is_joint_gap_decreasing(points: list[WorkPrecisionPoint]) -> bool:
 def fit_order(points: list[WorkPrecisionPoint], floor: float) -> FittedParameter | None:
     """Return the order of the error in the step: the log-log slope over the longest sequence of decreasing errors."""
     sequences: list[list[WorkPrecisionPoint]] = [[]]
-    for coarser, finer in pairwise([None, *points]):
-        if finer is None:
-            continue
-        is_stagnant = coarser is not None and finer.error > IMPROVEMENT_RATIO * coarser.error
-        if is_stagnant or not floor < finer.error < MAX_ASYMPTOTIC_ERROR:
+    previous_error = math.inf
+    for point in points:
+        is_asymptotic = floor < point.error < MAX_ASYMPTOTIC_ERROR
+        if not is_asymptotic or point.error > IMPROVEMENT_RATIO * previous_error:
             sequences.append([])
-        if floor < finer.error < MAX_ASYMPTOTIC_ERROR:
-            sequences[-1].append(finer)
+        if is_asymptotic:
+            sequences[-1].append(point)
+        previous_error = point.error
     fitted_points = max(sequences, key=len)[-N_FITTED_SETTINGS:]
     if len(fitted_points) < 3:
         return None
@@ -354,8 +343,6 @@ def confirm_by_impulse(reference: ErrorReference, variants: list[EngineVariant])
         return reference
     best_points = [variant.best_point for variant in variants if variant.name.startswith("impulse") and variant.best_point]
     closest = min(best_points, key=lambda point: point.max_error, default=None)
-    return (
-        reference
-        if closest is None or closest.max_error > MAX_CONFIRMATION_ERROR
-        else replace(reference, confirmed_by=closest.variant, confirmation_error=closest.max_error)
-    )
+    if closest is None or closest.max_error > MAX_CONFIRMATION_ERROR:
+        return reference
+    return replace(reference, confirmed_by=closest.variant, confirmation_error=closest.max_error)

@@ -10,7 +10,8 @@ import numpy as np
 
 from governor_mechanism.render.figures.page import Page, Panel, add_legend
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, VERMILLION
-from governor_mechanism.studies.hartung.design import KILOGRAM_FORCE, HartungDesign, build_hartung_layout
+from governor_mechanism.studies.hartung.design import HartungDesign, build_hartung_layout
+from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE
 from governor_mechanism.studies.hartung.paper_comparison import (
     PAPER_SPEEDS,
     PRINTED_SPRING_FORCES,

@@ -5,32 +5,30 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import brentq
 
+from governor_mechanism.closed_form.arguments import FloatOrArray
 from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.observables.static_forces import compute_static_force
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.types import FloatArray
-from governor_mechanism.verification.comparisons import (
-    compare_algebraic,
-    compare_jacobi_integral,
-    note_early_end,
-    require_gravity_and_centrifugal,
-    run_scene,
-    travel_limits,
-    without_output_effects,
-)
-from governor_mechanism.verification.hartung.motion import LEVER_ANGLE_READING, check_hartung_motion, hartung_spring_force
+from governor_mechanism.verification import comparisons
 from governor_mechanism.verification.oscillation import check_stability, format_rpm
 from governor_mechanism.verification.report import ComparisonRow
+
+LEVER_ANGLE_READING = "lever_angle"
 
 STROKE_FRACTIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Checked positions as fractions of the stroke."""
@@ -44,17 +42,17 @@ def check_hartung_governor(scene: Scene) -> Iterator[ComparisonRow | str]:
 
     Equilibria are checked without output effects, motion until the first impact.
     """
-    require_gravity_and_centrifugal(scene)
-    run = run_scene(scene)
+    comparisons.require_gravity_and_centrifugal(scene)
+    run = comparisons.run_scene(scene)
     if any(isinstance(effect, BellCrankMasses) for effect in scene.effects):
         yield "the closed forms assume point weights on massless bell cranks: only the energy is checked"
     else:
         governor = build_hartung_closed_form(scene)
-        yield from _check_statics_over_stroke(without_output_effects(scene), governor, _lever_stroke(scene))
-        yield from _check_equilibria(without_output_effects(scene), governor, _lever_stroke(scene))
-        yield from check_hartung_motion(scene, governor, run)
-    yield from note_early_end(run)
-    yield compare_jacobi_integral(run)
+        yield from _check_statics_over_stroke(comparisons.without_output_effects(scene), governor, _lever_stroke(scene))
+        yield from _check_equilibria(comparisons.without_output_effects(scene), governor, _lever_stroke(scene))
+        yield from _check_motion(scene, governor, run)
+    yield from comparisons.note_early_end(run)
+    yield comparisons.compare_jacobi_integral(run)
 
 
 def build_hartung_closed_form(scene: Scene) -> closed.HartungGovernor:
@@ -71,12 +69,12 @@ def build_hartung_closed_form(scene: Scene) -> closed.HartungGovernor:
 
 def _lever_stroke(scene: Scene) -> tuple[float, float]:
     """Return the lever angles (rad) of the stops; without stops, the middle half of the travel."""
-    stops = next((effect for effect in scene.effects if isinstance(effect, Stops) and effect.reading == LEVER_ANGLE_READING), None)
-    low, high = travel_limits(scene, LEVER_ANGLE_READING)
-    inner_quarter, outer_quarter = 0.75 * high + 0.25 * low, 0.25 * high + 0.75 * low
-    if stops is None:
-        return outer_quarter, inner_quarter
-    return stops.low if math.isfinite(stops.low) else outer_quarter, stops.high if math.isfinite(stops.high) else inner_quarter
+    low, high = comparisons.travel_limits(scene, LEVER_ANGLE_READING)
+    outer, inner = 0.25 * high + 0.75 * low, 0.75 * high + 0.25 * low
+    for stops in scene.effects:
+        if isinstance(stops, Stops) and stops.reading == LEVER_ANGLE_READING:
+            return stops.low if math.isfinite(stops.low) else outer, stops.high if math.isfinite(stops.high) else inner
+    return outer, inner
 
 
 def _check_statics_over_stroke(scene: Scene, governor: closed.HartungGovernor, stroke: tuple[float, float]) -> Iterator[ComparisonRow]:
@@ -85,13 +83,12 @@ def _check_statics_over_stroke(scene: Scene, governor: closed.HartungGovernor, s
     lever_angles = np.array([inner + fraction * (outer - inner) for fraction in STROKE_FRACTIONS])
     sleeve_forces = compute_static_force(scene, "sleeve_lift", SingleDofReduction(scene).evaluate(lever_angles).poses)
     for lever_angle, sleeve_force in zip(lever_angles.tolist(), sleeve_forces.tolist(), strict=True):
-        label, state = (
-            f"at {math.degrees(lever_angle):.4g} deg",
-            {"lever_angle": lever_angle, "spring_force": hartung_spring_force(scene, lever_angle)},
-        )
-        speed = equilibrium_speed_at(scene, np.array([lever_angle]))[0]
-        yield compare_algebraic(f"equilibrium speed {label}", speed, float(closed.equilibrium_speed(governor, **state)), "rad/s")
-        yield compare_algebraic(f"static sleeve force {label}", sleeve_force, float(closed.static_sleeve_force(governor, **state)), "N")
+        label = f"at {math.degrees(lever_angle):.4g} deg"
+        state = {"lever_angle": lever_angle, "spring_force": _spring_force(scene, lever_angle)}
+        speed, exact_speed = equilibrium_speed_at(scene, np.array([lever_angle]))[0], closed.equilibrium_speed(governor, **state)
+        yield comparisons.compare_algebraic(f"equilibrium speed {label}", speed, exact_speed, "rad/s")
+        exact_force = closed.static_sleeve_force(governor, **state)
+        yield comparisons.compare_algebraic(f"static sleeve force {label}", sleeve_force, exact_force, "N")
     yield from _check_astatic_spring_force(scene, governor, lever_angles)
 
 
@@ -108,7 +105,7 @@ def _check_astatic_spring_force(scene: Scene, governor: closed.HartungGovernor, 
     for lever_angle, force in zip(lever_angles.tolist(), forces.tolist(), strict=True):
         expected = float(closed.astatic_spring_force(governor, lever_angle=lever_angle, spindle_speed=speed))
         quantity = f"spring force that balances {math.degrees(lever_angle):.4g} deg at {format_rpm(speed)}"
-        yield compare_algebraic(quantity, force, expected, "N", scale=max(abs(expected), governor.weight_mass * scene.gravity))
+        yield comparisons.compare_algebraic(quantity, force, expected, "N", scale=max(abs(expected), governor.weight_mass * scene.gravity))
 
 
 def _check_equilibria(scene: Scene, governor: closed.HartungGovernor, stroke: tuple[float, float]) -> Iterator[ComparisonRow | str]:
@@ -116,8 +113,7 @@ def _check_equilibria(scene: Scene, governor: closed.HartungGovernor, stroke: tu
     if isinstance(scene.spindle, FreeSpindle):
         yield "the spindle is free: equilibria at a given speed are not checked"
         return
-    speeds = list(dict.fromkeys((scene.spindle.speeds[0], scene.spindle.speeds[-1])))
-    for speed in speeds:
+    for speed in dict.fromkeys((scene.spindle.speeds[0], scene.spindle.speeds[-1])):
         all_angles = _equilibrium_angles(scene, governor, abs(speed))
         angles_in_stroke = [angle for angle in all_angles if stroke[0] <= angle <= stroke[1]]
         if not angles_in_stroke:
@@ -129,25 +125,25 @@ def _check_equilibria(scene: Scene, governor: closed.HartungGovernor, stroke: tu
 
 def _equilibrium_angles(scene: Scene, governor: closed.HartungGovernor, speed: float) -> list[float]:
     """Return the lever angles (rad) at which the spring force balances the speed."""
-    low, high = travel_limits(scene, LEVER_ANGLE_READING)
+    low, high = comparisons.travel_limits(scene, LEVER_ANGLE_READING)
     margin = 1e-3 * (high - low)
 
     def force_excess(lever_angle: float) -> float:
         required_force = closed.astatic_spring_force(governor, lever_angle=lever_angle, spindle_speed=speed)
-        return hartung_spring_force(scene, lever_angle) - float(required_force)
+        return _spring_force(scene, lever_angle) - float(required_force)
 
     grid = np.linspace(low + margin, high - margin, 400)
     values = [force_excess(float(lever)) for lever in grid]
     return [
-        float(brentq(force_excess, grid[k], grid[k + 1], xtol=1e-15, rtol=1e-14))
-        for k in range(len(grid) - 1)
-        if values[k] * values[k + 1] < 0
+        float(brentq(force_excess, start, end, xtol=1e-15, rtol=1e-14))
+        for (start, end), (before, after) in zip(pairwise(grid), pairwise(values), strict=True)
+        if before * after < 0
     ]
 
 
 def _check_equilibrium(scene: Scene, governor: closed.HartungGovernor, angle: float, offset: float) -> Iterator[ComparisonRow | str]:
     """Yield the comparisons of one equilibrium: relaxation from both sides, oscillation period."""
-    force, rate = hartung_spring_force(scene, angle), scene.part.dimensions["spring_rate"]
+    force, rate = _spring_force(scene, angle), scene.part.dimensions["spring_rate"]
     yield from check_stability(
         scene,
         LEVER_ANGLE_READING,
@@ -156,3 +152,34 @@ def _check_equilibrium(scene: Scene, governor: closed.HartungGovernor, angle: fl
         starts=(angle - offset, angle + offset),
         label=f"{math.degrees(angle):.4g} deg, {format_rpm(SpindleSpeedFunction(scene.spindle).start_speed)}",
     )
+
+
+def _spring_force(scene: Scene, lever_angle: float) -> float:
+    """Return the force (N) of each spring at a lever angle (rad), from the scene's dimensions."""
+    dimensions = scene.part.dimensions
+    weight_radius = dimensions["fulcrum_radius"] - dimensions["weight_arm"] * math.sin(lever_angle)
+    return dimensions["spring_preload"] + dimensions["spring_rate"] * (weight_radius - dimensions["preload_radius"])
+
+
+def _check_motion(scene: Scene, governor: closed.HartungGovernor, run: Trajectory) -> Iterator[ComparisonRow | str]:
+    """Yield the comparison of a run with the equation of motion until the first impact; a note if an effect is not included."""
+    if note := comparisons.note_unsupported_effects(scene, Stops):
+        yield note
+        return
+    impact_time = next((event.time for event in run.events if event.kind is EventKind.IMPACT), None)
+    if impact_time is not None:
+        yield f"motion is checked until {impact_time:.4g} s, when the lever strikes its stop"
+    n_compared = len(run.times) if impact_time is None else int(np.searchsorted(run.times, impact_time))
+    if n_compared < 2:
+        return
+    damping = comparisons.sleeve_damping(scene)
+
+    def lever_acceleration(**motion: float) -> FloatOrArray:
+        spring_force = _spring_force(scene, motion[LEVER_ANGLE_READING])
+        return closed.lever_acceleration(governor, **motion, spring_force=spring_force, damping=damping)
+
+    spindle_acceleration = partial(closed.spindle_acceleration, governor)
+    angles, _, speeds = comparisons.integrate_governor(run, n_compared, LEVER_ANGLE_READING, lever_acceleration, spindle_acceleration)
+    yield comparisons.compare_reading(run, LEVER_ANGLE_READING, angles)
+    if isinstance(scene.spindle, FreeSpindle):
+        yield comparisons.compare_reading(run, "spindle_speed", speeds)
