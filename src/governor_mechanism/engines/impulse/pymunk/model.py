@@ -97,7 +97,7 @@ class PymunkModel:
         poses, velocities = self.state()
         force_velocities = velocities
         next_poses = poses + inputs.h * velocities
-        joint_poses = [*next_poses.tolist(), GROUND_POSE]
+        joint_poses = [*next_poses.tolist(), GROUND_POSE] if self._joint_updates or self._contact_constraints else []
         for update in self._joint_updates:
             update(joint_poses, inputs)
         if self._extrapolates_velocities:  # from the last two half steps to the kick that ends the step
