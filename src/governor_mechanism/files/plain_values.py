@@ -52,15 +52,11 @@ def plain_record(record: DataclassInstance, *omitted: str, **additions: object) 
     ----------
     record
         An instance of a dataclass.
-    *omitted
-        Names of fields that are left out.
-    **additions
-        Further entries; one with the name of a field replaces it.
 
     Returns
     -------
     dict
-        The entries by name.
+        The fields by name without those omitted, and the additions, which replace fields of the same name.
     """
     kept = {field.name: getattr(record, field.name) for field in fields(record) if field.name not in omitted}
     return {name: plain_value(value) for name, value in (kept | additions).items()}
