@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,6 +19,7 @@ import numpy as np
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.scenes.problems import ProblemCode, ProblemCollector
 from governor_mechanism.studies.sweep.quantities import find_display_unit
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
@@ -122,38 +124,35 @@ def parse_axes(document: Mapping[str, Any], vary: Mapping[str, Any] | Sequence[s
     Raises MechanismError with a message for each key that does not exist or changes nothing, each malformed range or list,
     and each value with a wrong unit.
     """
-    requests, problems = _parse_axis_requests(vary)
-    axes = []
+    collector, axes = ProblemCollector(), []
+    requests = _parse_axis_requests(vary, collector)
     for request in requests:
         other_values = [(other.key, other.values[0]) for other in requests if other.key != request.key]
-        try:
+        with collector.at("vary:"):
             axes.append(_parse_axis(_apply_first_values(document, other_values), request, is_only_axis=not other_values))
-        except MechanismError as error:
-            problems += [f"vary: {problem}" for problem in error.problems]
-    if problems:
-        raise MechanismError(*dict.fromkeys(problems))
+    if collector.has_failed:
+        raise MechanismError(*dict.fromkeys(collector.problems))
     return tuple(axes)
 
 
-def _parse_axis_requests(vary: Mapping[str, Any] | Sequence[str]) -> tuple[list[AxisRequest], list[str]]:
-    """Return the requested axes, and a message for each request that is not understood."""
+def _parse_axis_requests(vary: Mapping[str, Any] | Sequence[str], collector: ProblemCollector) -> list[AxisRequest]:
+    """Return the requested axes, without those given twice; requests that are not understood are collected."""
     if isinstance(vary, str):
         vary = [vary]
     if not isinstance(vary, Mapping | Sequence) or not vary:
-        return [], [f"vary: nothing to vary; name a key and its values, as in {AXIS_EXAMPLE}; found {format_value(vary)}"]
+        raise MechanismError(f"vary: nothing to vary; name a key and its values, as in {AXIS_EXAMPLE}; found {format_value(vary)}")
     requests: list[AxisRequest] = []
-    problems: list[str] = []
     for request in vary.items() if isinstance(vary, Mapping) else vary:
-        try:
+        with collector.at("vary:"):
             requests.append(_parse_request_text(request) if isinstance(request, str) else _parse_request(*request))
-        except MechanismError as error:
-            problems += [f"vary: {problem}" for problem in error.problems]
     counts = Counter(one.key for one in requests)
-    problems += [f"vary: {key} is given {count} times; give all its values at once" for key, count in counts.items() if count > 1]
+    repeated = (f"vary: {key} is given {count} times; give all its values at once" for key, count in counts.items() if count > 1)
+    collector.add(ProblemCode.DUPLICATE, *repeated)
     n_rows = math.prod(len(one.values) if one.range_count is None else one.range_count for one in requests)
     if n_rows > MAX_SWEEP_ROWS:
-        problems.append(f"vary: {n_rows:,} rows are too many (at most {MAX_SWEEP_ROWS:,}); take fewer values of a key")
-    return [one for one in requests if counts[one.key] == 1], problems
+        text = f"vary: {n_rows:,} rows are too many (at most {MAX_SWEEP_ROWS:,}); take fewer values of a key"
+        collector.add(ProblemCode.OUT_OF_RANGE, text)
+    return [one for one in requests if counts[one.key] == 1]
 
 
 def _parse_request_text(text: str) -> AxisRequest:
@@ -219,10 +218,8 @@ def _find_item(items: Sequence[Any], name: str, key_path: str) -> int:
 def _apply_first_values(document: Mapping[str, Any], other_values: Iterable[tuple[str, Any]]) -> Mapping[str, Any]:
     """Return the document for the check of one axis: all other axes have their first values, if these are valid."""
     for key, value in other_values:
-        try:
+        with suppress(MechanismError):  # reported when that axis is checked
             document = replace_document_value(document, key, value)
-        except MechanismError:  # reported when that axis is checked
-            continue
     return document
 
 
@@ -323,9 +320,7 @@ def _refuse_ineffective_axis(document: Mapping[str, Any], axis: SweepAxis, *, is
         raise MechanismError(f"{axis.key} has no effect in this scene: all values give the same scene; leave it out")
 
 
-def _find_document_problems(document: Mapping[str, Any]) -> tuple[str, ...]:
-    try:
-        parse_scene_document(document)
-    except MechanismError as error:
-        return error.problems
-    return ()
+def _find_document_problems(document: Mapping[str, Any]) -> Sequence[str]:
+    collector = ProblemCollector()
+    collector.attempt("", parse_scene_document, document)
+    return collector.problems

@@ -7,6 +7,7 @@ import inspect
 import math
 import pickle
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,6 +19,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.scenes.problems import ProblemCode, ProblemCollector
 from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value
 
 STATISTICS: Mapping[str, Callable[[Any], float]] = {
@@ -118,16 +120,13 @@ def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool)
             f"quantities must be a list of names, as ['max arm_angle'], or map names to functions; found {format_value(requested)}"
         )
     named_rules = list(requested.items()) if isinstance(requested, Mapping) else [(name, name) for name in requested]
-    quantities, problems = list[RunQuantity](), list[str]()
+    collector, quantities = ProblemCollector(), list[RunQuantity]()
     for name, rule in named_rules:
-        try:
+        with collector.at(""):
             quantities.append(_parse_quantity(name, rule, scene, reading_units, certify=certify))
-        except MechanismError as error:
-            problems += error.problems
-    names = [one.name for one in quantities]
-    problems += [f"quantity {name!r} is listed twice; list it once" for name in dict.fromkeys(names) if names.count(name) > 1]
-    if problems:
-        raise MechanismError(*problems)
+    repeated = (name for name, count in Counter(one.name for one in quantities).items() if count > 1)
+    collector.add(ProblemCode.DUPLICATE, *(f"quantity {name!r} is listed twice; list it once" for name in repeated))
+    collector.raise_if_failed()
     return tuple(quantities)
 
 

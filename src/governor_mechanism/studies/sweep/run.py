@@ -22,6 +22,7 @@ from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.scenes.problems import ProblemCollector
 from governor_mechanism.studies.sweep.batch_rows import DIMENSION_PREFIX, BatchedRows, make_batched_rows
 from governor_mechanism.studies.sweep.checkpoint import RowWriter, SweepFiles
 from governor_mechanism.studies.sweep.parameters import SweepAxis, parse_axes, parse_scene_with
@@ -154,22 +155,15 @@ def _make_task(
     scene: Scene, vary: Any, quantities: QuantityRequest, engine: str, accuracy: float | None, certify: bool, workers: int
 ) -> SweepTask:
     """Return the task; raise MechanismError with all mistakes of the request."""
-    problems: list[str] = []
-
-    def collect_problems(parse: Callable[[], Any]) -> Any:
-        try:
-            return parse()
-        except MechanismError as error:
-            problems.extend(error.problems)
-            return ()
-
-    document = collect_problems(lambda: _require_unchanged_document(scene))
-    axes = collect_problems(lambda: parse_axes(document, vary)) if document else ()
-    parsed_quantities = collect_problems(lambda: parse_quantities(scene, quantities, certify=certify))
-    if not isinstance(engine, str):
-        problems.append(f"engine must be the name of an engine; found {format_value(engine)}")
-    else:
-        collect_problems(lambda: select_engine(engine, scene))
+    collector = ProblemCollector()
+    document = collector.attempt("", _require_unchanged_document, scene) or {}
+    axes = (collector.attempt("", parse_axes, document, vary) if document else None) or ()
+    parsed_quantities = collector.attempt("", partial(parse_quantities, certify=certify), scene, quantities) or ()
+    with collector.at(""):
+        if not isinstance(engine, str):
+            raise MechanismError(f"engine must be the name of an engine; found {format_value(engine)}")
+        select_engine(engine, scene)
+    problems: list[str] = [*collector.problems]
     if accuracy is not None and not (isinstance(accuracy, int | float) and 0 < accuracy < 1):
         problems.append(f"accuracy must lie between 0 and 1; got {accuracy!r}")
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
