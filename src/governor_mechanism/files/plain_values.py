@@ -1,10 +1,11 @@
-"""Values as JSON knows them."""
+"""Values as JSON and CSV files know them."""
 
 from __future__ import annotations
 
+import csv
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -79,6 +80,28 @@ def save_json(value: object, path: Path) -> Path:
     """
     with atomic_write(path) as temporary:
         temporary.write_text(format_json(value) + "\n", encoding="utf-8")
+    return path
+
+
+def save_table(header: Sequence[str], rows: Iterable[Iterable[object]], path: Path) -> Path:
+    """Write a table as a CSV file; numbers have the digits that give the same float, and None is an empty cell.
+
+    Parameters
+    ----------
+    header
+        Names of the columns.
+    rows
+        Cells of the rows.
+    path
+        Path of the file.
+
+    Returns
+    -------
+    Path
+        The path.
+    """
+    with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
+        csv.writer(stream).writerows([header, *rows])
     return path
 
 

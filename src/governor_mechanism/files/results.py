@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.files.plain_values import save_json as save_json_file
+from governor_mechanism.files.plain_values import save_table
 from governor_mechanism.model.trajectory import Trajectory
 
 REPORTED_PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy")
@@ -27,10 +27,8 @@ def save_csv(run: Trajectory, path: Path) -> None:
     path
         Path of the file.
     """
-    with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(["time [s]", *(f"{name} [{run.units[name]}]" for name in run.readings)])
-        writer.writerows(np.column_stack([run.times, *run.readings.values()]).tolist())
+    header = ["time [s]", *(f"{name} [{run.units[name]}]" for name in run.readings)]
+    save_table(header, np.column_stack([run.times, *run.readings.values()]).tolist(), path)
 
 
 def save_netcdf(run: Trajectory, path: Path) -> None:

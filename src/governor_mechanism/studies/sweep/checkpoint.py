@@ -8,18 +8,16 @@ from __future__ import annotations
 import csv
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.files.plain_values import plain_value, save_json
+from governor_mechanism.files.plain_values import plain_value, save_json, save_table
 from governor_mechanism.files.results import package_versions
-from governor_mechanism.model.scene import Scene
-from governor_mechanism.studies.sweep.parameters import SweepAxis
-from governor_mechanism.studies.sweep.quantities import RunQuantity
+from governor_mechanism.studies.sweep.parameters import AxisGrid
 from governor_mechanism.studies.sweep.results import Sweep, SweepRow
 
 DISTRIBUTION_NAME = "governor-mechanism"
@@ -52,20 +50,16 @@ def journal_path(folder: Path, source: str) -> Path:
 class SweepFiles:
     """Files of one sweep in a folder, which is created. Raises MechanismError if the folder holds another sweep."""
 
-    def __init__(
-        self, folder: Path, scene: Scene, quantities: Sequence[RunQuantity], axes: Sequence[SweepAxis], settings: Mapping[str, Any]
-    ) -> None:
+    def __init__(self, folder: Path, source: str, grid: AxisGrid, settings: Mapping[str, Any]) -> None:
         if folder.exists() and not folder.is_dir():
             raise MechanismError(f"out: {folder} is a file; give the name of a folder")
         folder.mkdir(parents=True, exist_ok=True)
-        self._journal_path = journal_path(folder, scene.source)
+        self._journal_path = journal_path(folder, source)
         self._table_path = self._journal_path.with_suffix(".csv")
         self._record_path = self._journal_path.with_suffix(".json")
         # In the types of JSON: the identity is compared with one read from a file.
         self._identity: dict[str, Any] = plain_value({"package": package_versions()[DISTRIBUTION_NAME], **settings})
-        self._n_quantities = len(quantities)
-        self._n_rows = math.prod(len(axis.values) for axis in axes)
-        self._n_axes = len(axes)
+        self._n_quantities, self._n_axes, self._n_rows = len(settings["quantities"]), len(grid.axes), math.prod(grid.shape)
         self._refuse_other_sweep()
 
     def read_finished_rows(self) -> dict[int, SweepRow]:
@@ -94,15 +88,9 @@ class SweepFiles:
 
     def write_results(self, sweep: Sweep) -> None:
         """Write table and record and delete the journal. The same sweep always gives the same files."""
-        with atomic_write(self._table_path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
-            writer = csv.writer(stream)
-            units = sweep.units
-            names = [f"{name} [{units[name]}]" if units[name] else name for name in units]
-            writer.writerow([*names, "outcome", "message"])
-            for row in sweep.rows:
-                numbers = [repr(number) if math.isfinite(number) else "" for number in row.numbers]
-                values = [repr(v) if isinstance(v, float) else str(v) for v in sweep.values_at(row.index)]
-                writer.writerow([*values, *numbers, row.outcome, row.message])
+        names = [f"{name} [{unit}]" if unit else name for name, unit in sweep.units.items()]
+        rows = ([*sweep.values_at(row.index), *plain_value(row.numbers), row.outcome, row.message] for row in sweep.rows)
+        save_table([*names, "outcome", "message"], rows, self._table_path)
         summary = {"title": sweep.title, "units": sweep.units, "outcomes": sweep.outcomes, "notes": sweep.notes}
         save_json({"sweep": self._identity, **summary}, self._record_path)
         self._journal_path.unlink(missing_ok=True)

@@ -88,6 +88,28 @@ class SweepAxis:
         return all(isinstance(value, float) for value in self.values)
 
 
+@dataclass(frozen=True, kw_only=True)
+class AxisGrid:
+    """All combinations of the values of axes.
+
+    Attributes
+    ----------
+    axes
+        Keys and their values; the last axis varies fastest.
+    """
+
+    axes: tuple[SweepAxis, ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values of each axis."""
+        return tuple(len(axis.values) for axis in self.axes)
+
+    def places(self, index: int) -> list[tuple[SweepAxis, int]]:
+        """Return the axes and the places of their values in a row."""
+        return [(axis, int(place)) for axis, place in zip(self.axes, np.unravel_index(index, self.shape), strict=True)]
+
+
 def replace_document_value(table: Any, key: str, value: Any, table_key: str = "") -> Any:
     """Return a copy of the table of a document at `table_key` with a value at a dotted key; unchanged tables are shared.
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.files.plain_values import plain_record
-from governor_mechanism.studies.sweep.parameters import SweepAxis
+from governor_mechanism.studies.sweep.parameters import AxisGrid, SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.units.text_table import format_table
 
@@ -47,7 +47,7 @@ class SweepRow:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sweep:
+class Sweep(AxisGrid):
     """A scene run at every combination of the values of the axes.
 
     Attributes
@@ -56,8 +56,6 @@ class Sweep:
         Title of the scene.
     source
         Path of the scene file.
-    axes
-        Keys and their values; the last axis varies fastest.
     quantities
         Columns of the rows.
     accuracy
@@ -68,15 +66,9 @@ class Sweep:
 
     title: str
     source: str
-    axes: tuple[SweepAxis, ...]
     quantities: tuple[RunQuantity, ...]
     accuracy: float
     rows: tuple[SweepRow, ...]
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Number of values of each axis."""
-        return tuple(len(axis.values) for axis in self.axes)
 
     @property
     def units(self) -> dict[str, str]:
@@ -127,8 +119,7 @@ class Sweep:
 
     def values_at(self, index: int) -> tuple[float | str | bool, ...]:
         """Return the values of the keys in a row."""
-        axis_indices = np.unravel_index(index, self.shape)
-        return tuple(axis.values[int(place)] for axis, place in zip(self.axes, axis_indices, strict=True))
+        return tuple(axis.values[place] for axis, place in self.places(index))
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
@@ -152,12 +143,12 @@ class Sweep:
     def as_json(self) -> dict[str, Any]:
         """Return the sweep as JSON values; a missing number is None."""
         tables = {
-            "scene": self.source,
             "axes": [{"key": axis.key, "unit": axis.unit, "values": axis.values} for axis in self.axes],
             "quantities": [{"name": one.name, "unit": one.unit} for one in self.quantities],
             "rows": [plain_record(row, "index", values=self.values_at(row.index)) for row in self.rows],
         }
-        return plain_record(self, "source", **tables, outcomes=self.outcomes, notes=self.notes)
+        header = {"title": self.title, "scene": self.source}
+        return header | plain_record(self, "source", **tables, outcomes=self.outcomes, notes=self.notes)
 
     def _has_no_effect(self, axis_index: int) -> bool:
         """Return whether no quantity changes along an axis although there are values to compare."""

@@ -15,8 +15,6 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.model.scene import Scene
@@ -25,7 +23,7 @@ from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.problems import ProblemCollector
 from governor_mechanism.studies.sweep.batch_rows import DIMENSION_PREFIX, BatchedRows, make_batched_rows
 from governor_mechanism.studies.sweep.checkpoint import RowWriter, SweepFiles
-from governor_mechanism.studies.sweep.parameters import SweepAxis, parse_axes, parse_scene_with
+from governor_mechanism.studies.sweep.parameters import AxisGrid, parse_axes, parse_scene_with
 from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, parse_quantities
 from governor_mechanism.studies.sweep.results import ROW_FAILED, ROW_OK, ROW_REFUSED, Sweep, SweepRow
 from governor_mechanism.studies.sweep.workers import map_in_processes, record_interrupts
@@ -42,28 +40,22 @@ SweepProgress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, kw_only=True)
-class SweepTask:
-    """Everything that determines the rows; it can be pickled. The last axis varies fastest."""
+class SweepTask(AxisGrid):
+    """Everything that determines the rows; it can be pickled."""
 
     document: Mapping[str, Any]
-    axes: tuple[SweepAxis, ...]
     quantities: tuple[RunQuantity, ...]
     engine: str
     accuracy: float | None
     certify: bool
 
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Number of values of each axis."""
-        return tuple(len(axis.values) for axis in self.axes)
-
     def build_scene(self, index: int) -> Scene:
         """Return the scene of a row; raise MechanismError if it is invalid."""
-        return parse_scene_with(self.document, [(axis.key, axis.document_values[place]) for axis, place in self._axis_indices(index)])
+        return parse_scene_with(self.document, [(axis.key, axis.document_values[place]) for axis, place in self.places(index)])
 
     def changed_dimensions(self, index: int) -> dict[str, Any]:
         """Return the dimensions of a row that differ from the scene's, SI, if all axes are dimensions."""
-        return {axis.key.removeprefix(DIMENSION_PREFIX): axis.values[place] for axis, place in self._axis_indices(index)}
+        return {axis.key.removeprefix(DIMENSION_PREFIX): axis.values[place] for axis, place in self.places(index)}
 
     @cached_property
     def batched_rows(self) -> BatchedRows | None:
@@ -71,9 +63,6 @@ class SweepTask:
         if self.certify:
             return None
         return make_batched_rows(self.document, self.axes, self.quantities, self.engine, self.accuracy)
-
-    def _axis_indices(self, index: int) -> list[tuple[SweepAxis, int]]:
-        return [(axis, int(place)) for axis, place in zip(self.axes, np.unravel_index(index, self.shape), strict=True)]
 
 
 def compute_rows(task: SweepTask, indices: Sequence[int]) -> list[SweepRow]:
@@ -124,7 +113,7 @@ def sweep(
         Rows and axes.
     """
     task = _make_task(scene, vary, quantities, engine, accuracy, certify, workers)
-    files = None if out is None else SweepFiles(Path(out), scene, task.quantities, task.axes, _task_settings(task))
+    files = None if out is None else SweepFiles(Path(out), scene.source, task, _task_settings(task))
     rows = {} if files is None else files.read_finished_rows()
     n_rows = math.prod(task.shape)
     pending = [index for index in range(n_rows) if index not in rows]

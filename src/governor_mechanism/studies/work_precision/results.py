@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import os
 from collections.abc import Mapping
@@ -13,8 +12,7 @@ from typing import Any
 
 from governor_mechanism.engines import Engine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.files.plain_values import plain_record, plain_value, save_json
+from governor_mechanism.files.plain_values import plain_record, plain_value, save_json, save_table
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.regression import FittedParameter
 from governor_mechanism.units.text_table import format_table
@@ -263,13 +261,8 @@ class AccuracyStudy:
 
     def save_csv(self, path: str | os.PathLike[str]) -> Path:
         """Write one row per setting in SI, and return the path."""
-        with atomic_write(Path(path)) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
-            writer = csv.writer(stream)
-            writer.writerow(POINT_CSV_COLUMNS)
-            for point in self.points:
-                cells = (getattr(point, name.partition(" ")[0]) for name in POINT_CSV_COLUMNS)
-                writer.writerow("" if cell is None else cell for cell in cells)
-        return Path(path)
+        rows = ([getattr(point, name.partition(" ")[0]) for name in POINT_CSV_COLUMNS] for point in self.points)
+        return save_table(POINT_CSV_COLUMNS, rows, Path(path))
 
     def save_json(self, path: str | os.PathLike[str]) -> Path:
         """Write the study as JSON, and return the path."""
