@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import TypeVar
 
 from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.scenes.problems import ProblemCollector
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity, format_value, parse_quantity
 
 KILOGRAM_FORCE = 9.81
@@ -82,22 +83,15 @@ def parse_inputs(assignments: Iterable[str]) -> HartungInputs:
         With one sentence per assignment that is not valid.
     """
     values: dict[str, float] = {}
-    problems: list[str] = []
+    collector = ProblemCollector()
     for assignment in assignments:
         name, sign, value = (part.strip() for part in assignment.partition("="))
-        if not sign or name not in INPUT_KINDS:
-            known = ", ".join(INPUT_KINDS)
-            problems.append(
-                f"--with {format_value(assignment)} is not an assignment to an input, such as wire=14 mm; inputs: {known}."
-                f"{did_you_mean(name, INPUT_KINDS)}"
-            )
-            continue
-        try:
+        with collector.at(""):
+            if not sign or name not in INPUT_KINDS:
+                text = f"--with {format_value(assignment)} is not an assignment to an input, such as wire=14 mm"
+                raise MechanismError(f"{text}; inputs: {', '.join(INPUT_KINDS)}.{did_you_mean(name, INPUT_KINDS)}")
             values[name] = parse_quantity(_parse_number(value), INPUT_KINDS[name], f"--with {name}")
-        except MechanismError as error:
-            problems += error.problems
-    if problems:
-        raise MechanismError(*problems)
+    collector.raise_if_failed()
     return replace(PAPER_INPUTS, **values)
 
 
