@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from governor_mechanism.engines.certificate import speed_jump_work
 from governor_mechanism.engines.multibody.event_integration import EventIntegrator
 from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.projected_dop853 import N_COUNTERS, ProjectedDop853, StepLimits
@@ -18,7 +19,7 @@ from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts, initial_lags
-from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES, inertia_of_plane, project_state
+from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES, project_state
 from governor_mechanism.mechanics.dynamics.lowering import (
     count_output_forces,
     from_mass_centres,
@@ -27,7 +28,7 @@ from governor_mechanism.mechanics.dynamics.lowering import (
     to_mass_centres,
 )
 from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION
-from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction, stack_local_cubics
+from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator
@@ -160,7 +161,7 @@ class ConstrainedIntegrator:
     def _add_speed_jump_work(self, time: float, state: FloatArray, monitor_state: FloatArray) -> None:
         """Add the work of a jump of the given spindle speed at a breakpoint; the state recorded there is the one after the jump."""
         work_index = 6 * len(self.system.bodies)
-        state[work_index] += self._compute_speed_jump_work(time, state)
+        state[work_index] += speed_jump_work(self.evaluator, time, self._to_mass_centres(state)[0])
         monitor_state[work_index] = state[work_index]
 
     def state_history(self, states: FloatArray) -> StateHistory:
@@ -216,21 +217,6 @@ class ConstrainedIntegrator:
         """Return the local cubics (functions, columns) of spindle, drivers and force elements from a time (s) to the next breakpoint."""
         cubics: FloatArray = stack_local_cubics(self.input_functions, np.array([start]))[0]
         return cubics
-
-    def _compute_speed_jump_work(self, time: float, state: FloatArray) -> float:
-        """Return the work (J) that jumps of given spindle speeds do on the parts."""
-        n_bodies, work = len(self.system.bodies), 0.0
-        poses, velocities = state[: 6 * n_bodies].reshape(2, n_bodies, 3)
-        for index, speed_function in enumerate(self._loaded_speed_functions()):
-            speeds = () if speed_function is None else speed_function.limits_at(time)
-            if speeds and speeds[0] != speeds[1]:
-                work += 0.5 * inertia_of_plane(self.system.bodies, index, poses, velocities)[0] * (speeds[1] ** 2 - speeds[0] ** 2)
-        return float(work)
-
-    def _loaded_speed_functions(self) -> list[SpindleSpeedFunction | None]:
-        """Return the given speeds of the planes with centrifugal forces."""
-        functions, planes = self.evaluator.speed_functions, self.evaluator.planes
-        return [function for function, plane in zip(functions, planes, strict=True) if plane.is_loaded]
 
     def _make_error_scale(self) -> FloatArray:
         """Return the scales to which errors of a state vector are relative."""

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from governor_mechanism.engines.certificate import speed_jump_work
 from governor_mechanism.engines.reduced.integration import initialise_contact_mode, integrate_reduced
 from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.integrators.reduced_dop853 import make_stages
@@ -18,7 +19,7 @@ from governor_mechanism.mechanics.contact.transition import make_event_log, make
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, one_sided_forces_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
-from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction, stack_local_cubics
+from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES, ReducedModel, StateIndex, make_reduced_model
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.shaft import find_shaft_train, parts_with_coordinate
@@ -194,14 +195,7 @@ class ReducedRun:
 
     def _add_speed_jump_work(self, time: float, state: FloatArray, states: FloatArray, row: int | None) -> None:
         """Add the work that a jump of the given spindle speed does on the bodies; a report at that time shows the right limit."""
-        plane = next(iter(self.motion_table.scene.system.planes), None)
-        if plane is None or not plane.is_loaded or not plane.given_speed:
-            return
-        before, after = SpindleSpeedFunction(plane.given_speed).limits_at(time)
-        if after == before:
-            return
-        inertia = self.evaluator.evaluate_spindle_inertia(0, self._evaluate_motion(state[np.newaxis])[0])[0]
-        state[StateIndex.WORK] += 0.5 * inertia * (after**2 - before**2)
+        state[StateIndex.WORK] += speed_jump_work(self.evaluator, time, self._evaluate_motion(state[np.newaxis])[0][0])
         if row is not None:
             states[row, StateIndex.WORK] = state[StateIndex.WORK]
 
