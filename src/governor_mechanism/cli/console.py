@@ -64,6 +64,7 @@ def guarded_command(command: Callable[..., CommandResult]) -> Callable[..., None
 
     @functools.wraps(command)
     def guarded(*args: Any, **options: Any) -> None:
+        """Run the command, print its result and end with its exit status."""
         as_json = bool(options.get("as_json"))
         interrupt_handler = InterruptHandler()
         try:

@@ -33,6 +33,7 @@ def _make_decorator(**options: Any) -> Callable[[CompiledFunction], CompiledFunc
     """
 
     def decorate(function: CompiledFunction) -> CompiledFunction:
+        """Return the dispatcher of a function."""
         from numba import njit
         from numba.core import config  # numba creates its settings at run time; type checkers do not know them
 

@@ -37,7 +37,7 @@ class FixedStepProblem:
 
     @cached_property
     def scene_contacts(self) -> SceneContacts:
-        """Return the contacts of the scene, which every run begins anew with `continue_from`."""
+        """Return the contacts of the scene, which every run begins again with `continue_from`."""
         tolerance = CLOSURE_TOLERANCE_RATIO * self.scene.part.mechanism.length_scale
         return SceneContacts(self.scene, self.evaluator.time_scale, tolerance)
 

@@ -21,6 +21,7 @@ def convex_hull(points: Sequence[Vec2]) -> list[Vec2]:
     span = max(math.dist(point, ordered[0]) for point in ordered)
 
     def half_hull(chain: Sequence[Vec2]) -> list[Vec2]:
+        """Return the corners of the hull above or below the points."""
         corners: list[Vec2] = []
         for x, y in chain:
             while len(corners) > 1:
