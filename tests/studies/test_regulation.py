@@ -149,7 +149,7 @@ def test_small_play_makes_a_carried_sleeve_twitch_within_its_band():
     study = study_clearance(even, [1e-3], n_turns=6)
     assert study.amplitude_without_clearance == 0.0
     assert study.amplitudes[0] > 0.0
-    assert study.conclusion == "a clearance of 1 mm causes cyclic motion"
+    assert study.conclusion == f"{study.title}: a clearance of 1 mm causes cyclic motion"
     with pytest.raises(gm.MechanismError, match="the reference of the figure"):
         clearance_figure([study], "clearance.png")
 

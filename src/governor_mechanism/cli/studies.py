@@ -5,16 +5,19 @@ Heavy imports are made when a command needs them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli.console import CommandResult, print_to_stderr, show_progress_bar, show_status
 from governor_mechanism.cli.options import RESULTS_FOLDER, Accuracy, AsJson, FigureFolder, NoFigure, SceneName, prepare_folder
+
+if TYPE_CHECKING:
+    from governor_mechanism.types import FloatArray
 
 
 def accuracy(
@@ -93,44 +96,23 @@ def regulation(
     """
     from governor_mechanism.engines.rotating_part import rotating_part_alone
     from governor_mechanism.render.figures import regulation as figures
-    from governor_mechanism.studies.regulation.cyclic_irregularity import (
-        CLEARANCES,
-        FLUCTUATION_RATIOS,
-        study_clearance,
-        study_cyclic_motion,
-    )
-    from governor_mechanism.studies.regulation.fold_jump import RAMP_RATES, study_fold_jump
-    from governor_mechanism.studies.regulation.settling_time import DAMPING_COEFFICIENTS, study_settling
+    from governor_mechanism.studies.regulation import cyclic_irregularity as cyclic
+    from governor_mechanism.studies.regulation import fold_jump, settling_time
 
+    # By study: its default scenes, its function, the values of its curve, and its figure, of all results if there are several scenes.
+    studies: dict[str, tuple[Sequence[str], Callable[..., Any], FloatArray, Callable[..., Path]]] = {
+        "cyclic": (["porter_cyclic"], cyclic.study_cyclic_motion, cyclic.FLUCTUATION_RATIOS, figures.cyclic_figure),
+        "clearance": (["porter_clearance", "watt_clearance"], cyclic.study_clearance, cyclic.CLEARANCES, figures.clearance_figure),
+        "settling": (["porter_load_step"], settling_time.study_settling, settling_time.DAMPING_COEFFICIENTS, figures.settling_figure),
+        "jump": (["watt_improved"], fold_jump.study_fold_jump, fold_jump.RAMP_RATES, figures.fold_jump_figure),
+    }
     prepare_folder(out)
     path = out / f"{study.value}.png"
+    default_scenes, make_study, values, draw_figure = studies[study]
     with show_status("running"):
-        match study:
-            case RegulationStudy.CYCLIC:
-                cyclic_study = study_cyclic_motion(rotating_part_alone(gm.load(scene or "porter_cyclic")), FLUCTUATION_RATIOS)
-                figures.cyclic_figure(cyclic_study, path)
-                conclusion = (
-                    f"cyclic sleeve motion from a speed fluctuation of {cyclic_study.threshold:.6g} insensitivity bands; "
-                    f"the band is {cyclic_study.insensitivity_band:.6g}"
-                )
-            case RegulationStudy.CLEARANCE:
-                names = [scene] if scene else ["porter_clearance", "watt_clearance"]
-                clearance_studies = [study_clearance(rotating_part_alone(gm.load(name)), CLEARANCES) for name in names]
-                figures.clearance_figure(clearance_studies, path)
-                conclusion = "\n".join(f"{one.title}: {one.conclusion}" for one in clearance_studies)
-            case RegulationStudy.SETTLING:
-                settling_study = study_settling(rotating_part_alone(gm.load(scene or "porter_load_step")), DAMPING_COEFFICIENTS)
-                figures.settling_figure(settling_study, path)
-                conclusion = f"shortest settling time {settling_study.best[1]:.4g} s with a dashpot of {settling_study.best[0]:.4g} N s/m"
-            case RegulationStudy.JUMP:
-                fold_jump_study = study_fold_jump(rotating_part_alone(gm.load(scene or "watt_improved")), RAMP_RATES)
-                figures.fold_jump_figure(fold_jump_study, path)
-                conclusion = (
-                    f"falls below {fold_jump_study.fold_speed:.6g} rad/s with a delay of order rate^"
-                    f"{fold_jump_study.falling_exponent.value:.4f} +- {fold_jump_study.falling_exponent.standard_error:.1g}, "
-                    f"jumps above {fold_jump_study.stop_speed:.6g} rad/s"
-                )
-    return CommandResult(text=[conclusion], values={}, files=[path])
+        results = [make_study(rotating_part_alone(gm.load(name)), values) for name in ([scene] if scene else default_scenes)]
+        draw_figure(results if len(default_scenes) > 1 else results[0], path)
+    return CommandResult(text=[result.conclusion for result in results], values={}, files=[path])
 
 
 def sweep(

@@ -7,7 +7,12 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from governor_mechanism.files.atomic_write import atomic_write
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 
 def plain_value(value: object) -> Any:
@@ -38,6 +43,43 @@ def plain_value(value: object) -> Any:
     if isinstance(value, Iterable) and not isinstance(value, str):
         return [plain_value(one) for one in value]
     return value
+
+
+def plain_record(record: DataclassInstance, *omitted: str, **additions: object) -> dict[str, Any]:
+    """Return the fields of a dataclass in the types of JSON.
+
+    Parameters
+    ----------
+    record
+        An instance of a dataclass.
+
+    Returns
+    -------
+    dict
+        The fields by name without those omitted, and the additions, which replace fields of the same name.
+    """
+    kept = {field.name: getattr(record, field.name) for field in fields(record) if field.name not in omitted}
+    return {name: plain_value(value) for name, value in (kept | additions).items()}
+
+
+def save_json(value: object, path: Path) -> Path:
+    """Write a value as a JSON file.
+
+    Parameters
+    ----------
+    value
+        A value that `plain_value` accepts.
+    path
+        Path of the file.
+
+    Returns
+    -------
+    Path
+        The path.
+    """
+    with atomic_write(path) as temporary:
+        temporary.write_text(format_json(value) + "\n", encoding="utf-8")
+    return path
 
 
 def format_json(value: object) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import platform
-from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.files.plain_values import format_json
+from governor_mechanism.files.plain_values import save_json as save_json_file
 from governor_mechanism.model.trajectory import Trajectory
 
 REPORTED_PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy")
@@ -100,9 +99,9 @@ def summarise_run(run: Trajectory) -> dict[str, Any]:
         "outcome": run.outcome.name.lower(),
         "message": run.message,
         "engine": run.cost.engine,
-        "settings": dict(run.settings),
+        "settings": run.settings,
         "error_estimate": run.error_estimate,
-        "reading_errors": dict(run.reading_errors),
+        "reading_errors": run.reading_errors,
         "joint_gap": float(np.max(run.joint_gap, initial=0.0)),
         "energy_drift": run.energy.drift,
         "dissipated": float(run.energy.dissipated_energy[-1]) if len(run.times) else None,
@@ -110,14 +109,14 @@ def summarise_run(run: Trajectory) -> dict[str, Any]:
         "reported_times": len(run.times),
         "end_time": float(run.times[-1]) if len(run.times) else None,
         "final": {name: float(values[-1]) for name, values in run.readings.items() if len(values)},
-        "units": dict(run.units),
+        "units": run.units,
         "mobility": run.mobility,
-        "events": [asdict(event) for event in run.events],
+        "events": run.events,
         "largest_joint_forces": {name: float(np.max(one.magnitude, initial=0.0)) for name, one in run.reactions.items()},
-        "notes": list(run.notes),
-        "cost": asdict(run.cost),
+        "notes": run.notes,
+        "cost": run.cost,
         "versions": package_versions(),
-        "document": dict(run.scene.document),
+        "document": run.scene.document,
     }
 
 
@@ -131,8 +130,7 @@ def save_json(run: Trajectory, path: Path) -> None:
     path
         Path of the file.
     """
-    with atomic_write(path) as temporary:
-        temporary.write_text(format_json(summarise_run(run)) + "\n", encoding="utf-8")
+    save_json_file(summarise_run(run), path)
 
 
 def package_versions() -> dict[str, str]:

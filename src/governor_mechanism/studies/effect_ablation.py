@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -20,6 +20,7 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import Part, Spindle
@@ -131,10 +132,9 @@ class EffectsStudy:
 
     def as_json(self) -> dict[str, Any]:
         """Return the study as plain values."""
-        rows = [asdict(row) | {"changes": dict(row.changes), "time_ratio": row.time_ratio} for row in self.rows]
-        header = {"title": self.scene.title, "engine": self.engine, "accuracy": self.accuracy, "base": asdict(self.base_cost)}
-        lists = {"leave_out": list(self.negligible), "missing": list(self.missing), "untried": list(self.untried)}
-        return {**header, "effects": rows, **lists}
+        rows = [plain_record(row, time_ratio=row.time_ratio) for row in self.rows]
+        tables = {"base": self.base_cost, "effects": rows, "leave_out": self.negligible, "missing": self.missing}
+        return {"title": self.scene.title, **plain_record(self, "scene", "base_cost", "rows", **tables)}
 
     def _is_negligible(self, row: EffectComparison) -> bool:
         return row.relative_change is not None and row.relative_change < self.accuracy

@@ -87,7 +87,7 @@ def clearance_figure(studies: Sequence[ClearanceStudy], path: str | os.PathLike[
     panel.set(xscale="log", yscale="log")
     use_plain_decades(panel.xaxis, panel.yaxis)
     panel.set_ylim(0.7 * _ZERO_PLOTTED_AT, 30)
-    page.write_footnote("\n".join(f"{study.title}: {study.conclusion}" for study in studies))
+    page.write_footnote("\n".join(study.conclusion for study in studies))
     return page.save_png(path)
 
 

@@ -10,7 +10,7 @@ Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620.
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from scipy.optimize import minimize_scalar
 from governor_mechanism.closed_form.hartung import design as formulas
 from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, PAPER_INPUTS, TECHNICAL_ATMOSPHERE, HartungInputs, find_input_problems
 from governor_mechanism.types import FloatArray
 
@@ -136,10 +137,8 @@ class HartungDesign:
 
     def as_json(self) -> dict[str, Any]:
         """Return the design as plain values, the curves as lists."""
-        layout = self.layout
-        numbers = {name: value for name, value in vars(self).items() if name not in ("inputs", "layout")}
-        curves = {name: value.tolist() for name, value in vars(layout).items() if isinstance(value, np.ndarray)}
-        return {"inputs": asdict(self.inputs), **numbers, "static_force_spread": layout.spread, "curves": curves}
+        curves = plain_record(self.layout, "governor", "spring_rate")
+        return plain_record(self, "layout", static_force_spread=self.layout.spread, curves=curves)
 
 
 def design_hartung(inputs: HartungInputs = PAPER_INPUTS) -> HartungDesign:

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.closed_form.hartung import design as formulas
 from governor_mechanism.closed_form.hartung import governor as closed
+from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, TECHNICAL_ATMOSPHERE
 from governor_mechanism.units.text_table import format_table
 
@@ -68,7 +69,7 @@ class PaperComparison:
 
     def as_json(self) -> dict[str, Any]:
         """Return the comparison as plain values."""
-        return asdict(self) | {"misprints": [number.quantity for number in self.misprints]}
+        return plain_record(self, misprints=[number.quantity for number in self.misprints])
 
     def __str__(self) -> str:
         """Return a table of the numbers, with the misprints marked."""

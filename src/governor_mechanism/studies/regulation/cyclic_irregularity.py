@@ -73,6 +73,12 @@ class CyclicMotionStudy:
         is_near_threshold = (excess > 10 * THRESHOLD_TOLERANCE) & (excess < 0.01) & (self.amplitudes > 0)
         return fit_slope(np.log(excess[is_near_threshold]), np.log(self.amplitudes[is_near_threshold]))
 
+    @property
+    def conclusion(self) -> str:
+        """One sentence on when the sleeve moves."""
+        threshold = f"cyclic sleeve motion from a speed fluctuation of {self.threshold:.6g} insensitivity bands"
+        return f"{threshold}; the band is {self.insensitivity_band:.6g}"
+
 
 @dataclass(frozen=True, kw_only=True)
 class ClearanceStudy:
@@ -123,7 +129,10 @@ class ClearanceStudy:
 
     @property
     def conclusion(self) -> str:
-        """One sentence on whether clearance reduces the cyclic motion."""
+        """The title, and one sentence on whether clearance reduces the cyclic motion."""
+        return f"{self.title}: {self._describe_effect()}"
+
+    def _describe_effect(self) -> str:
         clearance, amplitude = self.worst
         base_amplitude, clearance_text = self.amplitude_without_clearance, f"a clearance of {clearance * 1e3:.3g} mm"
         if base_amplitude == 0:

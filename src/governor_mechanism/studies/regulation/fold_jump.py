@@ -73,6 +73,13 @@ class FoldJumpStudy:
     asymptotic_delay: FloatArray
 
     @property
+    def conclusion(self) -> str:
+        """One sentence on the speeds of the fall and of the jump."""
+        exponent = self.falling_exponent
+        order = f"rate^{exponent.value:.4f} +- {exponent.standard_error:.1g}"
+        return f"falls below {self.fold_speed:.6g} rad/s with a delay of order {order}, jumps above {self.stop_speed:.6g} rad/s"
+
+    @property
     def falling_delay(self) -> FloatArray:
         """Fold speed minus the speed at which the governor falls through the fold, rad/s; shape (n,)."""
         return self.fold_speed - self.falling_speeds

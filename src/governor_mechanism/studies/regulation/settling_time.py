@@ -51,6 +51,11 @@ class SettlingStudy:
     tolerance: float
     best: tuple[float, float]
 
+    @property
+    def conclusion(self) -> str:
+        """One sentence on the best damping."""
+        return f"shortest settling time {self.best[1]:.4g} s with a dashpot of {self.best[0]:.4g} N s/m"
+
 
 def study_settling(
     scene: Scene, damping_coefficients: Sequence[float] | FloatArray, tolerance: float = SETTLING_TOLERANCE

@@ -11,6 +11,7 @@ import numpy as np
 
 from governor_mechanism.closed_form.slide_valve import Eccentric, event_angle
 from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
+from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.machines.slide_valve import EQUAL_LEADS
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, evaluate_at_crank_angles, find_event_angles, valve_setting
@@ -92,8 +93,7 @@ class ValveTiming:
 
     def as_json(self) -> dict[str, Any]:
         """Return the timing as plain values in SI."""
-        rows = [{**vars(row), "shift": row.shift} for row in self.rows]
-        return {"title": self.title, "events": rows, "leads": list(self.leads), "centre": self.centre}
+        return plain_record(self, "rows", events=[plain_record(row, shift=row.shift) for row in self.rows])
 
 
 def tabulate_valve_timing(scene: Scene) -> ValveTiming:

@@ -10,12 +10,13 @@ import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.files.plain_values import plain_value, save_json
+from governor_mechanism.files.results import package_versions
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.sweep.parameters import SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
@@ -60,8 +61,8 @@ class SweepFiles:
         self._journal_path = journal_path(folder, scene.source)
         self._table_path = self._journal_path.with_suffix(".csv")
         self._record_path = self._journal_path.with_suffix(".json")
-        # Round trip through JSON: the identity is compared with one read from a file.
-        self._identity: dict[str, Any] = json.loads(json.dumps({"package": _package_version(), **settings}))
+        # In the types of JSON: the identity is compared with one read from a file.
+        self._identity: dict[str, Any] = plain_value({"package": package_versions()[DISTRIBUTION_NAME], **settings})
         self._n_quantities = len(quantities)
         self._n_rows = math.prod(len(axis.values) for axis in axes)
         self._n_axes = len(axes)
@@ -102,10 +103,8 @@ class SweepFiles:
                 numbers = [repr(number) if math.isfinite(number) else "" for number in row.numbers]
                 values = [repr(v) if isinstance(v, float) else str(v) for v in sweep.values_at(row.index)]
                 writer.writerow([*values, *numbers, row.outcome, row.message])
-        summary = {"title": sweep.title, "units": sweep.units, "outcomes": sweep.outcomes, "notes": list(sweep.notes)}
-        with atomic_write(self._record_path) as temporary:
-            text = json.dumps({"sweep": self._identity, **summary}, indent=2, allow_nan=False)
-            temporary.write_text(text + "\n", encoding="utf-8")
+        summary = {"title": sweep.title, "units": sweep.units, "outcomes": sweep.outcomes, "notes": sweep.notes}
+        save_json({"sweep": self._identity, **summary}, self._record_path)
         self._journal_path.unlink(missing_ok=True)
 
     def _refuse_other_sweep(self) -> None:
@@ -123,13 +122,6 @@ class SweepFiles:
             raise MechanismError(f"out: {self._table_path} exists, but the record of its sweep is missing; {hint}")
 
 
-def _package_version() -> str:
-    try:
-        return version(DISTRIBUTION_NAME)
-    except PackageNotFoundError:  # run from a source tree
-        return "not installed"
-
-
 def _read_identity(path: Path) -> Mapping[str, Any] | None:
     text = path.read_text("utf-8", errors="replace")
     try:
@@ -142,10 +134,7 @@ def _read_identity(path: Path) -> Mapping[str, Any] | None:
 
 def _format_journal_lines(rows: Iterable[SweepRow]) -> str:
     """Return one line per row; JSON writes the shortest digits that give the same float."""
-    plain_rows = (
-        [row.index, [number if math.isfinite(number) else None for number in row.numbers], row.outcome, row.message] for row in rows
-    )
-    return "".join(json.dumps(row) + "\n" for row in plain_rows)
+    return "".join(json.dumps(plain_value([row.index, row.numbers, row.outcome, row.message])) + "\n" for row in rows)
 
 
 def _parse_journal_line(line: str, n_quantities: int) -> SweepRow | None:

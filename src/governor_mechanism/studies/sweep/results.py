@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.studies.sweep.parameters import SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.units.text_table import format_table
@@ -150,20 +151,13 @@ class Sweep:
 
     def as_json(self) -> dict[str, Any]:
         """Return the sweep as JSON values; a missing number is None."""
-        axes = [{"key": axis.key, "unit": axis.unit, "values": list(axis.values)} for axis in self.axes]
-        rows = [
-            {
-                "values": list(self.values_at(row.index)),
-                "numbers": [number if math.isfinite(number) else None for number in row.numbers],
-                "outcome": row.outcome,
-                "message": row.message,
-            }
-            for row in self.rows
-        ]
-        quantities = [{"name": one.name, "unit": one.unit} for one in self.quantities]
-        header = {"title": self.title, "scene": self.source, "accuracy": self.accuracy}
-        tables = {"axes": axes, "quantities": quantities, "outcomes": self.outcomes, "notes": list(self.notes), "rows": rows}
-        return header | tables
+        tables = {
+            "scene": self.source,
+            "axes": [{"key": axis.key, "unit": axis.unit, "values": axis.values} for axis in self.axes],
+            "quantities": [{"name": one.name, "unit": one.unit} for one in self.quantities],
+            "rows": [plain_record(row, "index", values=self.values_at(row.index)) for row in self.rows],
+        }
+        return plain_record(self, "source", **tables, outcomes=self.outcomes, notes=self.notes)
 
     def _has_no_effect(self, axis_index: int) -> bool:
         """Return whether no quantity changes along an axis although there are values to compare."""

@@ -201,8 +201,8 @@ def _require_unchanged_document(scene: Scene) -> Mapping[str, Any]:
 
 def _task_settings(task: SweepTask) -> dict[str, Any]:
     return {
-        "scene": dict(task.document),
-        "axes": {axis.key: list(axis.document_values) for axis in task.axes},
+        "scene": task.document,
+        "axes": {axis.key: axis.document_values for axis in task.axes},
         "quantities": {one.name: one.identity for one in task.quantities},
         "engine": task.engine,
         "accuracy": task.accuracy,

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import csv
-import json
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from governor_mechanism.engines import Engine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.files.plain_values import plain_record, plain_value, save_json
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.regression import FittedParameter
 from governor_mechanism.units.text_table import format_table
@@ -76,9 +76,7 @@ class WorkPrecisionPoint:
 
     def as_json(self) -> dict[str, Any]:
         """Return the point as plain values."""
-        plain = {name: value for name, value in vars(self).items() if name not in ("variant", "engine", "errors")}
-        settings = {"engine": self.engine.name, **asdict(cast(Any, self.engine))}
-        return {**plain, "errors": dict(self.errors), "settings": settings}
+        return plain_record(self, "variant", "engine", settings={"engine": self.engine.name, **plain_value(self.engine)})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,8 +119,7 @@ class EngineVariant:
 
     def as_json(self) -> dict[str, Any]:
         """Return the variant as plain values."""
-        order = None if self.order is None else asdict(self.order)
-        return {**vars(self), "order": order, "points": [point.as_json() for point in self.points]}
+        return plain_record(self, points=[point.as_json() for point in self.points])
 
     def cheapest_for(self, error: float) -> WorkPrecisionPoint | None:
         """Return the fastest setting within an error; None if there is none."""
@@ -260,12 +257,9 @@ class AccuracyStudy:
 
     def as_json(self) -> dict[str, Any]:
         """Return the study as plain values."""
-        return {
-            **{name: value for name, value in vars(self).items() if name not in ("scene", "reference", "variants")},
-            "title": self.scene.title,
-            "reference": {**asdict(self.reference), "resolvable_error": self.reference.resolvable_error},
-            "variants": [variant.as_json() for variant in self.variants],
-        }
+        reference = plain_record(self.reference, resolvable_error=self.reference.resolvable_error)
+        variants = [variant.as_json() for variant in self.variants]
+        return plain_record(self, "scene", title=self.scene.title, reference=reference, variants=variants)
 
     def save_csv(self, path: str | os.PathLike[str]) -> Path:
         """Write one row per setting in SI, and return the path."""
@@ -279,9 +273,7 @@ class AccuracyStudy:
 
     def save_json(self, path: str | os.PathLike[str]) -> Path:
         """Write the study as JSON, and return the path."""
-        with atomic_write(Path(path)) as temporary:
-            temporary.write_text(json.dumps(self.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")
-        return Path(path)
+        return save_json(self.as_json(), Path(path))
 
     def _require_resolvable(self, error: float) -> None:
         validate_target_error(error)
