@@ -33,7 +33,7 @@ from governor_mechanism.integrators.stages import (
 )
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import NODES
-from governor_mechanism.numerics.jit import jit_closure, jit_internal
+from governor_mechanism.numerics.jit import jit_closure, jit_inline_closure, jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
 STALL_WINDOW_STEPS, MIN_PROGRESS_RATIO = 2000, 1e-6
@@ -195,9 +195,9 @@ E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 
 def make_dop853(functions: EquationFunctions[Equation]) -> Integration[Equation]:
     """Return the integration of an equation, to be called by a compiled function."""
     evaluate, evaluate_events = functions.evaluate, functions.evaluate_events
-    attempt_step = jit_closure(_make_attempt(functions))
-    finish_to_event = jit_closure(_make_finish(functions))
-    write_outputs = jit_closure(_make_output(functions))
+    attempt_step = jit_inline_closure(_make_attempt(functions))
+    finish_to_event = jit_inline_closure(_make_finish(functions))
+    write_outputs = jit_inline_closure(_make_output(functions))
 
     def integrate(
         equation: Equation,
@@ -330,7 +330,7 @@ def _make_finish(functions: EquationFunctions[Equation]) -> Callable[..., tuple[
     """
     take_step, finish_step, evaluate_events = functions.take_step, functions.finish_step, functions.evaluate_events
     evaluate_after_fraction = jit_closure(make_trial_evaluation(take_step, finish_step, evaluate_events))
-    locate_first_event = jit_closure(make_event_location(evaluate_after_fraction, functions.sample_events))
+    locate_first_event = jit_inline_closure(make_event_location(evaluate_after_fraction, functions.sample_events))
 
     def finish_to_event(
         equation: Equation, buffers: StepBuffers, local_time: float, h: float, local_end: float, state: FloatArray, lowest_quality: float

@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from governor_mechanism.integrators.stages import Stages
-from governor_mechanism.numerics.jit import jit_closure, jit_internal
+from governor_mechanism.numerics.jit import jit_inline_closure, jit_internal
 from governor_mechanism.types import BoolArray, FloatArray
 
 EVENT_SAMPLE_FRACTIONS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
@@ -182,8 +182,8 @@ def make_event_location(
     at the end in the last one, which become those at the event. A function that starts at zero, as at a body that just left a stop,
     must be negative first, unless it rises at once.
     """
-    bracket_first_event = jit_closure(make_bracketing(evaluate_after_fraction))
-    locate_in_bracket = jit_closure(_make_location_in_bracket(evaluate_after_fraction))
+    bracket_first_event = jit_inline_closure(make_bracketing(evaluate_after_fraction))
+    locate_in_bracket = jit_inline_closure(_make_location_in_bracket(evaluate_after_fraction))
 
     def locate_first_event(equation: Equation, step: EventStep, event_values: FloatArray) -> float:
         trial_values = np.empty(step.tolerances.size)
@@ -209,7 +209,7 @@ def _make_location_in_bracket(
 
     Its trial_values are the values at `high`; the last row of event_values becomes the values just after the event.
     """
-    locate_zero = jit_closure(make_regula_falsi(evaluate_after_fraction))
+    locate_zero = jit_inline_closure(make_regula_falsi(evaluate_after_fraction))
 
     def locate_in_bracket(
         equation: Equation, step: EventStep, event_values: FloatArray, low: float, high: float, trial_values: FloatArray

@@ -96,6 +96,24 @@ def jit_closure(function: CompiledFunction) -> CompiledFunction:
     return _jit_with_options(function, {"no_cpython_wrapper": True, "no_cfunc_wrapper": True})
 
 
+def jit_inline_closure(function: CompiledFunction) -> CompiledFunction:
+    """Compile a closure over compiled functions that is inlined in its only caller.
+
+    Each compiled function contains the machine code of all that it calls, so that every level of calls costs the time to compile them.
+
+    Parameters
+    ----------
+    function
+        Closure to compile.
+
+    Returns
+    -------
+    CompiledFunction
+        Dispatcher with the signature of `function`, not callable from Python.
+    """
+    return _jit_with_options(function, {"inline": "always", "no_cpython_wrapper": True, "no_cfunc_wrapper": True})
+
+
 def _jit_with_options(function: CompiledFunction, options: dict[str, Any]) -> CompiledFunction:
     from numba import njit
 

@@ -26,7 +26,7 @@ from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspa
 from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.hermite import interpolate_quintic_hermite
-from governor_mechanism.numerics.jit import jit, jit_closure, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_closure, jit_inline_closure, jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
 SINGULAR_CONSTRAINT_TOLERANCE_RATIO = 1e-3
@@ -138,7 +138,7 @@ def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float
     evaluate_event_functions(equation.system, equation.workspace, sample, event_values)
 
 
-_integrate = jit_closure(
+_integrate = jit_inline_closure(
     make_dop853(EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events))
 )
 

@@ -37,7 +37,7 @@ from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable, find_piece
 from governor_mechanism.numerics.chebyshev import evaluate_piece_inline
 from governor_mechanism.numerics.hermite import quintic_hermite_jit
-from governor_mechanism.numerics.jit import jit, jit_closure, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_closure, jit_inline_closure, jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
 MAX_SIMULTANEOUS_REDUCED_EVENTS = 40
@@ -172,7 +172,7 @@ def _sample_events(equation: ReducedEquation, step: EventStep, fraction: float, 
     _evaluate_events(equation, step.local_time + fraction * h, sample, event_values)
 
 
-_integrate_to_event = jit_closure(
+_integrate_to_event = jit_inline_closure(
     make_dop853(EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events))
 )
 
