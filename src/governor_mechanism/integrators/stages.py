@@ -89,9 +89,18 @@ def make_stages(n_components: int, n_integrated: int, n_coupled: int, counts: In
     Stages
         Buffers filled with zeros.
     """
-    states = (np.zeros(n_components) for _ in range(4))
-    derivatives, dense = np.zeros((n_components, N_STAGES)), np.zeros((n_components, 7))
-    return Stages(derivatives, *states, np.zeros((n_components, 1)), np.zeros((2, n_integrated)), dense, counts, n_coupled)
+    return Stages(
+        derivatives=np.zeros((n_components, N_STAGES)),
+        stage_state=np.zeros(n_components),
+        last_stage_state=np.zeros(n_components),
+        end=np.zeros(n_components),
+        next_state=np.zeros(n_components),
+        next_derivative=np.zeros((n_components, 1)),
+        errors=np.zeros((2, n_integrated)),
+        dense=np.zeros((n_components, 7)),
+        counts=counts,
+        n_coupled=n_coupled,
+    )
 
 
 @jit_internal
