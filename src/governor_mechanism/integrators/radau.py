@@ -33,7 +33,7 @@ class RadauIntegrator:
     workspace
         Arrays of one evaluation, overwritten.
     error_scale
-        Scale of every component of the state, as in `integrate_projected_dop853`.
+        Scale of every component of the state, as in `integrate_multibody`.
     constraint_tolerance
         Largest constraint violation, m.
 
@@ -64,7 +64,7 @@ class RadauIntegrator:
         max_steps: int,
         output_states: FloatArray,
     ) -> tuple[IntegrationStatus, float, int]:
-        """Integrate the state in place, as `integrate_projected_dop853` does; input_cubics count from `cubics_start` (s).
+        """Integrate the state in place, as `integrate_multibody` does; input_cubics count from `cubics_start` (s).
 
         Returns how the integration ended, the last step size (s) and the number of output times reached.
         """

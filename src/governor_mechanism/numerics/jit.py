@@ -58,6 +58,11 @@ jit_closure = _make_decorator(no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 The cache cannot hold it, but holds its callers, which contain it.
 """
+jit_inline_closure = _make_decorator(inline="always", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+"""The same for a closure that is inlined in its only caller.
+
+Each compiled function contains the machine code of all that it calls, so that every level of calls costs the time to compile them.
+"""
 
 
 @cache

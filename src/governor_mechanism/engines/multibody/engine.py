@@ -62,7 +62,7 @@ class MultibodyEngine(Engine):
         check_engine_settings("MultibodyEngine", self.tolerance, self.max_steps)
 
     def _run(self, scene: Scene, request: RunRequest) -> Trajectory:
-        warn_before_compiling("integrate_projected_dop853", 12)
+        warn_before_compiling("integrate_multibody", 12)
         runner = MultibodyRunner(self, scene, request)
         runner.integrator.compile_kernels()
         return runner.run(self.tolerance, self.settings.max_stagnant_runs, asdict(self))
@@ -165,8 +165,8 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
             steps=steps + self.integrator.implicit_steps,
             rejected=rejected,
             runs=self.n_runs,
-            evaluations=dict(law_counts),
             wall_time=wall_time,
+            evaluations=dict(law_counts),
             events=len(best.contact_events),
             model_size=count_model_size(self.scene),
             method=self._describe_method(),

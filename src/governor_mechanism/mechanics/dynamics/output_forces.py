@@ -122,7 +122,3 @@ def add_output_forces(
                 for c in range(3):
                     result[body, c] += force * jacobian[k, side, c]
     return dissipated_power
-
-
-EVENT_SAMPLE_FRACTIONS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
-"""Fractions of a step at which the event functions are sampled for upward zero crossings."""
