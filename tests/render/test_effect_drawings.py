@@ -105,7 +105,9 @@ def test_all_shapes_stay_within_the_view_and_keep_their_types(case, name):
              if isinstance(each, Stops)]  # fmt: skip
     run = fake_run_with_effects(GOVERNOR_DIMENSIONS[case], effects, impacts, duration=1.0, mean_angle=35.0, amplitude=8.0)
     still, moving = shapes_of(run)
-    left, right, bottom, top = drawing_bounds(run.scene.part, run.poses, run.times, effect_state_of(run, run.scene.part))
+    left, right, bottom, top = drawing_bounds(
+        measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run, run.scene.part))
+    )
     x0, x1, y0, y1 = bounding_box([*still, *itertools.chain(*moving)])
     assert left < x0 < x1 < right
     assert bottom < y0 < y1 < top
@@ -291,7 +293,9 @@ def test_effects_on_a_point_coordinate_are_drawn_for_any_mechanism():
     added = roles(run) - roles(bare)
     assert added == {"shoe", "held shoe", "burst", "damper"}
     still, moving = shapes_of(run)
-    left, right, bottom, top = drawing_bounds(run.scene.part, run.poses, run.times, effect_state_of(run, run.scene.part))
+    left, right, bottom, top = drawing_bounds(
+        measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run, run.scene.part))
+    )
     x0, x1, y0, y1 = bounding_box([*still, *itertools.chain(*moving)])
     assert left < x0 < x1 < right
     assert bottom < y0 < y1 < top

@@ -15,7 +15,7 @@ from governor_mechanism.model.joints import Distance, Pin, RotationalDriver, Tra
 from governor_mechanism.render.film.frame_data import interpolate_frame_data
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.writer import choose_slow_down, schedule_frames, write_film
-from governor_mechanism.render.geometry.body_points import as_pose_tuples, point_position
+from governor_mechanism.render.geometry.body_points import point_path
 from governor_mechanism.render.geometry.outlines import convex_hull, make_arrow, make_band, make_plate_outline
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
 from governor_mechanism.render.machines.registry import background_shapes, drawing_bounds, moving_shapes
@@ -57,7 +57,7 @@ def test_every_shape_stays_within_the_view_of_a_long_run(drawn):
     run, part, shown = drawn
     # Fewer reports than the run has are looked at for the box.
     long = fake_machine_run(run.scene.title.lower(), count=1001)
-    left, right, bottom, top = drawing_bounds(part, long.poses, long.times)
+    left, right, bottom, top = drawing_bounds(measure_run_extents(part, long.poses, long.times))
     shapes = [*background_shapes(part, long.poses, measure_run_extents(part, long.poses, long.times)), *itertools.chain(*shown)]
     x0, x1, y0, y1 = bounding_box(shapes)
     assert left < x0 < x1 < right
@@ -87,7 +87,7 @@ def test_springs_and_dampers_end_at_their_points_at_every_pose(name):
         for load, shape in zip(loads, drawn, strict=True):
             ends = [point for line in shape.lines for point in (line[0], line[-1])]
             for point in (load.first, load.second):
-                spot = point_position(mechanism, as_pose_tuples(pose), point)
+                spot = tuple(point_path(mechanism, pose[None], point)[0])
                 assert min(math.dist(spot, end) for end in ends) < 1e-12
 
 
@@ -161,7 +161,7 @@ def test_a_pin_has_a_circle_a_weld_has_none_and_a_drive_has_a_ring(drawn):
     for pose, shapes in zip(run.poses[::20], shown[::20], strict=True):
         spots = [(s.x, s.y) for s in of_role(shapes, "pivot")]
         for joint in mechanism.joints:
-            near = min((math.dist(point_position(mechanism, as_pose_tuples(pose), joint.second), s) for s in spots), default=1.0)
+            near = min((math.dist(point_path(mechanism, pose[None], joint.second)[0], s) for s in spots), default=1.0)
             if isinstance(joint, Pin):
                 assert near < 1e-12
         assert bool(of_role(shapes, "drive")) == any(

@@ -48,7 +48,7 @@ def drawn(request: pytest.FixtureRequest) -> Any:
 def test_every_shape_stays_within_the_view_and_has_a_style(drawn: Any) -> None:
     run, stage = drawn
     part = run.scene.part
-    left, right, bottom, top = drawing_bounds(part, run.poses, run.times, stage.effect_state)
+    left, right, bottom, top = drawing_bounds(stage)
     shapes = list(background_shapes(part, run.poses, stage))
     for pose, time in zip(run.poses, run.times, strict=True):
         shapes += moving_shapes(part, pose, stage.at_time(float(time)))

@@ -34,6 +34,7 @@ from governor_mechanism.render.machines.registry import (
     plan_ring_radius,
     plan_shapes,
 )
+from governor_mechanism.render.run_extents import measure_run_extents
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run, sleeve_height
 
 
@@ -58,7 +59,7 @@ def test_shapes_do_not_import_a_plotting_library():
 
 def test_every_shape_stays_within_the_view(drawn):
     run, part = drawn
-    left, right, bottom, top = drawing_bounds(part, run.poses, run.times)
+    left, right, bottom, top = drawing_bounds(measure_run_extents(part, run.poses, run.times))
     shapes = [*background_shapes(part, run.poses), *(s for pose in run.poses for s in moving_shapes(part, pose))]
     x0, x1, y0, y1 = bounding_box(shapes)
     assert left < x0 < x1 < right
@@ -69,7 +70,7 @@ def test_the_view_fits_the_extent_into_its_rectangle_without_distortion():
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
     view = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 1.0), run.times)).view
     left, top, right, bottom = view.rect
-    x0, x1, y0, y1 = drawing_bounds(run.scene.part, run.poses, run.times)
+    x0, x1, y0, y1 = drawing_bounds(measure_run_extents(run.scene.part, run.poses, run.times))
     corners = [view.pixel_of(x, y) for x in (x0, x1) for y in (y0, y1)]
     # Pixel numbers count middles of pixels, so the edge of a rectangle is half a pixel beyond the last one.
     assert all(left - 0.5 - 1e-9 <= column <= right - 0.5 + 1e-9 for column, _ in corners)
@@ -165,7 +166,7 @@ def test_the_scale_covers_the_travel_and_its_numbers_stand_apart_even_at_rest():
 def test_the_plan_turns_anticlockwise_with_the_spindle_and_stays_within_its_ring():
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
     part, pose = run.scene.part, run.poses[0]
-    ring = plan_ring_radius(part, run.poses)
+    ring = plan_ring_radius(measure_run_extents(part, run.poses, run.times))
     mark = next(s for s in plan_shapes(part, pose, math.pi / 2, 0.2, ring) if s.role == "mark")
     assert mark.x == pytest.approx(0.0, abs=1e-12)
     assert mark.y == pytest.approx(pose[0, 0])

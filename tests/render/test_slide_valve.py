@@ -24,6 +24,7 @@ from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon
 from governor_mechanism.render.machines.registry import background_shapes, drawing_bounds, drawing_of, moving_shapes
 from governor_mechanism.render.machines.slide_valve.cylinder import valve_magnification
 from governor_mechanism.render.machines.slide_valve.proportions import steam_phase, valve_gear_position, valve_gear_proportions
+from governor_mechanism.render.run_extents import measure_run_extents
 
 CASES = {
     "marks": {},
@@ -55,7 +56,7 @@ def test_the_machine_has_a_drawing_of_its_own(run):
 def test_shapes_keep_their_kinds_and_roles_and_stay_within_the_view(run):
     part = run.scene.part
     kinds = [(type(shape), shape.role) for shape in moving_shapes(part, run.poses[0])]
-    left, right, bottom, top = drawing_bounds(part, run.poses, run.times)
+    left, right, bottom, top = drawing_bounds(measure_run_extents(part, run.poses, run.times))
     for pose in run.poses:
         shapes = moving_shapes(part, pose)
         assert [(type(shape), shape.role) for shape in shapes] == kinds

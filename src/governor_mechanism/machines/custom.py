@@ -233,88 +233,93 @@ class InitialConfiguration:
         return (x2 - x1) * math.cos(direction) + (y2 - y1) * math.sin(direction)
 
 
-def length_scale_of(bodies: Sequence[SketchedBody], joints: Iterable[Joint], force_elements: Iterable[ForceElement]) -> float:
-    """Return the characteristic length of a mechanism, m.
+@dataclass(frozen=True, kw_only=True)
+class MechanismSketch:
+    """The elements of a mechanism.
 
-    It is the largest distance of two points of a body or the longest link, or else the extent of a body, or else that of the initial
-    configuration.
-
-    Parameters
+    Attributes
     ----------
     bodies
-        Bodies.
+        Bodies in their initial configuration.
     joints
         Joints.
     force_elements
         Force elements.
-
-    Returns
-    -------
-    float
-        Characteristic length, m; 0 if there is none.
     """
-    joints = list(joints)
-    attachment_points = [*_attachment_points(joints), *_attachment_points(force_elements)]
-    distances_on_body = [joint.length for joint in joints if isinstance(joint, Distance)]
-    for body in bodies:
-        points = [body.point(place) for place in body.named_points.values()]
-        points += [point for point in attachment_points if point.body == body.name]
-        distances_on_body += [math.hypot(p.x - q.x, p.y - q.y) for p, q in combinations(points, 2)]
-    configuration = InitialConfiguration(bodies)
-    positions = {configuration.position(point) for point in (*attachment_points, *(body.point((0.0, 0.0)) for body in bodies))}
-    distances = [math.dist(p, q) for p, q in combinations(positions, 2)]
-    extents = [body.shape.extent for body in bodies]
-    # Equal positions computed in different ways differ by rounding.
-    sizes = (max(values, default=0.0) for values in (distances_on_body, extents, distances))
-    return next((size for size in sizes if size >= MIN_DIMENSION), 0.0)
 
+    bodies: Sequence[SketchedBody]
+    joints: Sequence[Joint]
+    force_elements: Sequence[ForceElement]
 
-def _attachment_points(connections: Iterable[Joint | ForceElement]) -> list[Point]:
-    return [end for one in connections for end in vars(one).values() if isinstance(end, Point)]
+    @property
+    def length_scale(self) -> float:
+        """Characteristic length, m; 0 if there is none.
 
+        It is the largest distance of two points of a body or the longest link, or else the extent of a body, or else that of the initial
+        configuration.
+        """
+        attachment_points = [end for one in (*self.joints, *self.force_elements) for end in vars(one).values() if isinstance(end, Point)]
+        distances_on_body = [joint.length for joint in self.joints if isinstance(joint, Distance)]
+        for body in self.bodies:
+            points = [body.point(place) for place in body.named_points.values()]
+            points += [point for point in attachment_points if point.body == body.name]
+            distances_on_body += [math.hypot(p.x - q.x, p.y - q.y) for p, q in combinations(points, 2)]
+        configuration = InitialConfiguration(self.bodies)
+        positions = {configuration.position(point) for point in (*attachment_points, *(body.point((0.0, 0.0)) for body in self.bodies))}
+        distances = [math.dist(p, q) for p, q in combinations(positions, 2)]
+        extents = [body.shape.extent for body in self.bodies]
+        # Equal positions computed in different ways differ by rounding.
+        sizes = (max(values, default=0.0) for values in (distances_on_body, extents, distances))
+        return next((size for size in sizes if size >= MIN_DIMENSION), 0.0)
 
-def unconnected_bodies(bodies: Iterable[str], joints: Iterable[Joint], force_elements: Iterable[ForceElement]) -> list[str]:
-    """Return the bodies that no chain of joints, springs or dampers connects to the ground.
+    @property
+    def unconnected_bodies(self) -> list[str]:
+        """Names of the bodies that no chain of joints, springs or dampers connects to the ground."""
+        connecting_types = (Spring, Damper, TorsionSpring, TorsionDamper)
+        connections = [(joint.first.body, joint.second.body) for joint in self.joints]
+        connections += [load.bodies for load in self.force_elements if isinstance(load, connecting_types)]
+        connected, previous_count = {GROUND}, 0
+        while len(connected) > previous_count:
+            previous_count = len(connected)
+            connected |= {body for tie in connections if connected & set(tie) for body in tie}
+        return [body.name for body in self.bodies if body.name not in connected]
 
-    Parameters
-    ----------
-    bodies
-        Names of the bodies.
-    joints
-        Joints.
-    force_elements
-        Force elements.
+    @property
+    def conflicting_drivers(self) -> list[tuple[Joint, Joint]]:
+        """Pairs of drivers that rotate the same two bodies or move them along the same direction."""
+        drivers = [joint for joint in self.joints if isinstance(joint, RotationalDriver | TranslationalDriver)]
+        return [(one, other) for one, other in combinations(drivers, 2) if _are_conflicting(one, other)]
 
-    Returns
-    -------
-    list of str
-        Names of the unconnected bodies.
-    """
-    connecting_types = (Spring, Damper, TorsionSpring, TorsionDamper)
-    connections = [(joint.first.body, joint.second.body) for joint in joints]
-    connections += [load.bodies for load in force_elements if isinstance(load, connecting_types)]
-    connected, previous_count = {GROUND}, 0
-    while len(connected) > previous_count:
-        previous_count = len(connected)
-        connected |= {body for tie in connections if connected & set(tie) for body in tie}
-    return [body for body in bodies if body not in connected]
+    def build(self, readings: Sequence[Reading], coordinate: str, length_scale: float) -> Mechanism:
+        """Build the mechanism. A run ends where a point leaves the table of its slot.
 
+        Parameters
+        ----------
+        readings
+            Readings.
+        coordinate
+            Name of the leading coordinate.
+        length_scale
+            Characteristic length, m.
 
-def conflicting_drivers(joints: Iterable[Joint]) -> list[tuple[Joint, Joint]]:
-    """Return pairs of drivers that rotate the same two bodies or move them along the same direction.
-
-    Parameters
-    ----------
-    joints
-        Joints.
-
-    Returns
-    -------
-    list of tuple
-        Pairs of conflicting drivers.
-    """
-    drivers = [joint for joint in joints if isinstance(joint, RotationalDriver | TranslationalDriver)]
-    return [(one, other) for one, other in combinations(drivers, 2) if _are_conflicting(one, other)]
+        Returns
+        -------
+        Mechanism
+            The mechanism.
+        """
+        slots = [slot for slot in self.joints if isinstance(slot, CurveSlot)]
+        ranges = [_slot_range(slot, slot.curve) for slot in slots if isinstance(slot.curve, SplineCurve)]
+        return Mechanism(
+            bodies=tuple(body.body for body in self.bodies),
+            joints=tuple(self.joints),
+            readings=tuple(readings),
+            coordinate=coordinate,
+            length_scale=length_scale,
+            initial_guess=tuple(body.pose for body in self.bodies),
+            limits=tuple(limit for _, limit in ranges),
+            internal_outputs=tuple(coordinate for coordinate, _ in ranges),
+            force_elements=tuple(self.force_elements),
+        )
 
 
 def _are_conflicting(one: Joint, other: Joint) -> bool:
@@ -323,51 +328,6 @@ def _are_conflicting(one: Joint, other: Joint) -> bool:
     if isinstance(one, TranslationalDriver) and isinstance(other, TranslationalDriver):
         return one.first.body != other.first.body or abs(math.sin(one.angle - other.angle)) < 1e-9
     return isinstance(one, RotationalDriver) and isinstance(other, RotationalDriver)
-
-
-def build_custom_mechanism(
-    bodies: Sequence[SketchedBody],
-    joints: Sequence[Joint],
-    force_elements: Sequence[ForceElement],
-    readings: Sequence[Reading],
-    coordinate: str,
-    length_scale: float,
-) -> Mechanism:
-    """Build the mechanism. A run ends where a point leaves the table of its slot.
-
-    Parameters
-    ----------
-    bodies
-        Bodies.
-    joints
-        Joints.
-    force_elements
-        Force elements.
-    readings
-        Readings.
-    coordinate
-        Name of the leading coordinate.
-    length_scale
-        Characteristic length, m.
-
-    Returns
-    -------
-    Mechanism
-        The mechanism.
-    """
-    slots = [slot for slot in joints if isinstance(slot, CurveSlot)]
-    ranges = [_slot_range(slot, slot.curve) for slot in slots if isinstance(slot.curve, SplineCurve)]
-    return Mechanism(
-        bodies=tuple(body.body for body in bodies),
-        joints=tuple(joints),
-        readings=tuple(readings),
-        coordinate=coordinate,
-        length_scale=length_scale,
-        initial_guess=tuple(body.pose for body in bodies),
-        limits=tuple(limit for _, limit in ranges),
-        internal_outputs=tuple(coordinate for coordinate, _ in ranges),
-        force_elements=tuple(force_elements),
-    )
 
 
 def _slot_range(slot: CurveSlot, table: SplineCurve) -> tuple[PointCoordinate, Limit]:

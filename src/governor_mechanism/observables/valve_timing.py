@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.slide_valve import SlideValve
+from governor_mechanism.machines.slide_valve import EQUAL_LEADS, SlideValve
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.roots import find_roots
@@ -54,6 +54,22 @@ def valve_setting(scene: Scene) -> str:
     """
     dimensions = scene.document.get("dimensions", {})
     return str(dimensions.get("setting", SlideValve.setting)) if dimensions else ""
+
+
+def prescribed_centre(scene: Scene) -> float | None:
+    """Return the centre of the valve's motion, m; None for equal leads, for which the closed form has its own.
+
+    Parameters
+    ----------
+    scene
+        Scene of a slide valve.
+
+    Returns
+    -------
+    float or None
+        The centre.
+    """
+    return None if valve_setting(scene) == EQUAL_LEADS else scene.part.dimensions["centre"]
 
 
 def port_reading_name(end: str, port: str) -> str:

@@ -27,7 +27,7 @@ ELEVATION_ASPECT_RATIO = (ELEVATION_RECT[2] - ELEVATION_RECT[0]) / (ELEVATION_RE
 
 @dataclass(frozen=True, kw_only=True)
 class RunExtents:
-    """Extents of a run at one time.
+    """Extents of a run of a part with poses (n, bodies, 3) at times (n,) s, at one time.
 
     `length_scale` (m) sizes what the scene leaves open, such as the width of a bar; `mean_height` (m) is the mean of the drawn points.
     `joint_travels` are the smallest and largest displacement (m, or rad in an arc slot) of a joint's second point in the axes of its first;
@@ -35,6 +35,9 @@ class RunExtents:
     `largest_loads` the largest of each type over the run (N or N m). `time` (s) is the shown time.
     """
 
+    part: Part
+    poses: FloatArray
+    times: FloatArray
     length_scale: float
     mean_height: float
     joint_travels: Mapping[str, Vec2]
@@ -70,6 +73,9 @@ def measure_run_extents(part: Part, poses: FloatArray, times: FloatArray, effect
     }
     load_functions |= effect_state.load_functions
     return RunExtents(
+        part=part,
+        poses=poses,
+        times=times,
         # A mechanism that hardly moves and has no extent is measured by its flywheel, or by its own length scale.
         length_scale=length_scale if length_scale > 1e-3 * mechanism.length_scale else own_scale,
         mean_height=float(paths[..., 1].mean()),

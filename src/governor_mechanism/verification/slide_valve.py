@@ -17,6 +17,7 @@ from governor_mechanism.observables.valve_timing import (
     evaluate_at_crank_angles,
     find_event_angles,
     port_reading_name,
+    prescribed_centre,
     valve_setting,
 )
 from governor_mechanism.verification.comparisons import compare_algebraic, compare_reading, note_early_end, run_scene
@@ -33,7 +34,7 @@ def check_slide_valve(scene: Scene) -> Iterator[ComparisonRow | str]:
     """Yield every comparison that applies to the scene."""
     dimensions = scene.part.dimensions
     eccentric, train = closed.Eccentric.from_dimensions(dimensions), crank.CrankTrain.from_dimensions(dimensions)
-    centre = None if valve_setting(scene) == EQUAL_LEADS else dimensions["centre"]
+    centre = prescribed_centre(scene)
     yield from _check_kinematics(scene, eccentric, train, centre)
     simulated_angles = find_event_angles(scene)
     outside_lap, inside_lap = dimensions["outside_lap"], dimensions["inside_lap"]

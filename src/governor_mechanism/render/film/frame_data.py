@@ -11,8 +11,9 @@ from scipy.interpolate import CubicHermiteSpline
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState, effect_state_of
+from governor_mechanism.render.effect_state import effect_state_of
 from governor_mechanism.render.part_entries import part_poses_and_velocities, select_part_entries
+from governor_mechanism.render.run_extents import RunExtents, measure_run_extents
 from governor_mechanism.render.shown_readings import ShownReading, shown_readings
 from governor_mechanism.types import FloatArray
 
@@ -22,8 +23,8 @@ class FrameData:
     """One part of a run at the frame times (f,) s, all within `time_span` (s), the shown part of the run.
 
     `poses` (f, bodies, 3) are those of the part; `readings` are by plain name, with values (f,); `spindle_angle` (f,) rad counts from
-    the start and is zero without a spindle speed. `run_poses` (n, bodies, 3) and `run_times` (n,) s are those that the run
-    reports. `effect_state` is that of the run. A second of the run takes `slow_down` seconds of film.
+    the start and is zero without a spindle speed. `extents` are those of the whole run. A second of the run takes `slow_down` seconds
+    of film.
     """
 
     part: Part
@@ -32,10 +33,8 @@ class FrameData:
     poses: FloatArray
     readings: Mapping[str, ShownReading]
     spindle_angle: FloatArray
-    run_poses: FloatArray
-    run_times: FloatArray
-    slow_down: float = 1.0
-    effect_state: EffectState = NO_EFFECTS
+    extents: RunExtents
+    slow_down: float
 
 
 def find_parts(run: Trajectory, name: str | None) -> tuple[Part, ...]:
@@ -64,10 +63,8 @@ def interpolate_frame_data(
         poses=_interpolate_hermite(run.times, poses, velocities, times),
         readings={name: replace(one, values=np.interp(times, run.times, one.values)) for name, one in readings.items()},
         spindle_angle=np.interp(times, run.times, spindle_angle),
-        run_poses=poses,
-        run_times=run.times,
+        extents=measure_run_extents(part, poses, run.times, effect_state_of(run, part, slow_down)),
         slow_down=slow_down,
-        effect_state=effect_state_of(run, part, slow_down),
     )
 
 

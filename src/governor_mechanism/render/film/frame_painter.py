@@ -30,7 +30,6 @@ from governor_mechanism.render.film.shared_limits import SharedLimits, shared_li
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, round_step
 from governor_mechanism.render.machines.registry import SWEEP_ARC_CAPTION, background_shapes, drawing_of, moving_shapes, plan_shapes
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_film_speed, format_name, format_numbers
-from governor_mechanism.render.run_extents import measure_run_extents
 from governor_mechanism.render.style import GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION, Brush
 from governor_mechanism.types import FloatArray
 
@@ -129,16 +128,15 @@ class FramePainter:
             name_height = layout.PART_NAME_HEIGHT
         self.view = fit_view(self._limits.boxes[position], shift_rect(layout.ELEVATION_RECT, shift + self._shift, name_height))
         self._add_scale_bar(frame_data, self.view, shift)
-        part, poses, times = frame_data.part, frame_data.poses, frame_data.times
-        run_extents = measure_run_extents(part, frame_data.run_poses, frame_data.run_times, frame_data.effect_state)
+        part, poses, extents = frame_data.part, frame_data.poses, frame_data.extents
         traced = drawing_of(part).traced_path
         path = None if traced is None else traced(part, poses)
 
         def shapes_at(k: int) -> Sequence[DrawnShape]:
-            shapes = moving_shapes(part, poses[k], run_extents.at_time(float(times[k])))
+            shapes = moving_shapes(part, poses[k], extents.at_time(float(frame_data.times[k])))
             return shapes if path is None else (self._traced_path(path, k), *shapes)
 
-        return self._make_shape_panel(self.view, background_shapes(part, frame_data.run_poses, run_extents), shapes_at)
+        return self._make_shape_panel(self.view, background_shapes(part, extents.poses, extents), shapes_at)
 
     def _make_shape_panel(
         self, view: PixelView, static_shapes: Sequence[DrawnShape], shapes_at: Callable[[int], Sequence[DrawnShape]]
@@ -174,7 +172,7 @@ class FramePainter:
 
         def shapes_at(k: int) -> Sequence[DrawnShape]:
             angle, angle_step = float(frame_data.spindle_angle[k]), float(angle_steps[k])
-            return plan_shapes(frame_data.part, frame_data.poses[k], angle, angle_step, ring_radius, frame_data.effect_state)
+            return plan_shapes(frame_data.part, frame_data.poses[k], angle, angle_step, ring_radius, frame_data.extents.effect_state)
 
         lines = [(text, MUTED) for text in drawing_of(frame_data.part).plan_caption]
         lines += [(text, GREEN) for text in SWEEP_ARC_CAPTION]

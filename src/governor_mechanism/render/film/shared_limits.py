@@ -32,7 +32,7 @@ def shared_limits(frame_data: Sequence[Sequence[FrameData]]) -> SharedLimits:
     columns = list(zip(*frame_data, strict=True))
     return SharedLimits(
         boxes=tuple(_enclosing_box(column) for column in columns),
-        ring_radius=max(plan_ring_radius(data.part, data.run_poses, data.effect_state) for data in columns[-1]),
+        ring_radius=max(plan_ring_radius(data.extents) for data in columns[-1]),
         axis_limits={
             (data.part.name, name): _axis_limits([one for one in column if name in one.readings], name)
             for column in columns
@@ -44,7 +44,7 @@ def shared_limits(frame_data: Sequence[Sequence[FrameData]]) -> SharedLimits:
 
 def _enclosing_box(column: Sequence[FrameData]) -> BoundingBox:
     """Return the smallest box that contains a part in several runs."""
-    boxes = [drawing_bounds(data.part, data.run_poses, data.run_times, data.effect_state) for data in column]
+    boxes = [drawing_bounds(data.extents) for data in column]
     left, right, bottom, top = zip(*boxes, strict=True)
     return min(left), max(right), min(bottom), max(top)
 

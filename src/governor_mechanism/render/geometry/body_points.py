@@ -3,33 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
-from governor_mechanism.model.joints import GROUND, Pin, Point
+from governor_mechanism.model.joints import Point
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.render.geometry.primitives import PoseTuple, Vec2, place_point
+from governor_mechanism.render.geometry.primitives import PoseTuple, Vec2
 from governor_mechanism.types import FloatArray
-
-GROUND_POSE: PoseTuple = (0.0, 0.0, 0.0)
-"""Pose of the ground."""
 
 
 def as_pose_tuples(pose: FloatArray) -> list[PoseTuple]:
     """Return the rows of an array (bodies, 3) as tuples."""
     return [(float(x), float(y), float(angle)) for x, y, angle in pose]
-
-
-def body_pose(mechanism: Mechanism, poses: Sequence[PoseTuple], body: str) -> PoseTuple:
-    """Return the pose of a body; that of the ground is zero."""
-    index = mechanism.body_index(body)
-    return GROUND_POSE if index < 0 else poses[index]
-
-
-def point_position(mechanism: Mechanism, poses: Sequence[PoseTuple], point: Point) -> Vec2:
-    """Return the position of a point (m)."""
-    return place_point(body_pose(mechanism, poses, point.body), point)
 
 
 def axes_to_plane(axes: PoseTuple, x: float, y: float) -> Vec2:
@@ -77,10 +63,3 @@ def distinct_points(points: Iterable[Vec2], min_distance: float) -> list[Vec2]:
         if all(math.dist(point, other) >= min_distance for other in kept):
             kept.append(point)
     return kept
-
-
-def hinge_point(mechanism: Mechanism, first: str, second: str, default: Point | None = None) -> Point:
-    """Return the pin of two bodies, or `default`, or the mass centre of the second body (of the first if the second is the ground)."""
-    bodies = {first, second}
-    pins = (joint.second for joint in mechanism.joints if isinstance(joint, Pin) and {joint.first.body, joint.second.body} == bodies)
-    return next(pins, default) or Point(body=first if second == GROUND else second)

@@ -20,12 +20,6 @@ def select_extreme_rows(values: FloatArray) -> list[int]:
     return chosen
 
 
-def select_extreme_poses(poses: FloatArray) -> FloatArray:
-    """Return the poses (n, bodies, 3) of the extreme rows."""
-    chosen: FloatArray = poses[select_extreme_rows(poses)]
-    return chosen
-
-
 def horizontal_extents(shapes: Iterable[DrawnShape], bottom: float, top: float) -> list[Vec2]:
     """Return the horizontal extent (m) of each circle and each convex polygon between two heights (m)."""
     extents = []

@@ -13,7 +13,7 @@ import numpy as np
 
 from governor_mechanism.model.part import Part
 from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
-from governor_mechanism.render.geometry.free_space import select_extreme_poses, select_extreme_rows
+from governor_mechanism.render.geometry.free_space import select_extreme_rows
 from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, bounding_box
 from governor_mechanism.render.machines.generic import drawing as generic
 from governor_mechanism.render.machines.hartung import drawing as hartung
@@ -113,19 +113,19 @@ def plan_shapes(
     )
 
 
-def plan_ring_radius(part: Part, poses: FloatArray, effect_state: EffectState = NO_EFFECTS) -> float:
-    """Return the radius (m) of a ring that contains the plan view at every pose of a run (n, bodies, 3)."""
-    plan = drawing_of(part).plan_view
-    max_distance = max(max(map(abs, bounding_box(plan(part, pose, 0.0, effect_state)))) for pose in select_extreme_poses(poses))
-    return 1.10 * max_distance
+def plan_ring_radius(extents: RunExtents) -> float:
+    """Return the radius (m) of a ring that contains the plan view at every pose of a run."""
+    part, poses = extents.part, extents.poses[select_extreme_rows(extents.poses)]
+    plans = (drawing_of(part).plan_view(part, pose, 0.0, extents.effect_state) for pose in poses)
+    return 1.10 * max(max(map(abs, bounding_box(plan))) for plan in plans)
 
 
-def drawing_bounds(part: Part, poses: FloatArray, times: FloatArray, effect_state: EffectState = NO_EFFECTS) -> BoundingBox:
-    """Return the box (m) that contains every shape of a run with poses (n, bodies, 3) at times (n,) s, with a margin."""
-    extents = measure_run_extents(part, poses, times, effect_state)
+def drawing_bounds(extents: RunExtents) -> BoundingBox:
+    """Return the box (m) that contains every shape of a run, with a margin."""
+    part, poses = extents.part, extents.poses
     shapes = list(background_shapes(part, poses, extents))
     for k in select_extreme_rows(drawn_point_paths(part.mechanism, poses)):
-        shapes += moving_shapes(part, poses[k], extents.at_time(float(times[k])))
+        shapes += moving_shapes(part, poses[k], extents.at_time(float(extents.times[k])))
     left, right, bottom, top = bounding_box(shapes)
     margin = _MARGIN_RATIO * max(right - left, top - bottom)
     return left - margin, right + margin, bottom - margin, top + margin

@@ -9,9 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter
 
-from governor_mechanism.machines import custom
-from governor_mechanism.machines.custom import CUSTOM_MACHINE, SketchedBody
-from governor_mechanism.model.force_elements import ForceElement
+from governor_mechanism.machines.custom import CUSTOM_MACHINE, MechanismSketch, SketchedBody
 from governor_mechanism.model.joints import GROUND, Joint
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
@@ -67,13 +65,13 @@ class CustomMachineParser:
         drivers = self._parse_ground()
         bodies = self._parse_bodies()
         joints = [*self._parse_tables("joint", JOINT), *self._parse_tables("link", TypeAdapter(LinkTable)), *drivers]
-        force_elements = self._parse_tables("force", FORCE)
-        self._check_unique_names(bodies, joints, force_elements)
-        self._check_connections(bodies, joints, force_elements)
+        # The drivers connect the moving points of the ground to it.
+        all_bodies = [*bodies, *self.registry.moving_points.values()]
+        sketch = MechanismSketch(bodies=all_bodies, joints=joints, force_elements=self._parse_tables("force", FORCE))
+        self._check_sketch(sketch)
         readings, are_all_known = self._parse_readings(bodies)
         start = self._parse_start(readings)
-        bodies += self.registry.moving_points.values()
-        length_scale = (self.top_level and self.top_level.size) or custom.length_scale_of(bodies, joints, force_elements)
+        length_scale = (self.top_level and self.top_level.size) or sketch.length_scale
         if not length_scale and not self.has_problems:
             text = 'size is missing: the initial configuration has no length that could be the length scale; write size = "1 m"'
             self.collector.add(ProblemCode.MISSING_KEY, text, key="size")
@@ -82,7 +80,7 @@ class CustomMachineParser:
         if not self.has_problems:
             coordinate = _leading_coordinate(self.document.get("start", {}), readings)
             with self.collector.at(""):
-                mechanism = custom.build_custom_mechanism(bodies, joints, force_elements, readings, coordinate, length_scale)
+                mechanism = sketch.build(readings, coordinate, length_scale)
                 part = Part(name=CUSTOM_PART_NAME, machine=CUSTOM_MACHINE, dimensions={}, mechanism=mechanism, plane=self.registry.plane)
         return part, start, known_readings
 
@@ -133,18 +131,19 @@ class CustomMachineParser:
         self.registry.invalid_bodies |= self._names_under("body") - set(self.registry.bodies)
         return bodies
 
-    def _check_unique_names(self, bodies: Iterable[SketchedBody], joints: Iterable[Joint], force_elements: Iterable[ForceElement]) -> None:
-        for kind, elements in (("body", bodies), ("joint or link", joints), ("force", force_elements)):
-            for name, count in Counter(item.name for item in elements).items():
+    def _check_sketch(self, sketch: MechanismSketch) -> None:
+        """Report names that occur twice, drivers in conflict, and bodies without connection to the ground."""
+        body_names = Counter(body.name for body in sketch.bodies)
+        joint_names, force_names = (Counter(one.name for one in elements) for elements in (sketch.joints, sketch.force_elements))
+        for kind, counts in (("body", body_names), ("joint or link", joint_names), ("force", force_names)):
+            for name, count in counts.items():
                 if count > 1:
                     self.collector.add(ProblemCode.DUPLICATE, f"{kind} {name!r} is defined {count} times; names must differ", key=kind)
-
-    def _check_connections(self, bodies: list[SketchedBody], joints: list[Joint], force_elements: list[ForceElement]) -> None:
-        for first, second in custom.conflicting_drivers(joints):
+        for first, second in sketch.conflicting_drivers:
             text = f"joints {first.name!r} and {second.name!r} drive the same two bodies, {first.first.body!r} and {first.second.body!r}"
             self.collector.add(ProblemCode.CONFLICT, f"{text}; leave one of them out", key="joint")
         # A table with a mistake may be the one that connects a body.
-        unconnected = [] if self.has_problems else custom.unconnected_bodies([body.name for body in bodies], joints, force_elements)
+        unconnected = [] if self.has_problems else sketch.unconnected_bodies
         if unconnected:
             noun = "body" if len(unconnected) == 1 else "bodies"
             names = ", ".join(map(repr, unconnected))

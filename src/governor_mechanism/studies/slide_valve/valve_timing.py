@@ -12,9 +12,8 @@ import numpy as np
 from governor_mechanism.closed_form.slide_valve import Eccentric, event_angle
 from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
 from governor_mechanism.files.plain_values import plain_record
-from governor_mechanism.machines.slide_valve import EQUAL_LEADS
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, evaluate_at_crank_angles, find_event_angles, valve_setting
+from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, evaluate_at_crank_angles, find_event_angles, prescribed_centre
 from governor_mechanism.units.text_table import format_table
 
 
@@ -114,13 +113,12 @@ def tabulate_valve_timing(scene: Scene) -> ValveTiming:
     simulated_angles = find_event_angles(scene)
     dimensions = scene.part.dimensions
     eccentric, train = Eccentric.from_dimensions(dimensions), CrankTrain.from_dimensions(dimensions)
-    swing_centre = None if valve_setting(scene) == EQUAL_LEADS else dimensions["centre"]  # None: the closed form's own
     readings = evaluate_at_crank_angles(scene, np.array(list(simulated_angles.values()))).readings
     ideal_eccentric, ideal_train = replace(eccentric, rod=math.inf), replace(train, rod=math.inf)
     rows = []
     for k, (name, angle) in enumerate(simulated_angles.items()):
         closed_form_angle = partial(event_angle, event=name, outside_lap=dimensions["outside_lap"], inside_lap=dimensions["inside_lap"])
-        exact, theory = closed_form_angle(eccentric, centre=swing_centre), closed_form_angle(ideal_eccentric)
+        exact, theory = closed_form_angle(eccentric, centre=prescribed_centre(scene)), closed_form_angle(ideal_eccentric)
         end = name.rsplit(" ", 1)[0]
         piston_travel = float(readings[f"{end.replace(' ', '_')}_travel"][k])
         rows.append(

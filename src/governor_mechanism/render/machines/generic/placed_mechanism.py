@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from governor_mechanism.model.force_elements import Damper, ForceElement, Spring
-from governor_mechanism.model.joints import Joint, Point
+from governor_mechanism.model.joints import GROUND, Joint, Pin, Point
 from governor_mechanism.model.part import Part
-from governor_mechanism.render.geometry.body_points import body_pose, hinge_point, point_position
-from governor_mechanism.render.geometry.primitives import PoseTuple, Vec2
+from governor_mechanism.render.geometry.primitives import PoseTuple, Vec2, place_point
 from governor_mechanism.render.run_extents import RunExtents
 
 
@@ -37,16 +36,22 @@ class PlacedMechanism:
         return self.extents.length_scale
 
     def pose(self, body: str) -> PoseTuple:
-        """Return the pose of a body or of the ground."""
-        return body_pose(self.part.mechanism, self.poses, body)
+        """Return the pose of a body; that of the ground is zero."""
+        index = self.part.mechanism.body_index(body)
+        return (0.0, 0.0, 0.0) if index < 0 else self.poses[index]
 
     def position(self, point: Point) -> Vec2:
         """Return the position of a point (m)."""
-        return point_position(self.part.mechanism, self.poses, point)
+        return place_point(self.pose(point.body), point)
 
     def hinge_position(self, first: str, second: str, default: Point | None = None) -> Vec2:
-        """Return the position (m) of the pin of two bodies, or of the point that stands for it."""
-        return self.position(hinge_point(self.part.mechanism, first, second, default))
+        """Return the position (m) of the pin of two bodies, or of `default`, or of a mass centre.
+
+        The mass centre is that of the second body, or of the first if the second is the ground.
+        """
+        bodies = {first, second}
+        pins = (joint.second for joint in self.joints if isinstance(joint, Pin) and {joint.first.body, joint.second.body} == bodies)
+        return self.position(next(pins, default) or Point(body=first if second == GROUND else second))
 
     def hangs_on_springs(self, body: str) -> bool:
         """Return whether a spring or damper acts on a body."""

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from governor_mechanism.machines.pendulum.machine import LEFT_BALL, RIGHT_BALL, RIGHT_LINK
 from governor_mechanism.model.part import Part
 from governor_mechanism.render.effect_state import EffectState
-from governor_mechanism.render.geometry.free_space import first_free_position, horizontal_extents, select_extreme_poses
+from governor_mechanism.render.geometry.free_space import first_free_position, horizontal_extents, select_extreme_rows
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, make_bar, make_rectangle
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines.pendulum import effects
@@ -38,7 +38,7 @@ def background_shapes(part: Part, poses: FloatArray, extents: RunExtents) -> Ite
     # The cross piece with the arm pins, keyed to the spindle.
     yield make_rectangle("frame", -0.062 * u, 0.062 * u, -0.062 * u, 0.085 * u)
     yield make_bar("frame", (-abs(governor.offset), 0.0), (abs(governor.offset), 0.0), 0.085 * u)
-    linkage_shapes = [shape for pose in select_extreme_poses(poses) for shape in _linkage_shapes(governor, pose)]
+    linkage_shapes = [shape for pose in poses[select_extreme_rows(poses)] for shape in _linkage_shapes(governor, pose)]
     yield from _lift_scale_shapes(governor, linkage_shapes, (lowest - governor.zero_lift_height, highest - governor.zero_lift_height))
     yield from clearance_lens_frame(governor)
 
