@@ -1,7 +1,5 @@
 """Output and exit status of the commands: messages, JSON, progress, interrupts."""
 
-from __future__ import annotations
-
 import functools
 import signal
 import sys

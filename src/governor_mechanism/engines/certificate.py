@@ -1,7 +1,5 @@
 """Error certificate of engines with error control: refine the tolerance until the estimated error meets the accuracy."""
 
-from __future__ import annotations
-
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping

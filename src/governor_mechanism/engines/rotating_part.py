@@ -1,7 +1,5 @@
 """The part of a scene that turns with a spindle, alone at a given speed: what equilibria and studies of regulation are about."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from governor_mechanism.engines.initial_state import initial_speed, initial_state

@@ -1,7 +1,5 @@
 """DOP853 with error control, dense output and event location for an equation y' = f(t, y) given by compiled functions; compiled."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ The quintic Hermite interpolant brackets an upward zero crossing of the event fu
 trial time locate it with the accuracy of the integrator.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple, TypeVar
 

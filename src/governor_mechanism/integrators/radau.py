@@ -1,7 +1,5 @@
 """Radau IIA in independent coordinates for stiff scenes: an unconstrained equation with few components."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.integrate import Radau
 from scipy.linalg import qr

@@ -1,7 +1,5 @@
 """Stages of one DOP853 step: their states, the error estimate and the dense output; compiled."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from enum import IntEnum

@@ -7,8 +7,6 @@ References
 E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd edition 1993, section II.10.
 """
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Numba decorators for the kernels, and their compile cache on disk."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re

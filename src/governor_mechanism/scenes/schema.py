@@ -1,7 +1,5 @@
 """The tables that all scenes have: top level, [spindle], [run], [dimensions], [start] and [events]. Slow to import: pydantic."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator, Mapping
 from functools import cache

@@ -1,7 +1,5 @@
 """What the checks of all machines share: runs, comparisons of algebraic results and of motions, notes."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise

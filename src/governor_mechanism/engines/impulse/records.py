@@ -1,7 +1,5 @@
 """Records of fixed-step runs: what all runs of a scene share, what each returns, and the states, observations and events of its steps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """The multibody engine: bodies and joints, index-reduced and projected, integrated by DOP853 in compiled code."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Integration of the state of a mechanism, projected onto its constraints after every accepted step: DOP853 with events; compiled."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from governor_mechanism.integrators.dop853 import (

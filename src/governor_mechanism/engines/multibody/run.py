@@ -1,7 +1,5 @@
 """Integrate one scene over its monitor times at a given tolerance: explicitly, and implicitly once it becomes stiff."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

@@ -3,8 +3,6 @@
 Only for conservative scenes, whose table holds all forces: constant spindle speed, gravity, centrifugal forces.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Reduced engine: one coordinate along tables of the assembled mechanism, integrated by DOP853 in compiled code."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import Any, ClassVar, final

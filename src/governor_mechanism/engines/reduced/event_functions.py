@@ -1,7 +1,5 @@
 """Event functions of the reduced model: an event is an upward zero crossing; compiled."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Integration of the reduced model over an interval: DOP853 steps, events and contact transitions; compiled."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """One run of a scene through its reported times at a tolerance."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Contacts of a scene in its multibody state: their motion, their mode, and the events so far."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection
 from dataclasses import replace

@@ -3,8 +3,6 @@
 Inputs are evaluated as in `input_kernels`.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

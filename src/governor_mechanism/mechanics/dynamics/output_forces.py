@@ -3,8 +3,6 @@
 An output row is a constraint row whose residual is the value of an output variable (see `output_rows`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from enum import IntEnum
 

@@ -1,7 +1,5 @@
 """Outlines of parts: plates with rounded corners, bands along a curve, arrows, and hatched walls."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import pairwise
