@@ -22,7 +22,7 @@ from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
 from governor_mechanism.engines import MultibodyEngine
-from governor_mechanism.integrators.tableau import ERROR_3, ERROR_5, STAGES, WEIGHTS
+from governor_mechanism.integrators.tableau import ERROR_3, ERROR_5, STAGES
 from governor_mechanism.model.joints import GROUND
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
@@ -117,7 +117,7 @@ def integrate_one_coordinate(tolerance: float) -> tuple[float, float]:
             for i in range(2):
                 total = 0.0
                 for m in range(stage):
-                    total += (STAGES[stage, m] if stage < 12 else WEIGHTS[m]) * k[m, i]
+                    total += STAGES[stage, m] * k[m, i]
                 trial[i] = y[i] + h * total
             k[stage, 0], k[stage, 1] = trial[1], acceleration(trial[0], trial[1])
         fifth = third = 0.0

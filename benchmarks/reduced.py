@@ -19,13 +19,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.integrate import DOP853
 
 import governor_mechanism as gm
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.reduced.engine import ReducedRunner
 from governor_mechanism.engines.reduced.run import ReducedRun
-from governor_mechanism.integrators import tableau as dop853_tableau
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
@@ -74,8 +74,15 @@ def compare_with_c(scene: Scene) -> None:
 def compile_c_code(compiler: str) -> Callable[..., int]:
     """Compile `porter.c` and load it."""
     folder = Path(tempfile.mkdtemp())
-    names = ("STAGES", "WEIGHTS", "ERROR_3", "ERROR_5", "DENSE_STAGES", "DENSE_WEIGHTS")
-    (folder / "tableau.h").write_text("".join(map(coefficient_declaration, names)), encoding="utf-8")
+    arrays = {
+        "STAGES": DOP853.A,
+        "WEIGHTS": DOP853.B,
+        "ERROR_3": DOP853.E3,
+        "ERROR_5": DOP853.E5,
+        "DENSE_STAGES": DOP853.A_EXTRA,
+        "DENSE_WEIGHTS": DOP853.D,
+    }
+    (folder / "tableau.h").write_text("".join(coefficient_declaration(*item) for item in arrays.items()), encoding="utf-8")
     shutil.copy(Path(__file__).with_name("porter.c"), folder)
     library = folder / "porter.so"
     options = ["-O3", "-march=native", "-shared", "-fPIC", "-o", str(library), str(folder / "porter.c"), "-lm"]
@@ -87,9 +94,8 @@ def compile_c_code(compiler: str) -> Callable[..., int]:
     return found
 
 
-def coefficient_declaration(name: str) -> str:
+def coefficient_declaration(name: str, values: FloatArray) -> str:
     """Return a coefficient array of the tableau as C code."""
-    values = getattr(dop853_tableau, name)
     sizes = "".join(f"[{size}]" for size in values.shape)
     numbers = np.array2string(values, threshold=10_000, floatmode="unique", separator=",", max_line_width=10_000)
     return f"static const double {name}{sizes} = {numbers.replace('[', '{').replace(']', '}')};\n"

@@ -10,8 +10,6 @@ Examples
 True
 """
 
-from __future__ import annotations
-
 from governor_mechanism.api import (
     accuracy_study,
     crosscheck,

@@ -3,8 +3,6 @@
 A message says what is wrong, where, what was found, what is allowed and, if known, the cure.
 """
 
-from __future__ import annotations
-
 import difflib
 import math
 from collections.abc import Iterable

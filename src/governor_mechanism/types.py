@@ -1,7 +1,5 @@
 """Aliases of array types. Docstrings give shapes and units."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -6,19 +6,14 @@ import json
 from pathlib import Path
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
 import governor_mechanism as gm
-from governor_mechanism.cli.design import design
-
-APP = typer.Typer()
-APP.command()(design)
-APP.callback()(lambda: None)
+from governor_mechanism.cli.main import app
 
 
 def call(*words: str):
-    return CliRunner().invoke(APP, ["design", *words])
+    return CliRunner().invoke(app, ["design", *words])
 
 
 def test_the_papers_governor_is_designed_with_its_misprints_marked(tmp_path: Path) -> None:

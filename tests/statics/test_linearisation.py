@@ -21,6 +21,7 @@ from governor_mechanism.closed_form.governed_engine.watt_engine import (
     scaled_time_unit,
 )
 from governor_mechanism.closed_form.pendulum import dynamics as pendulum
+from governor_mechanism.files.plain_values import format_json
 from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.first_order_system import FirstOrderSystem, Onset, Stability
@@ -452,18 +453,18 @@ def test_limit_of_an_inverted_pendulum():
 
 def test_report_of_a_limit():
     scene = custom_scene(PENDULUM_ON_A_SPRING)
-    text, report = report_linearisation(scene, None, "force.spring.stiffness=9.5:12 N m/rad")
-    assert "stable above 9.81 N m/rad; at the limit the motion diverges without oscillation" in text
-    assert json.loads(json.dumps(report, allow_nan=False))["limit"]["value"] == pytest.approx(9.81, rel=RELATIVE_TOLERANCE)
+    result = report_linearisation(scene, None, "force.spring.stiffness=9.5:12 N m/rad")
+    assert "stable above 9.81 N m/rad; at the limit the motion diverges without oscillation" in "\n".join(map(str, result.text))
+    assert json.loads(format_json(result.values))["limit"]["value"] == pytest.approx(9.81, rel=RELATIVE_TOLERANCE)
 
 
 def test_report_of_all_equilibria():
     """Rising and falling branch at one speed: one equilibrium is stable, the other diverges."""
     scene = gm.load("watt_improved")
-    text, report = report_linearisation(scene, 6.4, None)
+    result = report_linearisation(scene, 6.4, None)
+    report = json.loads(format_json(result.values))
     assert [row["stability"] for row in report["linearisations"]] == ["unstable", "stable"]
-    assert "damping ratio" in text
-    json.dumps(report, allow_nan=False)
+    assert "damping ratio" in "\n".join(map(str, result.text))
     for row, point in zip(report["linearisations"], gm.equilibria(scene, 6.4), strict=True):
         # The product of the eigenvalues does not depend on damping: K / I.
         product = np.prod([abs(complex(*mode["eigenvalue"])) ** (2 if mode["eigenvalue"][1] else 1) for mode in row["modes"]])

@@ -1,7 +1,5 @@
 """Output and exit status of the commands: messages, JSON, progress, interrupts."""
 
-from __future__ import annotations
-
 import functools
 import signal
 import sys
@@ -64,6 +62,7 @@ def guarded_command(command: Callable[..., CommandResult]) -> Callable[..., None
 
     @functools.wraps(command)
     def guarded(*args: Any, **options: Any) -> None:
+        """Run the command, print its result and end with its exit status."""
         as_json = bool(options.get("as_json"))
         interrupt_handler = InterruptHandler()
         try:

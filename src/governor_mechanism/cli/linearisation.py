@@ -1,7 +1,5 @@
 """Text and JSON of linearised equations and of a limit of stability."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 from governor_mechanism.api import equilibria, linearise, stability_limit

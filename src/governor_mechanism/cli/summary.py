@@ -1,7 +1,5 @@
 """Text summaries of the commands: a run in a few lines, equilibria, and the speeds at which a governor jumps."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -3,8 +3,6 @@
 A number is a float or an array that broadcasts; floats give a float. An invalid value raises MechanismError and is shown.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

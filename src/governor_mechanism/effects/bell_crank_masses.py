@@ -1,7 +1,5 @@
 """Effect `bell_cranks`: bell cranks with mass and weights of finite size."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_not_negative

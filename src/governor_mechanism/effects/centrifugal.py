@@ -1,7 +1,5 @@
 """Effect `centrifugal`: centrifugal load in a plane that turns with the spindle."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from governor_mechanism.model.effect import Effect

@@ -1,7 +1,5 @@
 """Effect `clearance`: clearance between links and sleeve."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from governor_mechanism.effects.stops import Stops

@@ -1,7 +1,5 @@
 """Effect `masses`: masses of the parts of a slider crank."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_finite, require_not_negative, require_positive

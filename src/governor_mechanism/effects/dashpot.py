@@ -1,7 +1,5 @@
 """Effect `dashpot`: viscous and quadratic damping along a reading."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

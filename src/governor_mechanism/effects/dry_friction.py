@@ -1,7 +1,5 @@
 """Effect `dry_friction`: Coulomb friction along a reading."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

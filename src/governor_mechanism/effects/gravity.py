@@ -1,7 +1,5 @@
 """Effect `gravity`: uniform gravity."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from governor_mechanism.errors import require_positive

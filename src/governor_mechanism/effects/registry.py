@@ -1,7 +1,5 @@
 """Registry of all effects."""
 
-from __future__ import annotations
-
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.clearance import Clearance

@@ -1,7 +1,5 @@
 """Effect `rods`: arms and links with mass, balls with a size."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_not_negative

@@ -1,7 +1,5 @@
 """Effect `spring`: a linear spring along a reading."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

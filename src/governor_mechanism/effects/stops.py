@@ -1,7 +1,5 @@
 """Effect `stops`: hard stops of a reading."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

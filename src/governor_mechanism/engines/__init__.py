@@ -1,7 +1,5 @@
 """Engines: each runs a scene, refuses what it cannot model, and reports the accuracy and cost of the run."""
 
-from __future__ import annotations
-
 from governor_mechanism.engines.base import Engine
 from governor_mechanism.engines.impulse.engine import ImpulseEngine
 from governor_mechanism.engines.multibody.engine import MultibodyEngine

@@ -1,7 +1,5 @@
 """Common interface of all engines: the request of a run and the checks before it."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass

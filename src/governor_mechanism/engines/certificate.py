@@ -1,7 +1,5 @@
 """Error certificate of engines with error control: refine the tolerance until the estimated error meets the accuracy."""
 
-from __future__ import annotations
-
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -12,12 +10,14 @@ import numpy as np
 
 from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult
+from governor_mechanism.types import FloatArray
 
 TOLERANCE_SAFETY_FACTOR = 100.0
 """Ratio of accuracy to first tolerance: the estimate is the error of a run with a ten times larger tolerance."""
@@ -167,6 +167,25 @@ class CertifiedRunner(ABC, Generic[Run]):
             if n_stagnant == max_stagnant_runs:
                 break  # the error is now rounding, not discretisation
         return best
+
+
+def speed_jump_work(evaluator: ReadingEvaluator, time: float, poses: FloatArray) -> float:
+    """Return the work (J) that jumps of given spindle speeds do at a time on the bodies of loaded planes, with poses (bodies, 3)."""
+    work = 0.0
+    for index, (plane, speed_function) in enumerate(zip(evaluator.planes, evaluator.speed_functions, strict=True)):
+        before, after = speed_function.limits_at(time) if plane.is_loaded and speed_function else (0.0, 0.0)
+        if before != after:
+            work += 0.5 * float(evaluator.evaluate_spindle_inertia(index, poses[np.newaxis])[0]) * (after**2 - before**2)
+    return work
+
+
+def describe_end(status: IntegrationStatus, time_text: str, max_steps: int) -> tuple[Outcome | None, str]:
+    """Return outcome and message of an integration that ended at a time; without outcome if it reached its end."""
+    if status == IntegrationStatus.DONE:
+        return None, ""
+    if status in (IntegrationStatus.STIFF, IntegrationStatus.STALLED):
+        return Outcome.STIFF if status == IntegrationStatus.STIFF else Outcome.STALLED, f"at {time_text}"
+    return Outcome.STEP_LIMIT, f"max_steps = {max_steps} reached at {time_text}"
 
 
 def classify_accuracy(error_estimate: float | None, accuracy: float) -> Outcome:

@@ -1,7 +1,5 @@
 """Consistent initial positions and velocities of a scene."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The part of a scene that turns with a spindle, alone at a given speed: what equilibria and studies of regulation are about."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from governor_mechanism.engines.initial_state import initial_speed, initial_state
@@ -19,20 +17,20 @@ def rotating_part_alone(scene: Scene) -> Scene:
     Parameters
     ----------
     scene
-        A scene of any parts. A single part with a given spindle speed, or in a fixed plane, is returned as it is.
+        A scene of any parts.
 
     Returns
     -------
     Scene
-        Scene of one part with a given spindle speed and without couplings.
+        Scene of one part without couplings. Its spindle speed is given; a single part on a free spindle keeps it.
 
     Raises
     ------
     MechanismError
         If no part or several parts turn with a spindle, or if a load of the part depends on other parts.
     """
-    if len(scene.parts) == 1 and isinstance(scene.part.spindle, Spindle):
-        return scene
+    if len(scene.parts) == 1:
+        return _with_start_speed(scene)
     planes = scene.system.planes
     remedy = "gm.linearise and `equilibria --linearise` find the steady state of all parts together"
     if len(planes) != 1:
@@ -55,3 +53,12 @@ def rotating_part_alone(scene: Scene) -> Scene:
     position = float(evaluate_output_value(scene.mechanism, prefix + coordinate, poses))
     alone = replace(part, spindle=speed, start=Start(values={coordinate: position}))
     return Scene(title=scene.title, parts=(alone,), run=scene.run, source=scene.source)
+
+
+def _with_start_speed(scene: Scene) -> Scene:
+    """Return a scene of one part in which a free spindle has the start speed that follows from the equilibrium of the whole scene."""
+    spindle = scene.part.spindle
+    if isinstance(spindle, Spindle) or spindle.start_speed is not None:
+        return scene
+    _, velocities = initial_state(scene)
+    return scene.with_changes(spindle=replace(spindle, start_speed=initial_speed(scene, scene.system.planes[0], velocities)))

@@ -4,8 +4,6 @@ The numbers were measured on one machine and are rough; only their ratios matter
 what they represent.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import ClassVar, final
 

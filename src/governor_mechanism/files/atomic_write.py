@@ -1,7 +1,5 @@
 """Atomic writing: a temporary file is renamed to the final name, so an interrupted run leaves no partial file."""
 
-from __future__ import annotations
-
 import os
 import secrets
 from collections.abc import Iterator

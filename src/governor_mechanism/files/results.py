@@ -1,7 +1,5 @@
 """Files of a run: CSV of the readings, netCDF of all arrays, JSON of the summary."""
 
-from __future__ import annotations
-
 import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path

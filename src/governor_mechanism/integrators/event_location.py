@@ -1,138 +1,240 @@
-"""Bracket the first event within a step: an upward zero crossing of an event function; compiled."""
+"""Location of the first event in a step: bracket it on four sub-intervals, then refine by regula falsi; compiled.
 
-from __future__ import annotations
+The quintic Hermite interpolant brackets an upward zero crossing of the event functions. Steps that are integrated again up to the
+trial time locate it with the accuracy of the integrator.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_event_functions, evaluate_state_derivative_inline
-from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
-from governor_mechanism.mechanics.dynamics.output_forces import EVENT_SAMPLE_FRACTIONS, EventFunctionKind
-from governor_mechanism.numerics.hermite import interpolate_quintic_hermite
-from governor_mechanism.numerics.jit import jit_internal
-from governor_mechanism.types import FloatArray, IntArray
+from governor_mechanism.integrators.stages import Stages
+from governor_mechanism.numerics.jit import jit_inline_closure, jit_internal
+from governor_mechanism.types import BoolArray, FloatArray
+
+EVENT_SAMPLE_FRACTIONS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+"""Fractions of a step at which the event functions are sampled."""
+
+LAST_SAMPLE = EVENT_SAMPLE_FRACTIONS.size - 1
+"""Index of the sample at the end of the step."""
 
 OVERSHOOT_RATIO = 0.05
 """Allowance for a maximum between three samples above that of their parabola, relative to the spread of the samples."""
 
+MAX_ARMING_BISECTIONS = 40
+"""Number of bisections that look for a negative value of an event function that is zero at the start of the step."""
 
-@jit_internal
-def bracket_first_event(
-    system: System,
-    workspace: SystemWorkspace,
-    input_cubics: FloatArray,
-    local_time: float,
-    h: float,
-    state_start: FloatArray,
-    derivative_start: FloatArray,
-    state_end: FloatArray,
-    derivative_end: FloatArray,
-    trial_state: FloatArray,
-    trial_derivative: FloatArray,
-    event_values: FloatArray,
-    counters: IntArray,
-) -> tuple[float, float]:
-    """Return the step fractions (low, high) that bracket the first upward zero crossing, or (2, 2) if there is none.
+MIN_POSITIVE_EVENT_VALUE = 1e-300
+"""Smallest value of an event function that counts as positive."""
 
-    Row 0 and the last row of event_values (samples, functions) are given; the rows between them are filled in. A function
-    that starts at zero, as after a body has left a stop, must become negative before it can trigger, unless it rises at once.
-    """
-    event_table, last_sample = system.event_functions, EVENT_SAMPLE_FRACTIONS.size - 1
-    has_force_events = False
-    for i in range(event_table.size):
-        has_force_events = has_force_events or event_table[i].kind == EventFunctionKind.FORCE
-    for j in range(1, last_sample):
-        _evaluate_events_within_step(
-            system, workspace, input_cubics, local_time, h, state_start, derivative_start, state_end, derivative_end, trial_state,
-            trial_derivative, EVENT_SAMPLE_FRACTIONS[j], has_force_events, counters, event_values[j],
-        )  # fmt: skip
-    trial_values = np.empty(event_table.size)
-    low = high = 2.0
-    for i in range(event_table.size):
-        tolerance = event_table[i].tolerance
-        armed = event_values[0, i] < -tolerance
-        for j in range(1, last_sample + 1):
-            if event_values[j, i] > (0.0 if armed else tolerance):
-                if EVENT_SAMPLE_FRACTIONS[j] < high:
-                    low, high = EVENT_SAMPLE_FRACTIONS[j - 1], EVENT_SAMPLE_FRACTIONS[j]
-                break
-            armed = armed or event_values[j, i] < -tolerance
-            if j == last_sample or not armed:
-                continue
-            fraction, maximum = locate_parabola_maximum(
-                EVENT_SAMPLE_FRACTIONS[j], EVENT_SAMPLE_FRACTIONS[1], event_values[j - 1, i], event_values[j, i], event_values[j + 1, i]
-            )
-            negative_before = fraction > EVENT_SAMPLE_FRACTIONS[j] or event_values[j - 1, i] < -tolerance
-            if not (maximum > 0.0 and fraction < high and negative_before):
-                continue
-            _evaluate_events_within_step(
-                system, workspace, input_cubics, local_time, h, state_start, derivative_start, state_end, derivative_end, trial_state,
-                trial_derivative, fraction, has_force_events, counters, trial_values,
-            )  # fmt: skip
-            if trial_values[i] > 0.0:
-                low, high = (
-                    (EVENT_SAMPLE_FRACTIONS[j - 1] if fraction <= EVENT_SAMPLE_FRACTIONS[j] else EVENT_SAMPLE_FRACTIONS[j]),
-                    fraction,
-                )
-                break
-    return low, high
+INACTIVE_EVENT_VALUE = -1.0
+"""Value of an event function that is not monitored."""
+
+BRACKET_INSET = 1e-3
+"""Distance of a regula-falsi point from the ends of its bracket, relative to the bracket; it moves the nearer end as well."""
+
+MAX_ROOT_ITERATIONS = 100
+"""Largest number of regula-falsi iterations; far fewer locate a zero to rounding."""
+
+NO_EVENT = 2.0
+"""Fraction of the step that stands for no event in it."""
+
+Equation = TypeVar("Equation")
+
+
+class EventStep(NamedTuple):
+    """A step in which events are located: its start, its stages, buffers for steps integrated again, and rounding of the functions."""
+
+    local_time: float
+    h: float
+    state: FloatArray
+    stages: Stages
+    trial_stages: Stages
+    tolerances: FloatArray
 
 
 @jit_internal
-def locate_parabola_maximum(
-    midpoint: float, spacing: float, value_before: float, value_middle: float, value_after: float
-) -> tuple[float, float]:
-    """Locate the maximum of the parabola through three equally spaced samples.
+def _locate_parabola_maximum(event_values: FloatArray, i: int, j: int) -> tuple[float, float]:
+    """Return fraction and an upper estimate of the maximum of the parabola through sample j of function i and its neighbours.
 
-    Parameters
-    ----------
-    midpoint
-        Abscissa of the middle sample.
-    spacing
-        Distance of the samples.
-    value_before
-        First sample.
-    value_middle
-        Middle sample.
-    value_after
-        Last sample.
-
-    Returns
-    -------
-    tuple[float, float]
-        Abscissa and an upper estimate of the maximum, raised by OVERSHOOT_RATIO of the spread of the samples.
-        The estimate is -1 if the parabola has no maximum between the samples.
+    The estimate is raised by OVERSHOOT_RATIO of the spread of the samples. It is -1 if there is no maximum between the samples.
     """
-    second_difference, central_difference = (value_before - 2.0 * value_middle + value_after, 0.5 * (value_after - value_before))
+    before, middle, after = event_values[j - 1, i], event_values[j, i], event_values[j + 1, i]
+    second_difference, central_difference = before - 2.0 * middle + after, 0.5 * (after - before)
     if not second_difference < 0.0 or abs(central_difference) > -second_difference:
-        return midpoint, -1.0
-    spread = max(value_before, value_middle, value_after) - min(value_before, value_middle, value_after)
+        return EVENT_SAMPLE_FRACTIONS[j], -1.0
+    spread = max(before, middle, after) - min(before, middle, after)
     return (
-        midpoint - spacing * central_difference / second_difference,
-        value_middle - 0.5 * central_difference * central_difference / second_difference + OVERSHOOT_RATIO * spread,
+        EVENT_SAMPLE_FRACTIONS[j] - EVENT_SAMPLE_FRACTIONS[1] * central_difference / second_difference,
+        middle - 0.5 * central_difference * central_difference / second_difference + OVERSHOOT_RATIO * spread,
     )
 
 
 @jit_internal
-def _evaluate_events_within_step(
-    system: System,
-    workspace: SystemWorkspace,
-    input_cubics: FloatArray,
-    local_time: float,
-    h: float,
-    state_start: FloatArray,
-    derivative_start: FloatArray,
-    state_end: FloatArray,
-    derivative_end: FloatArray,
-    trial_state: FloatArray,
-    trial_derivative: FloatArray,
-    fraction: float,
-    has_force_events: bool,
-    counters: IntArray,
-    event_values: FloatArray,
-) -> None:
-    """Evaluate the event functions at a fraction of the step, on the quintic interpolant of the poses."""
-    interpolate_quintic_hermite(state_start, derivative_start, state_end, derivative_end, 3 * system.bodies.size, h, fraction, trial_state)
-    if has_force_events:
-        evaluate_state_derivative_inline(system, workspace, input_cubics, local_time + fraction * h, trial_state, trial_derivative)
-        counters[2] += 1
-    evaluate_event_functions(system, workspace, trial_state, event_values)
+def _max_rising_value(values: FloatArray, rising: BoolArray) -> float:
+    value = -np.inf
+    for i in range(values.size):
+        if rising[i]:
+            value = max(value, values[i])
+    return value
+
+
+@jit_internal
+def _is_not_armed(values: FloatArray, rising: BoolArray, start_values: FloatArray, tolerances: FloatArray, is_past_start: bool) -> bool:
+    """Return whether an event function that starts at zero within rounding has not been negative yet."""
+    not_armed = False
+    for i in range(values.size):
+        if rising[i] and start_values[i] >= -tolerances[i]:
+            not_armed = not_armed or not is_past_start or values[i] >= min(start_values[i], 0.0)
+    return not_armed
+
+
+TrialEvaluation = Callable[[Equation, EventStep, float, FloatArray], None]
+"""Function that fills the event functions after a fraction of a step, integrated again."""
+
+
+def make_trial_evaluation(
+    take_step: Callable[[Equation, float, float, FloatArray, Stages], float],
+    finish_step: Callable[[Equation, float, float, Stages], float],
+    evaluate_events: Callable[[Equation, float, FloatArray, FloatArray], None],
+) -> TrialEvaluation[Equation]:
+    """Return the function that takes a trial step of an equation; the functions are those of `EquationFunctions`."""
+
+    def evaluate_after_fraction(equation: Equation, step: EventStep, fraction: float, values: FloatArray) -> None:
+        trial, local_end = step.trial_stages, step.local_time + fraction * step.h
+        trial.derivatives[:, 0] = step.stages.derivatives[:, 0]
+        quality = take_step(equation, step.local_time, fraction * step.h, step.state, trial)
+        values[:] = INACTIVE_EVENT_VALUE
+        if quality >= 0.0:
+            finish_step(equation, local_end, quality, trial)
+            evaluate_events(equation, local_end, trial.next_state, values)
+
+    return evaluate_after_fraction
+
+
+def make_bracketing(evaluate_after_fraction: TrialEvaluation[Equation]) -> Callable[[Equation, EventStep, FloatArray], tuple[float, float]]:
+    """Return the function that brackets the first event in a step between two fractions; (2, 2) if there is none."""
+
+    def bracket_first_event(equation: Equation, step: EventStep, event_values: FloatArray) -> tuple[float, float]:
+        low, high, trial_values = NO_EVENT, NO_EVENT, np.empty(step.tolerances.size)
+        for i in range(step.tolerances.size):
+            tolerance = step.tolerances[i]
+            is_armed = event_values[0, i] < -tolerance
+            for j in range(1, LAST_SAMPLE + 1):
+                if event_values[j, i] > (0.0 if is_armed else tolerance):
+                    if EVENT_SAMPLE_FRACTIONS[j] < high:
+                        low, high = EVENT_SAMPLE_FRACTIONS[j - 1], EVENT_SAMPLE_FRACTIONS[j]
+                    break
+                is_armed = is_armed or event_values[j, i] < -tolerance
+                if j == LAST_SAMPLE or not is_armed:
+                    continue
+                fraction, peak_value = _locate_parabola_maximum(event_values, i, j)
+                is_negative_before = fraction > EVENT_SAMPLE_FRACTIONS[j] or event_values[j - 1, i] < -tolerance
+                if peak_value > 0.0 and fraction < high and is_negative_before:
+                    evaluate_after_fraction(equation, step, fraction, trial_values)
+                    if trial_values[i] > 0.0:
+                        low, high = EVENT_SAMPLE_FRACTIONS[j - 1 if fraction <= EVENT_SAMPLE_FRACTIONS[j] else j], fraction
+                        break
+        return low, high
+
+    return bracket_first_event
+
+
+def make_regula_falsi(
+    evaluate_after_fraction: TrialEvaluation[Equation],
+) -> Callable[[Equation, EventStep, FloatArray, int, float, float, FloatArray], float]:
+    """Return the function that locates the zero of one event function, which is negative at the fraction `low`.
+
+    It returns the fraction just after the zero. values_high are the values at `high`, and become those at the returned fraction.
+    """
+
+    def locate_zero(
+        equation: Equation, step: EventStep, values_high: FloatArray, i: int, low: float, high: float, trial_values: FloatArray
+    ) -> float:
+        evaluate_after_fraction(equation, step, low, trial_values)
+        at_low, at_high, bisect = min(trial_values[i], -MIN_POSITIVE_EVENT_VALUE), values_high[i], False
+        for _ in range(MAX_ROOT_ITERATIONS):
+            width = high - low
+            middle = 0.5 * (low + high) if bisect else (low * at_high - high * at_low) / (at_high - at_low)
+            middle = min(max(middle, low + BRACKET_INSET * width), high - BRACKET_INSET * width)
+            if not low < middle < high or width <= 4e-16 * (high + abs(step.local_time / step.h)):
+                break
+            evaluate_after_fraction(equation, step, middle, trial_values)
+            if trial_values[i] > 0.0:
+                high, at_high, values_high[:] = middle, trial_values[i], trial_values
+            else:
+                low, at_low = middle, min(trial_values[i], -MIN_POSITIVE_EVENT_VALUE)
+            bisect = high - low > 0.5 * width  # bisect after a secant step that kept most of the bracket
+        return high
+
+    return locate_zero
+
+
+def make_event_location(
+    evaluate_after_fraction: TrialEvaluation[Equation], sample_events: Callable[[Equation, EventStep, float, FloatArray], None]
+) -> Callable[[Equation, EventStep, FloatArray], float]:
+    """Return the function that locates the first event in a step: the fraction of the step after which an event function is positive.
+
+    It returns NO_EVENT if there is none. Its event_values (samples, functions) hold the values at the start in the first row and those
+    at the end in the last one, which become those at the event. A function that starts at zero, as at a body that just left a stop,
+    must be negative first, unless it rises at once.
+    """
+    bracket_first_event = jit_inline_closure(make_bracketing(evaluate_after_fraction))
+    locate_in_bracket = jit_inline_closure(_make_location_in_bracket(evaluate_after_fraction))
+
+    def locate_first_event(equation: Equation, step: EventStep, event_values: FloatArray) -> float:
+        trial_values = np.empty(step.tolerances.size)
+        for j in range(1, LAST_SAMPLE):
+            sample_events(equation, step, EVENT_SAMPLE_FRACTIONS[j], event_values[j])
+        low, high = bracket_first_event(equation, step, event_values)
+        if high > 1.0:
+            return NO_EVENT
+        evaluate_after_fraction(equation, step, high, trial_values)
+        if not np.any(trial_values > 0.0):
+            if not np.any(event_values[LAST_SAMPLE] > step.tolerances):
+                return NO_EVENT
+            low, high, trial_values[:] = high, 1.0, event_values[LAST_SAMPLE]
+        return locate_in_bracket(equation, step, event_values, low, high, trial_values)
+
+    return locate_first_event
+
+
+def _make_location_in_bracket(
+    evaluate_after_fraction: TrialEvaluation[Equation],
+) -> Callable[[Equation, EventStep, FloatArray, float, float, FloatArray], float]:
+    """Return the function that locates where the first of the functions positive at `high` becomes positive.
+
+    Its trial_values are the values at `high`; the last row of event_values becomes the values just after the event.
+    """
+    locate_zero = jit_inline_closure(make_regula_falsi(evaluate_after_fraction))
+
+    def locate_in_bracket(
+        equation: Equation, step: EventStep, event_values: FloatArray, low: float, high: float, trial_values: FloatArray
+    ) -> float:
+        at_event, rising = event_values[LAST_SAMPLE], trial_values > 0.0
+        at_event[:] = trial_values
+        if low > 0.0:
+            evaluate_after_fraction(equation, step, low, trial_values)
+        else:
+            trial_values[:] = event_values[0]
+        fraction, max_value = high, _max_rising_value(trial_values, rising)
+        for halving in range(MAX_ARMING_BISECTIONS):
+            is_past_start = halving > 0 or low > 0.0
+            if max_value < 0.0 and not _is_not_armed(trial_values, rising, event_values[0], step.tolerances, is_past_start):
+                break
+            fraction *= 0.5  # it starts at zero, or above by rounding: it must be negative in between
+            evaluate_after_fraction(equation, step, fraction, trial_values)
+            max_value, low = _max_rising_value(trial_values, rising), fraction
+            if max_value > 0.0:
+                high, at_event[:] = fraction, trial_values
+        else:
+            for i in range(trial_values.size):  # it rises at once
+                at_event[i] = max(trial_values[i], MIN_POSITIVE_EVENT_VALUE) if rising[i] else trial_values[i]
+            return fraction
+        for i in range(trial_values.size):
+            if rising[i] and at_event[i] > 0.0:  # else its zero is after the one found before
+                high = locate_zero(equation, step, at_event, i, low, high, trial_values)
+        return high
+
+    return locate_in_bracket

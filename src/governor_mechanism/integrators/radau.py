@@ -1,9 +1,5 @@
 """Radau IIA in independent coordinates for stiff scenes: an unconstrained equation with few components."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.integrate import Radau
 from scipy.linalg import qr
@@ -25,15 +21,6 @@ Beyond this the dependent coordinates would move more than 1 / MIN_PARTITION_RAT
 """
 
 
-@dataclass
-class _CoordinatePartition:
-    """Independent coordinates, and the poses from which the dependent coordinates are solved."""
-
-    system: System
-    independent: IntArray
-    poses: FloatArray
-
-
 class RadauIntegrator:
     """Radau IIA of order 5 with error control for one system, by coordinate partitioning.
 
@@ -44,7 +31,7 @@ class RadauIntegrator:
     workspace
         Arrays of one evaluation, overwritten.
     error_scale
-        Scale of every component of the state, as in `integrate_projected_dop853`.
+        Scale of every component of the state, as in `integrate_multibody`.
     constraint_tolerance
         Largest constraint violation, m.
 
@@ -61,6 +48,8 @@ class RadauIntegrator:
         self._error_scale, self._constraint_tolerance = error_scale, constraint_tolerance
         self._n_bodies = len(system.bodies)
         self.n_evaluations = self.n_steps = 0
+        self._input_cubics, self._cubics_start = np.zeros((0, 5)), 0.0
+        self._partitioned_system, self._independent, self._poses = system, np.zeros(0, dtype=np.int64), np.zeros((self._n_bodies, 3))
 
     def integrate(
         self,
@@ -73,23 +62,24 @@ class RadauIntegrator:
         max_steps: int,
         output_states: FloatArray,
     ) -> tuple[IntegrationStatus, float, int]:
-        """Integrate the state in place, as `integrate_projected_dop853` does; input_cubics count from `cubics_start` (s).
+        """Integrate the state in place, as `integrate_multibody` does; input_cubics count from `cubics_start` (s).
 
         Returns how the integration ended, the last step size (s) and the number of output times reached.
         """
+        self._input_cubics, self._cubics_start = input_cubics, cubics_start
         t, end = span
         step, n_reached = (end - t) * 1e-3, 0
         while t < end:
-            partition = self._choose_partition(state)
+            self._choose_partition(state)
             solver = Radau(
-                lambda time, z, partition=partition: self._evaluate_derivative(partition, input_cubics, time - cubics_start, z),
+                self._evaluate_derivative,
                 t,
-                self._reduce_state(partition, state),
+                self._reduce_state(state),
                 end,
-                jac=lambda time, z, partition=partition: self._evaluate_jacobian(partition, input_cubics, time - cubics_start, z),
+                jac=self._evaluate_jacobian,
                 first_step=min(step, end - t),
                 rtol=max(tolerance, 2.3e-14),
-                atol=tolerance * self._reduce_state(partition, self._error_scale),
+                atol=tolerance * self._reduce_state(self._error_scale),
             )
             while solver.status == "running":
                 if self.n_steps >= max_steps:
@@ -100,79 +90,79 @@ class RadauIntegrator:
                 self.n_steps += 1
                 dense_output = solver.dense_output()
                 while n_reached < output_times.size and output_times[n_reached] <= solver.t:
-                    output_states[n_reached] = self._expand_state(
-                        partition, input_cubics, output_times[n_reached] - cubics_start, dense_output(output_times[n_reached])
-                    )
+                    output_states[n_reached] = self._expand_state(output_times[n_reached], dense_output(output_times[n_reached]))
                     n_reached += 1
                 t, step = solver.t, solver.step_size or step
-                state[:] = self._expand_state(partition, input_cubics, t - cubics_start, solver.y)
-                partition.poses = state[: 3 * self._n_bodies].reshape(-1, 3).copy()
-                if self._is_ill_conditioned(partition):
+                state[:] = self._expand_state(t, solver.y)
+                self._poses = state[: 3 * self._n_bodies].reshape(-1, 3).copy()
+                if self._is_ill_conditioned():
                     break
         return IntegrationStatus.DONE, step, n_reached
 
-    def _choose_partition(self, state: FloatArray) -> _CoordinatePartition:
-        """Return as independent the coordinates that the pivoted QR factorisation of the constraint Jacobian chooses last."""
-        poses = state[: 3 * self._n_bodies].reshape(-1, 3).copy()
-        free, scaled_jacobian = self._free_coordinates(), self._scaled_constraint_jacobian(poses)
-        independent = free
+    def _choose_partition(self, state: FloatArray) -> None:
+        """Take as independent the coordinates that the pivoted QR factorisation of the constraint Jacobian chooses last.
+
+        The dependent coordinates are solved from the poses of this state.
+        """
+        self._poses = state[: 3 * self._n_bodies].reshape(-1, 3).copy()
+        self._independent, scaled_jacobian = self._free_coordinates(), self._scaled_constraint_jacobian()
         if len(scaled_jacobian):
             _, triangle, order = qr(scaled_jacobian, mode="economic", pivoting=True)
             pivots = np.abs(np.diag(triangle))
-            independent = np.sort(free[order[np.sum(pivots > RANK_TOLERANCE * pivots[0]) :]])
+            self._independent = np.sort(self._independent[order[np.sum(pivots > RANK_TOLERANCE * pivots[0]) :]])
         inverse_mass = self._system.inverse_mass.copy()
-        inverse_mass.ravel()[independent] = 0.0  # the projection does not change these
-        return _CoordinatePartition(self._system._replace(inverse_mass=inverse_mass), independent, poses)
+        inverse_mass.ravel()[self._independent] = 0.0  # the projection does not change these
+        self._partitioned_system = self._system._replace(inverse_mass=inverse_mass)
 
     def _free_coordinates(self) -> IntArray:
         """Return the indices of the coordinates with finite mass among all 3 n_bodies."""
         return np.flatnonzero(self._system.inverse_mass.ravel() > 0.0)
 
-    def _scaled_constraint_jacobian(self, poses: FloatArray) -> FloatArray:
+    def _scaled_constraint_jacobian(self) -> FloatArray:
         """Return the constraint Jacobian (rows, free coordinates), each column multiplied by the scale of its coordinate."""
-        jacobian, free = evaluate_jacobian(self._system.constraint_rows, poses[np.newaxis])[0], self._free_coordinates()
-        scaled_jacobian: FloatArray = jacobian.reshape(len(jacobian), poses.size)[:, free] * self._error_scale[free]
+        jacobian, free = evaluate_jacobian(self._system.constraint_rows, self._poses[np.newaxis])[0], self._free_coordinates()
+        scaled_jacobian: FloatArray = jacobian.reshape(len(jacobian), self._poses.size)[:, free] * self._error_scale[free]
         return scaled_jacobian
 
-    def _is_ill_conditioned(self, partition: _CoordinatePartition) -> bool:
+    def _is_ill_conditioned(self) -> bool:
         """Return whether the dependent coordinates are close to singular."""
-        dependent = self._scaled_constraint_jacobian(partition.poses)[:, ~np.isin(self._free_coordinates(), partition.independent)]
+        dependent = self._scaled_constraint_jacobian()[:, ~np.isin(self._free_coordinates(), self._independent)]
         singular_values = np.linalg.svd(dependent, compute_uv=False)
         return bool(singular_values.size and singular_values[-1] < MIN_PARTITION_RATIO * singular_values[0])
 
-    def _reduce_state(self, partition: _CoordinatePartition, state: FloatArray) -> FloatArray:
+    def _reduce_state(self, state: FloatArray) -> FloatArray:
         """Return independent coordinates, their velocities, energy states and lags."""
         n_coordinates = 3 * self._n_bodies
-        return np.concatenate([state[partition.independent], state[n_coordinates + partition.independent], state[2 * n_coordinates :]])
+        return np.concatenate([state[self._independent], state[n_coordinates + self._independent], state[2 * n_coordinates :]])
 
-    def _expand_state(self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray) -> FloatArray:
-        """Return the state of all bodies, with constraints satisfied, from the reduced state z."""
-        n_independent = len(partition.independent)
-        poses, velocities = partition.poses.copy(), np.zeros_like(partition.poses)
-        poses.ravel()[partition.independent] = z[:n_independent]
-        velocities.ravel()[partition.independent] = z[n_independent : 2 * n_independent]
-        project_state(partition.system, self._workspace, input_cubics, local_time, poses, velocities, self._constraint_tolerance)
+    def _expand_state(self, time: float, z: FloatArray) -> FloatArray:
+        """Return the state of all bodies, with constraints satisfied, from the reduced state z at a time (s)."""
+        n_independent = len(self._independent)
+        poses, velocities = self._poses.copy(), np.zeros_like(self._poses)
+        poses.ravel()[self._independent] = z[:n_independent]
+        velocities.ravel()[self._independent] = z[n_independent : 2 * n_independent]
+        model, local_time = (self._partitioned_system, self._workspace), time - self._cubics_start
+        project_state(*model, self._input_cubics, local_time, poses, velocities, self._constraint_tolerance)
         return np.concatenate([poses.ravel(), velocities.ravel(), z[2 * n_independent :]])
 
-    def _evaluate_jacobian(self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray) -> FloatArray:
+    def _evaluate_jacobian(self, time: float, z: FloatArray) -> FloatArray:
         """Return the Jacobian of the reduced derivative by finite differences.
 
         Work and dissipated energy act on nothing: their columns are zero.
         """
-        derivative = self._evaluate_derivative(partition, input_cubics, local_time, z)
+        derivative = self._evaluate_derivative(time, z)
         result = np.zeros((z.size, z.size))
-        steps = DIFFERENCE_STEP_RATIO * np.maximum(np.abs(z), self._reduce_state(partition, self._error_scale))
-        n_motion = 2 * len(partition.independent)
+        steps = DIFFERENCE_STEP_RATIO * np.maximum(np.abs(z), self._reduce_state(self._error_scale))
+        n_motion = 2 * len(self._independent)
         for k in (*range(n_motion), *range(n_motion + N_ENERGY_STATES, z.size)):
             z_shifted = z.copy()
             z_shifted[k] += steps[k]
-            result[:, k] = (self._evaluate_derivative(partition, input_cubics, local_time, z_shifted) - derivative) / (z_shifted[k] - z[k])
+            result[:, k] = (self._evaluate_derivative(time, z_shifted) - derivative) / (z_shifted[k] - z[k])
         return result
 
-    def _evaluate_derivative(
-        self, partition: _CoordinatePartition, input_cubics: FloatArray, local_time: float, z: FloatArray
-    ) -> FloatArray:
-        """Return the derivative of the reduced state z."""
-        state = self._expand_state(partition, input_cubics, local_time, z)
+    def _evaluate_derivative(self, time: float, z: FloatArray) -> FloatArray:
+        """Return the derivative of the reduced state z at a time (s)."""
+        state = self._expand_state(time, z)
         self.n_evaluations += 1
-        return self._reduce_state(partition, evaluate_state_derivative(self._system, self._workspace, input_cubics, local_time, state))
+        derivative = evaluate_state_derivative(self._system, self._workspace, self._input_cubics, time - self._cubics_start, state)
+        return self._reduce_state(derivative)

@@ -1,7 +1,5 @@
 """How an integration ended. The numbers are what compiled integrators return."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 

@@ -1,7 +1,5 @@
 """Base class of machines: declared dimensions, from which a mechanism is built."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from abc import ABC, abstractmethod

@@ -1,7 +1,5 @@
 """User-defined mechanisms: bodies with named points in an initial configuration. SI units."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

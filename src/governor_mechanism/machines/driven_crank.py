@@ -4,8 +4,6 @@ The plane is fixed. The origin is in the shaft; x points along the line of cross
 crank turns anticlockwise.
 """
 
-from __future__ import annotations
-
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RotationalDriver
 from governor_mechanism.model.mechanism import Body, SecondMoments
 from governor_mechanism.model.time_functions import PrescribedMotion

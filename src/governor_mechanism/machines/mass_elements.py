@@ -1,7 +1,5 @@
 """Mass, mass centre and second moments of rigid bodies that consist of rods, balls and blocks."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

@@ -5,8 +5,6 @@ to ball mass (Zehnder, Dinglers Polytechnisches Journal 225, 1877). The plane tu
 axis, y up from the vertex of the parabola.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Registry of machines. `MACHINES` maps the names in scene files to classes."""
 
-from __future__ import annotations
-
 from governor_mechanism.machines.base import Machine
 from governor_mechanism.machines.hartung.machine import HartungGovernor
 from governor_mechanism.machines.parabolic import ParabolicGovernor

@@ -6,8 +6,6 @@ edges: to the crank end while its displacement away from the shaft exceeds the o
 toward the shaft does. After Müller-Melchiors on Marks' construction, Dinglers Polytechnisches Journal 241 (1881), p. 161.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Guide curves y = f(x) for points, in their own axes. Frozen values without mathematics."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_finite

@@ -1,7 +1,5 @@
 """Events of a run: time, kind and reading; and named crossings that a scene asks for."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final

@@ -1,7 +1,5 @@
 """Force elements between bodies: springs, dampers, applied forces and torques. Frozen values; the laws are in `mechanics.dynamics`."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

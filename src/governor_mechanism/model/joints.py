@@ -1,7 +1,5 @@
 """Points on bodies and the joints between them. Frozen values without mathematics."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """Dataclass fields with a unit, and their validation."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A planar mechanism: bodies, joints, force elements and output variables. Frozen values without mathematics."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field

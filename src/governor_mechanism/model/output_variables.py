@@ -1,7 +1,5 @@
 """Output variables of a mechanism: readings, derived forces and limits of validity. Frozen values without mathematics."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from governor_mechanism.model.joints import GROUND, Point

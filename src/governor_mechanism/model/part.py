@@ -1,7 +1,5 @@
 """A part of a scene: a mechanism in its plane, with its effects, its spindle and its start. Frozen values without mathematics."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final

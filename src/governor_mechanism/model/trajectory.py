@@ -1,7 +1,5 @@
 """Result of a run: arrays, outcome, energy, error estimate, events and cost."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum

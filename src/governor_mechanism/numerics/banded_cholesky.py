@@ -1,7 +1,5 @@
 """Cholesky factorisation of a symmetric band matrix, with a least-norm solution for singular matrices, as compiled kernels."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ A piece has its values at CHEBYSHEV_NODES, and for faster evaluation the coeffic
 relative to the middle of the piece, -1 to 1.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.polynomial import chebyshev
 

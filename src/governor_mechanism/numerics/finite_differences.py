@@ -1,7 +1,5 @@
 """Derivatives of smooth functions by nine-point central differences, with an estimate of their error."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

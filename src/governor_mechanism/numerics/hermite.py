@@ -1,7 +1,5 @@
 """Cubic and quintic Hermite interpolation between the ends of an interval; numbers and arrays, plain and compiled."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from governor_mechanism.numerics.jit import jit_internal

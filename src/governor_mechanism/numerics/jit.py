@@ -1,7 +1,5 @@
 """Numba decorators for the kernels, and their compile cache on disk."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re
@@ -33,6 +31,7 @@ def _make_decorator(**options: Any) -> Callable[[CompiledFunction], CompiledFunc
     """
 
     def decorate(function: CompiledFunction) -> CompiledFunction:
+        """Return the dispatcher of a function."""
         from numba import njit
         from numba.core import config  # numba creates its settings at run time; type checkers do not know them
 
@@ -56,6 +55,11 @@ jit_closure = _make_decorator(no_cpython_wrapper=True, no_cfunc_wrapper=True)
 """Compile a closure over compiled functions that only compiled functions call.
 
 The cache cannot hold it, but holds its callers, which contain it.
+"""
+jit_inline_closure = _make_decorator(inline="always", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+"""The same for a closure that is inlined in its only caller.
+
+Each compiled function contains the machine code of all that it calls, so that every level of calls costs the time to compile them.
 """
 
 

@@ -5,8 +5,6 @@ matrix is zero: they are solved by a sparse factorisation, whose cost grows in p
 pivot shows that equations may be linearly dependent.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

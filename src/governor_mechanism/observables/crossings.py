@@ -1,7 +1,5 @@
 """Named crossings of readings through values, located on a finished motion by root finding."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial

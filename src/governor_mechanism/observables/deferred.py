@@ -1,7 +1,5 @@
 """Joint reactions and events of a run, computed on first access."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

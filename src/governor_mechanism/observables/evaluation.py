@@ -1,7 +1,5 @@
 """Evaluate observables from states, for every engine: readings, rates, energies, joint gaps, and the trajectory of a run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any

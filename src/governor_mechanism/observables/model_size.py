@@ -1,7 +1,5 @@
 """Size of the model of a scene."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

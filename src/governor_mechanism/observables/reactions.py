@@ -1,7 +1,5 @@
 """Joint reactions of a run, and which of them are statically determinate."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Result of a run as an engine returns it, from which its trajectory is made."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Turning points of readings and change points of the mechanism, located on a finished motion by root finding."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Forces that follow from the configuration of a mechanism: spring forces and static forces."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache, partial
 

@@ -1,7 +1,5 @@
 """Valve timing: opening and closing of a slide valve's ports, from the kinematics of the mechanism."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import NamedTuple

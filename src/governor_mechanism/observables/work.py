@@ -3,8 +3,6 @@
 Energy dissipated by dashpots, friction and stops along outputs is not included.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

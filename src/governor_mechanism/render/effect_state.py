@@ -1,7 +1,5 @@
 """State of a scene's effects for a drawing: which exist, which contacts are held, and recent impacts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar

@@ -1,7 +1,5 @@
 """Numbers, units and statements on accuracy as text for figures."""
 
-from __future__ import annotations
-
 import math
 import textwrap
 

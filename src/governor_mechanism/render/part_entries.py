@@ -1,7 +1,5 @@
 """What belongs to one part of a run: its bodies, and entries by name."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import TypeVar
 

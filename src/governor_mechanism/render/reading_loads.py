@@ -1,7 +1,5 @@
 """Loads that depend on readings, sampled over a run for its drawing."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

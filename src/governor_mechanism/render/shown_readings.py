@@ -1,7 +1,5 @@
 """Readings of a run as figures and films show them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

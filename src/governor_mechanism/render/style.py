@@ -1,7 +1,5 @@
 """Style of the drawings: colours (Okabe-Ito, distinguishable without colour vision), strokes, and matplotlib artists for shapes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby

@@ -1,7 +1,5 @@
 """[coupling.NAME] of a scene file with several parts. Slow to import: pydantic."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Final
 

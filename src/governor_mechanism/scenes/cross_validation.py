@@ -1,7 +1,5 @@
 """Consistency of the tables of a scene file with each other."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

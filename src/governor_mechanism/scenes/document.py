@@ -1,7 +1,5 @@
 """Parser of a scene document: its tables in order, and their consistency. Slow to import: pydantic."""
 
-from __future__ import annotations
-
 import dataclasses
 import difflib
 from collections.abc import Iterable, Mapping

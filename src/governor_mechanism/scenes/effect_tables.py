@@ -4,8 +4,6 @@ Effects along readings are tables keyed by reading, in the units of the quantity
 is the `ReadingQuantities` of the mechanism.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache, partial

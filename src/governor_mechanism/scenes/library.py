@@ -1,7 +1,5 @@
 """Access to scenes: a path, or the name of a shipped scene."""
 
-from __future__ import annotations
-
 import os
 import tomllib
 from importlib import resources

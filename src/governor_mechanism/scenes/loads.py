@@ -1,7 +1,5 @@
 """Loads of a scene file: constants, functions of time, functions of readings, and sums of these. Slow to import: pydantic."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import count
 from typing import Annotated, Any, Final

@@ -1,7 +1,5 @@
 """Parser of scene files: text, TOML document, scene. All mistakes of a file are found before any is reported, each in one sentence."""
 
-from __future__ import annotations
-
 import difflib
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping

@@ -1,7 +1,5 @@
 """Values of a scene file: quantities in SI, words, positions and functions of time. Slow to import: pydantic."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from itertools import count
 from types import UnionType

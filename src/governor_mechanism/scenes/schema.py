@@ -1,7 +1,5 @@
 """The tables that all scenes have: top level, [spindle], [run], [dimensions], [start] and [events]. Slow to import: pydantic."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -185,6 +183,7 @@ def _or_word(word: str, kind: str, sign: str = "any", hint: str = "", *, value_o
     """Return the validator of a quantity, or of a word (if there is one) that stands for `value_of_word`."""
 
     def check(value: object) -> float | str | None:
+        """Return the quantity in SI, or what its word stands for."""
         if word and value == word:
             return value_of_word
         try:

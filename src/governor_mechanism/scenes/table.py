@@ -1,7 +1,5 @@
 """Base of the pydantic models of scene tables. Slow to import: pydantic."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Final, Self, TypeVar, Union

@@ -1,7 +1,5 @@
 """Equilibria of a mechanism with one degree of freedom at a given spindle speed, and their stability."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Square of the equilibrium speed at a position, its folds and poles, and validation of arguments."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import numpy as np

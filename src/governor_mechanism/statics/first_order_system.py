@@ -1,7 +1,5 @@
 """Eigenvalues, stability and onset of oscillations of any first-order system x' = f(x) at a steady state."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property

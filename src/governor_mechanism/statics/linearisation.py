@@ -1,7 +1,5 @@
 """Linearised equations of a scene about an equilibrium or a steady rotation: eigenvalues, modes, transfer functions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property

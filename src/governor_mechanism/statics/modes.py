@@ -1,7 +1,5 @@
 """Modes of small motions, and their description as text."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 Everything that depends on how a scene is lowered to arrays is in this file.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

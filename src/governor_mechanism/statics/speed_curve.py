@@ -6,8 +6,6 @@ spindle of inertia J0 adds w^2 J'^2 / ((J0 + J) I). A resistance W along a readi
 2 (V' - W |s'|) / J' and 2 (V' + W |s'|) / J'.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral

@@ -1,7 +1,5 @@
 """Limit of stability: the value of a parameter at which an eigenvalue of the linearised equations crosses the imaginary axis."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar

@@ -1,7 +1,5 @@
 """Steady states of z'' = a(z, z'): an equilibrium, or a steady motion along cyclic coordinates, on which no acceleration depends."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial

@@ -4,8 +4,6 @@ The scene is run as it is, and once per effect with that effect switched: off if
 parameters. The cost of an effect is the run with it against the run without it.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Shared by the studies: a run without certificate, and a linear regression with its standard error."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

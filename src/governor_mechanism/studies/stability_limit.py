@@ -1,7 +1,5 @@
 """Limit of stability along a key of a scene."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from governor_mechanism.engines.initial_state import initial_state

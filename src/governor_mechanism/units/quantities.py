@@ -3,8 +3,6 @@
 pint is imported for the first text with a unit, since its import is slow.
 """
 
-from __future__ import annotations
-
 import difflib
 import json
 import math

@@ -1,7 +1,5 @@
 """Plain text tables for the terminal and for results as text."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 COLUMN_GAP = 2

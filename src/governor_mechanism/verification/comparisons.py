@@ -1,7 +1,5 @@
 """What the checks of all machines share: runs, comparisons of algebraic results and of motions, notes."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise
@@ -163,6 +161,7 @@ def integrate_governor(
     drive = CubicTimeFunction(spindle.torque) if isinstance(spindle, FreeSpindle) else SpindleSpeedFunction(spindle)
 
     def state_derivative(time: float, state: FloatArray) -> list[float]:
+        """Return the rates of angle, rate and speed."""
         motion = dict(zip(names, state.tolist(), strict=True))
         driven = float(drive(np.array([time]), left_limit=time > start)[0])
         if isinstance(spindle, FreeSpindle):

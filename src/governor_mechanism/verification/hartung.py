@@ -1,7 +1,5 @@
 """Hartung's governor against Dubois' formulas: spring force, equilibrium speed, sleeve force, stability, motion, energy."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Checks common to all governors: relaxation to an equilibrium, and the period of small oscillations."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 

@@ -1,7 +1,5 @@
 """The astatic governor against Zehnder's isochronous parabola: equilibrium speed, neutral equilibrium, transit time."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

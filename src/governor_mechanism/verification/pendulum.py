@@ -1,7 +1,5 @@
 """The pendulum governor against Zehnder's closed forms: equilibrium, small oscillations, motion, torque, Jacobi integral."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from functools import partial

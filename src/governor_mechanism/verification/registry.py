@@ -1,7 +1,5 @@
 """The closed-form checks of each machine."""
 
-from __future__ import annotations
-
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.verification import hartung, parabolic, pendulum, slide_valve, slider_crank

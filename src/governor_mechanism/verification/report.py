@@ -1,7 +1,5 @@
 """The report of a check: what is compared, the result and the tolerance."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

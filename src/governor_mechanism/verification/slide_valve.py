@@ -1,7 +1,5 @@
 """The slide valve against Marks, Zeuner and the law of cosines: displacement, motion, leads and valve events."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 

@@ -1,7 +1,5 @@
 """The slider crank against its closed forms: positions, velocities, accelerations and bearing loads."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 

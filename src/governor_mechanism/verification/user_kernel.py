@@ -1,7 +1,5 @@
 """Comparison of the assembled mechanism with a user's function."""
 
-from __future__ import annotations
-
 import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence

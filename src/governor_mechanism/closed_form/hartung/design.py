@@ -8,8 +8,6 @@ References
 Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620; the effective spring after Doerfel.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

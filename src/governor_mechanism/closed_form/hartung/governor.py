@@ -13,8 +13,6 @@ References
 Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 599-620. The equations of motion follow from Lagrange's equation.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -12,8 +12,6 @@ References
 L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_argument

@@ -13,8 +13,6 @@ References
 L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -13,8 +13,6 @@ L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14, equations (1)
 linkage, rods with mass and the motion follow from Lagrange's equation with T = I a'^2/2 + J w^2/2 and the potential energy V.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

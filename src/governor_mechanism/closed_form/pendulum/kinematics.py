@@ -9,8 +9,6 @@ Every function raises MechanismError for a value that is not finite, for an arm_
 the link cannot reach. Rods are rigid, slender and uniform; the spindle is vertical; balls have any size and do not touch the spindle.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Contact modes of a scene during an impulse run: sliding or sticking friction, stops in contact, slack springs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from functools import partial

@@ -1,7 +1,5 @@
 """Impulse engine: a second-order scheme on pymunk, extrapolated from three runs, with an error certificate."""
 
-from __future__ import annotations
-
 import math
 import time
 from dataclasses import dataclass

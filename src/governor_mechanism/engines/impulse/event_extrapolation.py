@@ -1,7 +1,5 @@
 """Richardson extrapolation of event times over runs of one scene, each with half the step of the one before."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

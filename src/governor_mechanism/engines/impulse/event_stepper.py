@@ -5,8 +5,6 @@ decides when it slips, and in which direction. A stop reflects an impact and hol
 staggered scheme restarts at each event from poses and velocities of one time.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Records of fixed-step runs: what all runs of a scene share, what each returns, and the states, observations and events of its steps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -37,7 +35,7 @@ class FixedStepProblem:
 
     @cached_property
     def scene_contacts(self) -> SceneContacts:
-        """Return the contacts of the scene, which every run begins anew with `continue_from`."""
+        """Return the contacts of the scene, which every run begins again with `continue_from`."""
         tolerance = CLOSURE_TOLERANCE_RATIO * self.scene.part.mechanism.length_scale
         return SceneContacts(self.scene, self.evaluator.time_scale, tolerance)
 

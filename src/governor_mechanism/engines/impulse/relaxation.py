@@ -1,7 +1,5 @@
 """Equilibrium of a mechanism by kinetic damping of a simulation; uses no equilibrium equation."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Richardson refinement of fixed-step runs: step halving, extrapolation, error estimate, and control of the solver iterations."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from dataclasses import asdict, dataclass, replace

@@ -1,7 +1,5 @@
 """Fixed-step integration of a pymunk model over a time grid."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Settings of the impulse engine."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,7 +1,5 @@
 """Single steps of a pymunk model with contacts, and restarts of the staggered scheme from synchronous poses and velocities."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Time-dependent inputs of a fixed-step run: spindle speed (prescribed or free), loads, friction limits and drives."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise

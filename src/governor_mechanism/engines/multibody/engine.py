@@ -1,7 +1,5 @@
 """The multibody engine: bodies and joints, index-reduced and projected, integrated by DOP853 in compiled code."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
@@ -11,7 +9,7 @@ import numpy as np
 
 from governor_mechanism.effects.registry import EFFECT_TYPES, FORCE_LAWS
 from governor_mechanism.engines.base import Engine, RunRequest
-from governor_mechanism.engines.certificate import CertifiedRunner, check_engine_settings
+from governor_mechanism.engines.certificate import CertifiedRunner, check_engine_settings, describe_end
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.run import ConstrainedIntegrator, IntegrationResult
 from governor_mechanism.engines.multibody.settings import MultibodySettings
@@ -62,7 +60,7 @@ class MultibodyEngine(Engine):
         check_engine_settings("MultibodyEngine", self.tolerance, self.max_steps)
 
     def _run(self, scene: Scene, request: RunRequest) -> Trajectory:
-        warn_before_compiling("integrate_projected_dop853", 12)
+        warn_before_compiling("integrate_multibody", 12)
         runner = MultibodyRunner(self, scene, request)
         runner.integrator.compile_kernels()
         return runner.run(self.tolerance, self.settings.max_stagnant_runs, asdict(self))
@@ -90,16 +88,14 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
         self.n_runs += 1
         integration = self.integrator.integrate(tolerance, 2.0 if is_comparison else 1.0)
         history = self.integrator.state_history(integration.states)
-        n_kept, outcome, detail = len(history.times), None, ""
+        n_kept = len(history.times)
+        is_cut_short = len(self.integrator.time_grid.reported_indices) < len(self.request.times)
+        status = IntegrationStatus.STEP_LIMIT if is_cut_short and integration.status == IntegrationStatus.DONE else integration.status
+        outcome, detail = describe_end(status, f"t = {self.integrator.time_grid.monitor_times[n_kept - 1]:.6g} s", self.engine.max_steps)
         range_exit = self.evaluator.find_first_out_of_range(history.poses)
-        time_text = f"t = {self.integrator.time_grid.monitor_times[n_kept - 1]:.6g} s"
         if range_exit is not None:
             n_kept, outcome = range_exit[0], Outcome.LEFT_RANGE
             detail = f"{range_exit[1]}, at {self._describe_exit(integration, tolerance, n_kept)}"
-        elif integration.status == IntegrationStatus.STALLED:
-            outcome, detail = Outcome.STALLED, f"at {time_text}"
-        elif integration.status != IntegrationStatus.DONE or len(self.integrator.time_grid.reported_indices) < len(self.request.times):
-            outcome, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} reached at {time_text}"
         reported_indices = self.integrator.time_grid.truncate(n_kept).reported_indices
         reported_states = history.at(reported_indices)
         return MultibodyResult(
@@ -167,8 +163,8 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
             steps=steps + self.integrator.implicit_steps,
             rejected=rejected,
             runs=self.n_runs,
-            evaluations=dict(law_counts),
             wall_time=wall_time,
+            evaluations=dict(law_counts),
             events=len(best.contact_events),
             model_size=count_model_size(self.scene),
             method=self._describe_method(),

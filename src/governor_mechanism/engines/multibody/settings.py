@@ -1,7 +1,5 @@
 """Numerical settings of the multibody engine."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from governor_mechanism.engines.certificate import ErrorControlSettings
@@ -23,10 +21,6 @@ class MultibodySettings(ErrorControlSettings):
         Events closer than this, in units of the time scale, are simultaneous.
     max_simultaneous_events
         Largest number of successive events at one time; more are endless chattering.
-    max_bracket_halvings
-        Halvings of a step in search of a time at which an event function that starts at zero is negative.
-    max_event_location_steps
-        Step limit from the start of a step to an event within it: a handful suffices, except into a change point.
     """
 
     constraint_tolerance_ratio: float = 1e-14
@@ -34,5 +28,3 @@ class MultibodySettings(ErrorControlSettings):
     restart_step_ratio: float = 0.04
     event_time_tolerance: float = 1e-13
     max_simultaneous_events: int = 30
-    max_bracket_halvings: int = 40
-    max_event_location_steps: int = 60

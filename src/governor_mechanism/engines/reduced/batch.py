@@ -3,22 +3,22 @@
 Only for conservative scenes, whose table holds all forces: constant spindle speed, gravity, centrifugal forces.
 """
 
-from __future__ import annotations
-
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from governor_mechanism.engines.base import make_reported_times
-from governor_mechanism.engines.reduced.integration import integrate_reduced
+from governor_mechanism.engines.reduced.integration import integrate_reduced, make_reduced_buffers, make_reduced_equation
 from governor_mechanism.engines.reduced.settings import ReducedSettings
-from governor_mechanism.integrators.reduced_dop853 import make_stages
+from governor_mechanism.integrators.dop853 import StepLimits
+from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.transition import make_event_log
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
-from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES, make_reduced_model
+from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import continue_to_coordinate, make_node_workspace
 from governor_mechanism.mechanics.reduction.table import ExtensionStatus, PiecewiseTable, TableAction, allocate_table, evaluate_poses
@@ -74,12 +74,12 @@ class ReducedBatch:
         self._times, self._names = make_reported_times(template), list(names)
         self._tolerance, self._max_steps, self._settings = tolerance, max_steps, ReducedSettings()
         arrays, _, _ = lower_reduced_scene(template)
-        self._workspace, self._stages = make_node_workspace(arrays), make_stages()
+        self._counts = np.zeros(len(StepCounter), dtype=np.int64)
+        self._workspace = make_node_workspace(arrays)
         n_times = len(self._times)
         self._states, self._modes = np.empty((n_times, N_STATES)), np.zeros((n_times, 1), dtype=np.int64)
         self._input_cubics, self._mode = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
         self._event_log = make_event_log(0)
-        self._counts = np.zeros(4, dtype=np.int64)
 
     def run(self, scene: Scene) -> UncertifiedResult | None:
         """Run a scene.
@@ -114,12 +114,15 @@ class ReducedBatch:
         max_step = self._settings.max_step_ratio * max_step_scale(scene)
         step = self._settings.first_step_ratio * max_step
         status: int = IntegrationStatus.BELOW_TABLE
-        model = make_reduced_model(table, forces, self._input_cubics, self._mode)
+        equation = make_reduced_equation(table, forces, self._input_cubics, self._mode, self._counts)
+        buffers = make_reduced_buffers(forces, self._counts)
         self._counts[:] = 0
         while status in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
-            limits = self._tolerance, step, max_step, self._max_steps
-            buffers = (self._stages, self._states[n_filled:], self._modes[n_filled:], self._event_log, self._counts)
-            status, step, n_reached, time = integrate_reduced(model, (time, end), self._times[n_filled:], state, limits, *buffers)
+            limits = StepLimits(self._tolerance, step, max_step, self._max_steps, math.inf)
+            outputs = (self._states[n_filled:], self._modes[n_filled:], self._event_log)
+            status, step, n_reached, time = integrate_reduced(
+                equation, buffers, (time, end), self._times[n_filled:], state, limits, *outputs
+            )
             n_filled += n_reached
             leaves_table = status in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE)
             if leaves_table and not extend(status - IntegrationStatus.BELOW_TABLE):

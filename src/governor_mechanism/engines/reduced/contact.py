@@ -1,7 +1,5 @@
 """Contacts of the reduced model: their motion from the table, and their transition; compiled."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

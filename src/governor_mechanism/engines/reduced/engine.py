@@ -1,7 +1,5 @@
 """Reduced engine: one coordinate along tables of the assembled mechanism, integrated by DOP853 in compiled code."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import Any, ClassVar, final
@@ -11,7 +9,7 @@ import numpy as np
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.registry import EFFECT_TYPES, FORCE_LAWS
 from governor_mechanism.engines.base import Engine, RunRequest
-from governor_mechanism.engines.certificate import CertifiedRunner, check_engine_settings
+from governor_mechanism.engines.certificate import CertifiedRunner, check_engine_settings, describe_end
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.reduced.integration import integrate_reduced
 from governor_mechanism.engines.reduced.refusals import find_refusal
@@ -139,17 +137,11 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
         solution = reduced_run.integrate(tolerance, step_factor=2.0 if is_comparison else 1.0)
         reported_states = reduced_run.state_history(solution)
         time_text = f"t = {solution.end_time:.9g} s"
-        outcome, detail = None, ""
+        outcome, detail = describe_end(solution.status, time_text, self.engine.max_steps)
         if solution.status == IntegrationStatus.TABLE_ENDED:
             is_at_limit, message = reduced_run.motion_table.end_message(solution.side)
             outcome = Outcome.LEFT_RANGE if is_at_limit else Outcome.DEAD_CENTRE
             detail = f"{message}, at {time_text}"
-        elif solution.status == IntegrationStatus.STIFF:
-            outcome, detail = Outcome.STIFF, f"at {time_text}"
-        elif solution.status == IntegrationStatus.STALLED:
-            outcome, detail = Outcome.STALLED, f"at {time_text}"
-        elif solution.status != IntegrationStatus.DONE:
-            outcome, detail = Outcome.STEP_LIMIT, f"max_steps = {self.engine.max_steps} reached at {time_text}"
         return ReducedResult(
             reported_states=reported_states,
             monitor_states=partial(self._make_monitor_states, reduced_run, tolerance, reported_states.times[-1:]),
@@ -210,9 +202,9 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
             steps=steps,
             rejected=rejected,
             runs=self.n_runs,
-            evaluations=law_counts,
             wall_time=wall_time,
             setup_time=self.setup_time,
+            evaluations=law_counts,
             events=len(best.solution.events),
             model_size=count_model_size(self.scene),
             method="explicit (DOP853) along one coordinate",

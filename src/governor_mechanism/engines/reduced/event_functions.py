@@ -1,31 +1,33 @@
 """Event functions of the reduced model: an event is an upward zero crossing; compiled."""
 
-from __future__ import annotations
-
 import math
 
+import numpy as np
+
+from governor_mechanism.integrators.event_location import INACTIVE_EVENT_VALUE
 from governor_mechanism.mechanics.contact.rules import find_touched_stop
 from governor_mechanism.mechanics.contact.tolerances import REST_TOLERANCE
 from governor_mechanism.mechanics.dynamics.contacts import ContactColumn
 from governor_mechanism.mechanics.dynamics.lowering import EVENT_ROUNDING_RATIO
 from governor_mechanism.mechanics.reduction.equation_of_motion import MODE_HELD, ReducedModel, evaluate_static_force, evaluate_table_output
-from governor_mechanism.mechanics.reduction.lowering import ForceParameter
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter, ReducedForces
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray
 
-INACTIVE_EVENT_VALUE = -1.0
-"""Value of an event function that is not monitored."""
 
-
-@jit_internal
-def count_event_functions(model: ReducedModel) -> int:
-    """Return the number of event functions.
+def make_event_tolerances(forces: ReducedForces) -> FloatArray:
+    """Return the rounding of the event functions; none without contacts and one-sided springs.
 
     Each contact has its rate, its high and its low stop; each one-sided spring its elongation; two more are the static force
     upwards and downwards minus the friction limit.
     """
-    return int(3 * model.contacts.shape[0] + model.one_sided_springs.shape[0] + 2)
+    if not len(forces.contacts) and not len(forces.one_sided_springs):
+        return np.zeros(0)
+    scales, parameters = forces.contacts[:, ContactColumn.SCALE], forces.parameters
+    contact_scales = np.column_stack([scales / parameters[ForceParameter.TIME_SCALE], scales, scales]).ravel()
+    force_scales = np.full(2, parameters[ForceParameter.FORCE_SCALE])
+    return EVENT_ROUNDING_RATIO * np.concatenate([contact_scales, forces.one_sided_springs[:, 2], force_scales])
 
 
 @jit_internal
@@ -42,12 +44,12 @@ def find_blocked_directions(model: ReducedModel, piece_index: int, t: float) -> 
 @jit_internal
 def evaluate_reduced_event_functions(
     model: ReducedModel, state: FloatArray, local_time: float, piece_guess: int, event_values: FloatArray
-) -> int:
-    """Fill the event functions at a state; return its table piece, or -1 outside the table."""
+) -> None:
+    """Fill the event functions at a state; inactive outside the table."""
+    event_values[:] = INACTIVE_EVENT_VALUE
     piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
     if side >= 0:
-        return -1
-    event_values[:] = INACTIVE_EVENT_VALUE
+        return
     n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
     if model.mode[MODE_HELD] != 0:
         force, resistance = evaluate_static_force(model, piece, t, state, local_time)
@@ -56,7 +58,7 @@ def evaluate_reduced_event_functions(
             event_values[3 * n_contacts + n_springs] = force - resistance
         if not down_blocked:
             event_values[3 * n_contacts + n_springs + 1] = -force - resistance
-        return piece
+        return
     for k in range(n_contacts):
         value, output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, ContactColumn.OUTPUT])
         if model.mode[1 + k] != 0:
@@ -68,22 +70,3 @@ def evaluate_reduced_event_functions(
     for i in range(n_springs):
         elongation = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])[0] - model.one_sided_springs[i, 1]
         event_values[3 * n_contacts + i] = -elongation if model.mode[1 + n_contacts + i] != 0 else elongation
-    return piece
-
-
-@jit_internal
-def fill_event_tolerances(model: ReducedModel, event_tolerances: FloatArray) -> None:
-    """Fill the rounding tolerances of the event functions."""
-    n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
-    for k in range(n_contacts):
-        tolerance = EVENT_ROUNDING_RATIO * model.contacts[k, ContactColumn.SCALE]
-        event_tolerances[3 * k], event_tolerances[3 * k + 1], event_tolerances[3 * k + 2] = (
-            tolerance / model.parameters[ForceParameter.TIME_SCALE],
-            tolerance,
-            tolerance,
-        )
-    for i in range(n_springs):
-        event_tolerances[3 * n_contacts + i] = EVENT_ROUNDING_RATIO * model.one_sided_springs[i, 2]
-    event_tolerances[3 * n_contacts + n_springs] = event_tolerances[3 * n_contacts + n_springs + 1] = (
-        EVENT_ROUNDING_RATIO * model.parameters[ForceParameter.FORCE_SCALE]
-    )

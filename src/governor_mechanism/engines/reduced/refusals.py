@@ -1,7 +1,5 @@
 """Why engine `reduced` cannot run a scene: it integrates one coordinate of one part and one shaft."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from governor_mechanism.mechanics.dynamics.contacts import reading_functions_of

@@ -1,15 +1,21 @@
 """One run of a scene through its reported times at a tolerance."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.reduced.integration import initialise_contact_mode, integrate_reduced
+from governor_mechanism.engines.certificate import speed_jump_work
+from governor_mechanism.engines.reduced.integration import (
+    ReducedEquation,
+    initialise_contact_mode,
+    integrate_reduced,
+    make_reduced_buffers,
+    make_reduced_equation,
+)
 from governor_mechanism.engines.reduced.settings import ReducedSettings
-from governor_mechanism.integrators.reduced_dop853 import make_stages
+from governor_mechanism.integrators.dop853 import StepLimits
+from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
 from governor_mechanism.mechanics.contact.rules import HELD
@@ -18,8 +24,8 @@ from governor_mechanism.mechanics.contact.transition import make_event_log, make
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, one_sided_forces_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
-from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction, stack_local_cubics
-from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES, ReducedModel, StateIndex, make_reduced_model
+from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
+from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES, StateIndex
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.shaft import find_shaft_train, parts_with_coordinate
 from governor_mechanism.model.events import Event
@@ -60,7 +66,7 @@ class ReducedRun:
     ) -> None:
         self.motion_table, self.evaluator, self.times = motion_table, evaluator, times
         self.max_steps, self.settings = max_steps, settings
-        self.start, self.counts = start, np.zeros(4, dtype=np.int64)
+        self.start, self.counts = start, np.zeros(len(StepCounter), dtype=np.int64)
         scene = motion_table.scene
         self.contacts = contacts_of(scene)
         self.one_sided_springs = one_sided_forces_of(scene)
@@ -86,11 +92,14 @@ class ReducedRun:
         max_step = step_factor * self._max_step
         state = self.start.copy()
         states, modes = np.empty((len(self.times), N_STATES)), self._allocate_modes()
-        mode, stages = np.zeros(modes.shape[1], dtype=np.int64), make_stages()
-        event_log = make_event_log(capacity)
-        counts = np.zeros_like(self.counts)
+        mode, event_log, counts = (
+            np.zeros(modes.shape[1], dtype=np.int64),
+            make_event_log(capacity),
+            np.zeros(len(StepCounter), dtype=np.int64),
+        )
+        buffers = make_reduced_buffers(motion_table.forces, counts)
         if self.has_contacts:
-            initialise_contact_mode(self._make_model(0.0, mode), 0.0, state, event_log)
+            initialise_contact_mode(self._make_equation(0.0, mode, counts).model, 0.0, state, event_log)
             event_log.counts[:] = 0
         n_filled, step = int(len(self.times) > 0 and self.times[0] == 0.0), settings.first_step_ratio * max_step
         status: int = IntegrationStatus.DONE
@@ -99,12 +108,10 @@ class ReducedRun:
         for start, end in pairwise(self._breakpoints.tolist()):
             time = start
             while time < end:
-                limits = (tolerance, step, max_step, self.max_steps)
-                last_row = int(np.searchsorted(self.times, end, side="right"))
-                buffers = (stages, states[n_filled:], modes[n_filled:], event_log, counts)
-                status, step, n_reached, time = integrate_reduced(
-                    self._make_model(time, mode), (time, end), self.times[n_filled:last_row], state, limits, *buffers
-                )
+                limits = StepLimits(tolerance, step, max_step, self.max_steps, 0.0)
+                rows = slice(n_filled, int(np.searchsorted(self.times, end, side="right")))
+                equation, outputs = self._make_equation(time, mode, counts), (states[rows], modes[rows], event_log)
+                status, step, n_reached, time = integrate_reduced(equation, buffers, (time, end), self.times[rows], state, limits, *outputs)
                 n_filled += n_reached
                 if status not in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
                     break
@@ -122,7 +129,7 @@ class ReducedRun:
             breakpoint_row = n_filled - 1 if n_filled and self.times[n_filled - 1] == end else None
             self._add_speed_jump_work(end, state, states, breakpoint_row)
             if self.has_contacts:
-                initialise_contact_mode(self._make_model(end, mode), end, state, event_log)
+                initialise_contact_mode(self._make_equation(end, mode, counts).model, end, state, event_log)
         self.counts += counts
         subjects = [contact.output_name for contact in self.contacts] + [spring.reading for spring in self.one_sided_springs]
         events = drop_cancelled_events(make_events(event_log, subjects), SIMULTANEITY_TOLERANCE * time_scale)
@@ -132,20 +139,21 @@ class ReducedRun:
     def integrate_from_row(self, solution: ReducedSolution, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
         """Return poses and velocities (bodies, 3) at a time, s, after that of row k, integrated from that row; None on failure."""
         start_time, state, mode = float(self.times[k]), solution.states[k].copy(), solution.modes[k].copy()
-        model, event_log = self._make_model(start_time, mode), make_event_log(0)
+        event_log, counts = make_event_log(0), np.zeros(len(StepCounter), dtype=np.int64)
+        equation = self._make_equation(start_time, mode, counts)
         if self.has_contacts and start_time in self._breakpoints[1:]:
-            initialise_contact_mode(model, start_time, state, event_log)  # a row at a breakpoint has the mode before it
-        limits = (tolerance, 0.01 * self.evaluator.time_scale, self._max_step, self.settings.max_interpolation_steps)
-        no_states, no_modes = np.empty((0, len(state))), np.zeros((0, len(mode)), dtype=np.int64)
-        buffers = (make_stages(), no_states, no_modes, event_log, np.zeros(4, dtype=np.int64))
-        status, *_ = integrate_reduced(model, (start_time, time), np.empty(0), state, limits, *buffers)
+            initialise_contact_mode(equation.model, start_time, state, event_log)  # a row at a breakpoint has the mode before it
+        limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, self._max_step, self.settings.max_interpolation_steps, 0.0)
+        outputs = np.empty((0, len(state))), np.zeros((0, len(mode)), dtype=np.int64), event_log
+        buffers = make_reduced_buffers(self.motion_table.forces, counts)
+        status, *_ = integrate_reduced(equation, buffers, (start_time, time), np.empty(0), state, limits, *outputs)
         if status != IntegrationStatus.DONE:
             return None
         poses, velocities = self._evaluate_motion(state[np.newaxis])
         return poses[0], velocities[0]
 
-    def _make_model(self, start: float, mode: IntArray) -> ReducedModel:
-        return make_reduced_model(self.motion_table.table, self.motion_table.forces, self.input_cubics(start), mode)
+    def _make_equation(self, start: float, mode: IntArray, counts: IntArray) -> ReducedEquation:
+        return make_reduced_equation(self.motion_table.table, self.motion_table.forces, self.input_cubics(start), mode, counts)
 
     def input_cubics(self, start: float) -> FloatArray:
         """Return the cubics of the inputs (inputs, 5) from a time up to their next breakpoint."""
@@ -194,14 +202,7 @@ class ReducedRun:
 
     def _add_speed_jump_work(self, time: float, state: FloatArray, states: FloatArray, row: int | None) -> None:
         """Add the work that a jump of the given spindle speed does on the bodies; a report at that time shows the right limit."""
-        plane = next(iter(self.motion_table.scene.system.planes), None)
-        if plane is None or not plane.is_loaded or not plane.given_speed:
-            return
-        before, after = SpindleSpeedFunction(plane.given_speed).limits_at(time)
-        if after == before:
-            return
-        inertia = self.evaluator.evaluate_spindle_inertia(0, self._evaluate_motion(state[np.newaxis])[0])[0]
-        state[StateIndex.WORK] += 0.5 * inertia * (after**2 - before**2)
+        state[StateIndex.WORK] += speed_jump_work(self.evaluator, time, self._evaluate_motion(state[np.newaxis])[0][0])
         if row is not None:
             states[row, StateIndex.WORK] = state[StateIndex.WORK]
 

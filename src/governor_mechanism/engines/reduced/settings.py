@@ -1,7 +1,5 @@
 """Numerical settings of the reduced engine."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from governor_mechanism.engines.certificate import ErrorControlSettings

@@ -1,7 +1,5 @@
 """Dimensions of a Hartung governor, positions of weights, hangers and sleeve over the lever angle, and limits of the travel."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -6,8 +6,6 @@ spindle: it is largest when the weights are innermost. The axes of a bell crank 
 parallel to those of the plane when the arm of the weight is upright.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace

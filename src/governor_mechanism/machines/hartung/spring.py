@@ -1,7 +1,5 @@
 """Spring of a Hartung governor: by its rate, by its wire, or by the equilibrium speeds at the ends of the stroke."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ spindle axis, y up from the suspension of the arms. The x axis of an arm points 
 knee to the lug of the sleeve.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass

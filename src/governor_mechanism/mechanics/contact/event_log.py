@@ -1,7 +1,5 @@
 """Event logs: compare those of two runs, and remove events that cancel each other."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

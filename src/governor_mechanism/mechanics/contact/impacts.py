@@ -3,8 +3,6 @@
 At a stop the rate of an output is reversed by the coefficient of restitution.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Modes of loads: which segment of a table of a reading holds, and which gears have broken."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ friction limit, or pushes away from the stop; otherwise it slides in the directi
 the accelerations of the outputs linearly, a = a0 + C f, so that the rules need no more of a mechanism than its `ContactDynamics`.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Contacts of a scene in its multibody state: their motion, their mode, and the events so far."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection
 from dataclasses import replace
@@ -23,7 +21,7 @@ from governor_mechanism.mechanics.dynamics.contacts import (
     one_sided_forces_of,
 )
 from governor_mechanism.mechanics.dynamics.equations_of_motion import (
-    evaluate_events_and_derivative,
+    evaluate_state_derivative,
     project_state,
     solve_constrained_system,
     split_state,
@@ -77,7 +75,7 @@ def _evaluate_response(
     system: System, workspace: SystemWorkspace, input_cubics: FloatArray, state: FloatArray, contacts: FloatArray
 ) -> ContactResponse:
     """Evaluate motion and response in a state of a system in which nothing is held and nothing slides."""
-    derivative = evaluate_events_and_derivative(system, workspace, input_cubics, 0.0, state)[1]  # evaluates the output rows too
+    derivative = evaluate_state_derivative(system, workspace, input_cubics, 0.0, state)  # evaluates the output rows too
     velocities, accelerations = split_state(system, state)[1], split_state(system, derivative)[1]
     output_rows, output_values = system.output_rows, workspace.output_row_values
     motion, n_contacts = np.empty((3, output_rows.table.size)), contacts.shape[0]

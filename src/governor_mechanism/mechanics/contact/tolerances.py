@@ -4,8 +4,6 @@ Every engine uses these numbers, so that the same motions end in the same way. L
 of the mechanism; angles are in rad.
 """
 
-from __future__ import annotations
-
 SIMULTANEITY_TOLERANCE = 1e-12
 """Events closer than this, in units of the time scale, are simultaneous."""
 

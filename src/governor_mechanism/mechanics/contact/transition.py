@@ -1,7 +1,5 @@
 """Transition of all contacts at one time: springs, impacts, settling bounces, new contact states, and their events."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeVar
 

@@ -1,7 +1,5 @@
 """Characteristic time of a scene, which scales tolerances of rates and bounds steps."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

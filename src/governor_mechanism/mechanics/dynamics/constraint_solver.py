@@ -5,8 +5,6 @@ one. `banded_cholesky` solves the equations. They are singular where joints are 
 point.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from governor_mechanism.numerics.jit import jit_internal

@@ -1,7 +1,5 @@
 """Contacts of a scene (dry friction, stops, one-sided springs) and their discrete mode."""
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from collections.abc import Callable, Sequence

@@ -3,8 +3,6 @@
 Inputs are evaluated as in `input_kernels`.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -432,35 +430,3 @@ def evaluate_event_functions(system: System, workspace: SystemWorkspace, state: 
             - event_function.threshold
             - (workspace.inputs[event_function.input_index] if event_function.input_index >= 0 else 0.0)
         )
-
-
-@jit
-def evaluate_events_and_derivative(
-    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the event functions at a state and its time derivative; callable from Python.
-
-    Parameters
-    ----------
-    system
-        Arrays of the multibody model.
-    workspace
-        Work arrays.
-    input_cubics
-        Local cubics of all inputs; shape (inputs, 5).
-    local_time
-        Time since the start of these cubics, s.
-    state
-        Poses and velocities of the body origins, the energy states and the lags; shape (6 * bodies + N_ENERGY_STATES + lags,).
-
-    Returns
-    -------
-    event_values : FloatArray
-        Values of the event functions; an event is an upward zero crossing; shape (event functions,).
-    derivative : FloatArray
-        Time derivative of the state, with the shape of `state`.
-    """
-    derivative, event_values = np.empty(state.size), np.empty(system.event_functions.size)
-    evaluate_state_derivative_inline(system, workspace, input_cubics, local_time, state, derivative)
-    evaluate_event_functions(system, workspace, state, event_values)
-    return event_values, derivative

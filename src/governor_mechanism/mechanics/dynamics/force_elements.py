@@ -1,7 +1,5 @@
 """Force elements of a mechanism as records, and their generalised forces as compiled kernels."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from enum import IntEnum

@@ -1,7 +1,5 @@
 """Force laws as compiled kernels, for calls from other kernels."""
 
-from __future__ import annotations
-
 from governor_mechanism.mechanics.dynamics import force_laws
 from governor_mechanism.numerics.jit import jit_internal
 

@@ -4,8 +4,6 @@ They take floats or arrays, in SI units and radians. The x axis points away from
 act at the mass centre; moments are positive anticlockwise.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

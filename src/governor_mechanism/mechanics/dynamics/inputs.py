@@ -1,7 +1,5 @@
 """Inputs that depend on readings: records of their terms, and the compiled kernel that evaluates all inputs at a state."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Inverse dynamics: accelerations and joint forces of a known motion."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

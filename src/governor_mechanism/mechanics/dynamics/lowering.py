@@ -1,7 +1,5 @@
 """Lowering of a scene to the arrays of the compiled kernels: bodies, constraint rows, forces, event functions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from enum import IntEnum

@@ -3,8 +3,6 @@
 An output row is a constraint row whose residual is the value of an output variable (see `output_rows`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from enum import IntEnum
 
@@ -122,7 +120,3 @@ def add_output_forces(
                 for c in range(3):
                     result[body, c] += force * jacobian[k, side, c]
     return dissipated_power
-
-
-EVENT_SAMPLE_FRACTIONS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
-"""Fractions of a step at which the event functions are sampled for upward zero crossings."""

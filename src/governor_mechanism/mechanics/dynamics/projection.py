@@ -1,7 +1,5 @@
 """Projection of the states of a scene onto its joints."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.equations_of_motion import project_state

@@ -1,7 +1,5 @@
 """Assembly of a mechanism: poses at given values of its outputs, consistent velocities, degrees of freedom."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """Assembly of a mechanism with one degree of freedom at many values of its leading coordinate at once."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Joints as constraint rows, and the constraint equations of a mechanism over whole trajectories."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

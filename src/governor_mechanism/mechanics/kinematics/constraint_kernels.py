@@ -5,8 +5,6 @@ and a point of a second body along a direction that depends on the kind, less th
 are indices into poses (bodies, 3); -1 is the ground.
 """
 
-from __future__ import annotations
-
 import math
 from enum import IntEnum
 from typing import NamedTuple

@@ -5,8 +5,6 @@ the joints leave a second direction of motion, a mass centre that reaches the sp
 closed motion.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ time segment, highest power first, and the integral of the cubic up to that star
 angular frequency (rad/s) and phase at that start of each harmonic.
 """
 
-from __future__ import annotations
-
 import math
 
 from governor_mechanism.mechanics.kinematics import time_functions

@@ -1,7 +1,5 @@
 """Kinematic analysis: positions, velocities and accelerations of a driven mechanism without integration."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

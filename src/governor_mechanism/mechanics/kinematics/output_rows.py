@@ -3,8 +3,6 @@
 An output row is a constraint row whose residual is the value of the output variable, in m or rad.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

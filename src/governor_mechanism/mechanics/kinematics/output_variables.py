@@ -1,7 +1,5 @@
 """Output variables: value, gradient and velocity-dependent acceleration term of every reading, along whole trajectories."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import singledispatch

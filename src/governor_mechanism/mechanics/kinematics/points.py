@@ -1,7 +1,5 @@
 """Points fixed in bodies: positions, gradients, velocities and accelerations."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

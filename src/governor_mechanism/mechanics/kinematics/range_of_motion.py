@@ -4,8 +4,6 @@ Without a given limit of the leading coordinate the motion is traced from the in
 `continuation`). With a given limit the path is built between its ends, and cut where another reading reaches a limit of its own.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Inputs and prescribed motions as functions of time, piecewise cubic plus harmonics: values, derivatives, integrals."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any

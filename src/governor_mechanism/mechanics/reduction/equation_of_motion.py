@@ -1,7 +1,5 @@
 """Equations of motion of the reduced model, one coordinate q and one shaft, and the rates of work and dissipation; compiled."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Lowering of a scene with one degree of freedom to the arrays of the reduced model."""
 
-from __future__ import annotations
-
 import math
 from enum import IntEnum
 from typing import NamedTuple

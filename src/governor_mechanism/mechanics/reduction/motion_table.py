@@ -1,7 +1,5 @@
 """Motion table of one scene: it grows with the motion, and says why it ends."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

@@ -3,8 +3,6 @@
 Dense elimination with row pivoting selects independent rows; redundant rows of joints are consistent with them.
 """
 
-from __future__ import annotations
-
 import math
 from enum import IntEnum
 from typing import NamedTuple

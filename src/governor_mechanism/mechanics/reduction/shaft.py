@@ -1,7 +1,5 @@
 """The shaft of a scene with one coordinate: the bodies that only rotate, all at fixed ratios to one of them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from governor_mechanism.model.joints import GROUND, Gear, Pin

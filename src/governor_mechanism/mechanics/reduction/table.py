@@ -1,7 +1,5 @@
 """Piecewise Chebyshev table of a motion along its coordinate: storage, lookup and evaluation of poses; compiled."""
 
-from __future__ import annotations
-
 import math
 from enum import IntEnum
 from typing import NamedTuple

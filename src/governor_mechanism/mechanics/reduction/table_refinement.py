@@ -4,8 +4,6 @@ Each piece is a Chebyshev fit (see `chebyshev`) with a truncation error of at mo
 computed again with half the width. The table of a closed motion becomes periodic.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Controls applied to the loads they name, and checks of gears."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import Any

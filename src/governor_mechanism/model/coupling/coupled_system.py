@@ -1,7 +1,5 @@
 """The parts of a scene as one mechanism: bodies of all parts, free spindles as shafts, gears as joints. No mathematics."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """Couplings between parts of a scene. Frozen values without mathematics."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_finite, require_not_negative

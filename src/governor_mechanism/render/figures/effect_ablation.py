@@ -1,7 +1,5 @@
 """Figure of effect ablation: the change that each effect causes, and its cost."""
 
-from __future__ import annotations
-
 import os
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Common sheet of plates in the style of old engravings: double frame, captions, lettering, panels."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Event markers on time axes: a line per event, or a rug of ticks for many events."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

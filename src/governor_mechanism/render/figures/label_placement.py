@@ -1,7 +1,5 @@
 """Placement of labels around a circle without overlap."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product

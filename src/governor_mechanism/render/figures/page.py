@@ -1,7 +1,5 @@
 """Common parts of all figures: pages with titles and notes, panels with quiet axes, PNG files."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from typing import Any, Literal

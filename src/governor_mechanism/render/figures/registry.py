@@ -1,7 +1,5 @@
 """Additional figures of a run by machine."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Figures of the regulation studies: cyclic sleeve motion, clearance, settling time, and jump through a fold."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Figure of the characteristic of a governor: its equilibrium speed over the travel."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Figure of a sweep: curves over one key, heat maps over two, rows of heat maps over three."""
 
-from __future__ import annotations
-
 import os
 import textwrap
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Figure of all readings of a run over time."""
 
-from __future__ import annotations
-
 import math
 import os
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Work-precision diagram: error against time, one line per engine variant, both axes logarithmic."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Text that changes with every frame: its characters are drawn once and then copied."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

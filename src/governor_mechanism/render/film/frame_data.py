@@ -1,7 +1,5 @@
 """A run interpolated to the frame times of a film."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 

@@ -3,8 +3,6 @@
 Everything static is drawn once; each frame restores it and draws only what moves.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from itertools import zip_longest

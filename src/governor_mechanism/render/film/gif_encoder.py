@@ -3,8 +3,6 @@
 Pillow's own writer keeps every frame in memory and searches a palette per frame.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Sequence
 from typing import BinaryIO

@@ -1,7 +1,5 @@
 """Layout of a film frame: rectangles in pixels of a 480-pixel square, and the view from metres to pixels."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from governor_mechanism.render.geometry.primitives import BoundingBox

@@ -1,7 +1,5 @@
 """Plot of one reading in the side panel: its curve up to the present frame."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Limits that the frames of several runs share, for comparison."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

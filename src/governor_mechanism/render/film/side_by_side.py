@@ -1,7 +1,5 @@
 """Frames of one run, or of two side by side with equal scale, axes of readings, and time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

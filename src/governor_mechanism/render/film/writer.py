@@ -3,8 +3,6 @@
 A second of film is a second of the run, except for very short or long runs; the caption then states how much the film is slowed or sped up.
 """
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """Positions of body-fixed points at one pose or over a run."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

@@ -1,7 +1,5 @@
 """Free space in a drawing: widths swept by moving shapes between two heights."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from itertools import pairwise

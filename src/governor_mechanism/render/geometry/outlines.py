@@ -1,7 +1,5 @@
 """Outlines of parts: plates with rounded corners, bands along a curve, arrows, and hatched walls."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import pairwise
@@ -21,6 +19,7 @@ def convex_hull(points: Sequence[Vec2]) -> list[Vec2]:
     span = max(math.dist(point, ordered[0]) for point in ordered)
 
     def half_hull(chain: Sequence[Vec2]) -> list[Vec2]:
+        """Return the corners of the hull above or below the points."""
         corners: list[Vec2] = []
         for x, y in chain:
             while len(corners) > 1:

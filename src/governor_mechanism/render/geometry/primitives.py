@@ -1,7 +1,5 @@
 """Shapes of which drawings consist: lengths in metres, a role, no colours, no plotting library."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

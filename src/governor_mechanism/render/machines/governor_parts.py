@@ -1,7 +1,5 @@
 """Parts that the drawings of all governors share: spindle, bearings, lift scale, dashpot, springs and friction shoes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

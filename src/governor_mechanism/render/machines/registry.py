@@ -3,8 +3,6 @@
 A machine registers its own drawing in `MACHINE_DRAWINGS`. Every other mechanism is drawn from its bodies and joints.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass

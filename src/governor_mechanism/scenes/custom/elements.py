@@ -1,7 +1,5 @@
 """[[joint]], [[link]] and [[force]] of a custom machine. Slow to import: pydantic."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Annotated, Any, ClassVar, Final

@@ -1,7 +1,5 @@
 """Values of a custom machine: points, curves, motions, and moving points of the ground. Slow to import: pydantic."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Mapping
 from functools import cached_property, partial

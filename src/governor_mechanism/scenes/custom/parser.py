@@ -1,7 +1,5 @@
 """Scenes with a custom machine: from bodies, joints, forces and readings to a mechanism. Slow to import: pydantic."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from itertools import chain

@@ -1,7 +1,5 @@
 """[readings] of a custom machine. Slow to import: pydantic."""
 
-from __future__ import annotations
-
 import difflib
 import math
 import re

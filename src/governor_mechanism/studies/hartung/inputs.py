@@ -1,7 +1,5 @@
 """The inputs of a design: from text, such as "wire=14 mm" on the command line, and what makes them invalid."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace

@@ -7,8 +7,6 @@ References
 Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A designed governor as a scene: as a document and as the text of a scene file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Cyclic sleeve motion under a fluctuating spindle speed, against speed fluctuation and clearance."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

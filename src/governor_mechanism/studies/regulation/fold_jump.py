@@ -1,7 +1,5 @@
 """Jump of a governor that is unstable in part of its travel, against the ramp rate of the spindle speed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Settling time of a governor after a change of load, against the strength of its dashpot."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Timing of a slide valve: by the mechanism, in closed form, and by Zeuner's law alone."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from functools import partial

@@ -4,8 +4,6 @@ It needs the engine `reduced`, runs without certificates, and a scene whose forc
 model. A row that does not fit is computed on its own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -3,8 +3,6 @@
 The first line of the journal identifies the sweep, and so does the record: a sweep never continues another one.
 """
 
-from __future__ import annotations
-
 import csv
 import json
 import math

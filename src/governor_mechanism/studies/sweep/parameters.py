@@ -5,8 +5,6 @@ which kind of value a key takes. The kind is read from the parser's error for a 
 right key.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence

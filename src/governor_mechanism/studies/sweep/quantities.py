@@ -1,7 +1,5 @@
 """Numbers taken from each run of a sweep: final, least or greatest value of a reading, or a function of the run."""
 
-from __future__ import annotations
-
 import hashlib
 import inspect
 import math

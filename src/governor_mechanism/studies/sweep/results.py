@@ -1,7 +1,5 @@
 """Result of a sweep: rows of numbers with their outcomes, as columns, as grids, and as text."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterator

@@ -4,8 +4,6 @@ Each row is a pure function of the task and its index, whichever process compute
 dropped as soon as their numbers are taken.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Work on many items in several processes, ended cleanly by Ctrl-C."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator

@@ -1,7 +1,5 @@
 """Results of a work-precision study: the reference, and error and time of each setting of each engine variant."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Mapping

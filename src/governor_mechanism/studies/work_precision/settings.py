@@ -1,7 +1,5 @@
 """The ladders of settings of a work-precision study, from coarse to fine."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 

@@ -4,8 +4,6 @@ The reference is a multibody run at a tight tolerance, confirmed by another engi
 certified: the error is measured here.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """Applied forces of a scene on the pymunk bodies: the force laws of the multibody model, reduced to the centres of these bodies."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 

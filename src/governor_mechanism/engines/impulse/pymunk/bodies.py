@@ -1,7 +1,5 @@
 """pymunk bodies that represent the bodies of a mechanism."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """pymunk constraints that hold an output variable: stiction up to the friction limit, and a unilateral stop."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

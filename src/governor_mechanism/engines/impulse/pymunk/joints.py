@@ -1,7 +1,5 @@
 """Joints as pymunk constraints; joints that pymunk lacks become pins that are re-anchored before every step."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A scene's mechanism as a pymunk space: start it, step it, read its state."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Values of all time functions at the end of one step."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from governor_mechanism.types import FloatArray

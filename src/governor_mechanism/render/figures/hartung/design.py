@@ -1,7 +1,5 @@
 """Figures of a Hartung governor design: its astatic spring lines, and the uniformity of its sleeve force."""
 
-from __future__ import annotations
-
 import math
 import os
 from pathlib import Path

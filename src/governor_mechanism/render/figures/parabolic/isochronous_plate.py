@@ -1,7 +1,5 @@
 """Zehnder's plate: isochronous parabolas with the circle of the ball, and the speed deviations near the start point."""
 
-from __future__ import annotations
-
 import math
 import os
 from pathlib import Path

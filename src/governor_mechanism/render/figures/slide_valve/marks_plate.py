@@ -1,7 +1,5 @@
 """Marks' plate: the error term of the eccentric rod as parabola, circle and hyperbola, and three other diagrams."""
 
-from __future__ import annotations
-
 import math
 import os
 from pathlib import Path

@@ -3,8 +3,6 @@
 The crank rotates anticlockwise from the dead centre at the crank end, at the right.
 """
 
-from __future__ import annotations
-
 import math
 import os
 from pathlib import Path

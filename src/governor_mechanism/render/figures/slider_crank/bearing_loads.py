@@ -1,7 +1,5 @@
 """Plate of the bearing loads of a slider crank over a turn, from a run and from the closed form."""
 
-from __future__ import annotations
-
 import math
 import os
 from pathlib import Path

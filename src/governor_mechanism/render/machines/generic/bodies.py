@@ -1,7 +1,5 @@
 """Generic drawing of bodies: plates and bars through their joint points, discs, masses and balls."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Sequence
 

@@ -1,7 +1,5 @@
 """Generic drawing of any mechanism from its bodies, joints, force elements and poses."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

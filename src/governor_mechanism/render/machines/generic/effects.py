@@ -3,8 +3,6 @@
 Only readings that are the coordinate of a point along a direction of the ground can carry these shapes.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Sequence
 

@@ -1,7 +1,5 @@
 """Generic drawing of force elements: springs, dampers, spiral springs, rotary dampers, and arrows of applied forces and torques."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

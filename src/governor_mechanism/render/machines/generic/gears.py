@@ -1,7 +1,5 @@
 """Generic drawing of meshing toothed wheels, and of racks on their pinions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

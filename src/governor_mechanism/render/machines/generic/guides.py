@@ -1,7 +1,5 @@
 """Generic drawing of guides: straight guides, slots, their sliding blocks, and the feet of ground pins."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

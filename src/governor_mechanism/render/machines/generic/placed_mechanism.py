@@ -1,7 +1,5 @@
 """A mechanism at one pose, with the extents of its run: what every shape of the generic drawing depends on."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Drawing of Hartung's governor: hollow weights with their springs, bell cranks, hangers, sleeve and spindle."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import chain

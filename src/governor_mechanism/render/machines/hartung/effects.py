@@ -1,7 +1,5 @@
 """Effects drawn on a Hartung governor: weight stops, dashpot, sleeve spring and friction shoes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

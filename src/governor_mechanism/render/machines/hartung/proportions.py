@@ -1,7 +1,5 @@
 """Proportions of the drawing of a Hartung governor, and positions of its weights, bell cranks and hangers."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import ClassVar, Self

@@ -1,7 +1,5 @@
 """Clearance between links and sleeve: slots in the sleeve lugs, and an enlarged detail of one slot."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

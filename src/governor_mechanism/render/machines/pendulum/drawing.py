@@ -1,7 +1,5 @@
 """Drawing of the pendulum governor: spindle, cross piece, arms, links, balls, and the sleeve with its load."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 

@@ -3,8 +3,6 @@
 Only effects of the scene are drawn. Effects on the ball radius are shown on the arms.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

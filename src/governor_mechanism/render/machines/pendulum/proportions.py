@@ -1,7 +1,5 @@
 """Proportions of the drawing of a pendulum governor, and positions of its arms, links and sleeve."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Drawing of the sleeve of a pendulum governor: lugs, collar and load, with engraved shading."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import pairwise

@@ -3,8 +3,6 @@
 The valve has a larger scale than the stroke; the drawing shows the ratio. The ports are as wide as the drawing needs.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

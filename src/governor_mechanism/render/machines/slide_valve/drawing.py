@@ -4,8 +4,6 @@ The crank circle is below the cylinder and at its scale. The piston position fol
 connecting-rod length, as in Marks' construction. The shaft is at the right.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from governor_mechanism.machines.driven_crank import CRANK, VALVE

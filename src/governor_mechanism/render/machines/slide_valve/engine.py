@@ -1,7 +1,5 @@
 """View of the whole engine at a small scale: shaft with crank and eccentric at the right, rods, crosshead, cylinder at the left."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Proportions of the drawing of a slide valve, and the position of the valve gear at a pose. The shaft is at the right."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, fields
 

@@ -1,7 +1,5 @@
 """Zeuner's diagram on the crank circle: it moves with the film, below the piston whose stroke it measures."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

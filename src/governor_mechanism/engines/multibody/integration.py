@@ -1,0 +1,159 @@
+"""Integration of the state of a mechanism, projected onto its constraints after every accepted step: DOP853 with events; compiled."""
+
+from typing import NamedTuple
+
+from governor_mechanism.integrators.dop853 import (
+    NEAR_SINGULAR_QUALITY,
+    EquationFunctions,
+    StepBuffers,
+    StepLimits,
+    make_dop853,
+    make_step_buffers,
+)
+from governor_mechanism.integrators.event_location import EventStep
+from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter, make_take_step
+from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
+from governor_mechanism.mechanics.dynamics.equations_of_motion import (
+    evaluate_event_functions,
+    evaluate_state_derivative_inline,
+    project_state_inline,
+    split_state,
+)
+from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
+from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
+from governor_mechanism.numerics.banded_cholesky import solve_band_system
+from governor_mechanism.numerics.hermite import interpolate_quintic_hermite
+from governor_mechanism.numerics.jit import jit, jit_closure, jit_inline_closure, jit_internal
+from governor_mechanism.types import FloatArray, IntArray
+
+SINGULAR_CONSTRAINT_TOLERANCE_RATIO = 1e-3
+"""Factor on the constraint tolerance near a change point, where the error that a violation causes grows like 1 / e."""
+
+MIN_STEPS_TO_SWITCH, MIN_STEPS_TO_SWITCH_PER_STATE = 300, 0.5
+"""Fewest remaining explicit steps, and additional ones per component of the state, that justify an implicit method."""
+
+
+class MultibodyEquation(NamedTuple):
+    """Equation of a mechanism in one contact mode.
+
+    Attributes
+    ----------
+    system
+        Mechanism, force elements and contact mode as arrays.
+    workspace
+        Arrays of one evaluation, overwritten.
+    input_cubics
+        Local cubics of the input functions and their integrals; shape (functions, 5).
+    constraint_tolerance
+        Largest constraint violation left by the projection, m.
+    derivative
+        Buffer; shape (components,).
+    counts
+        Counters, indexed by `StepCounter`.
+    """
+
+    system: System
+    workspace: SystemWorkspace
+    input_cubics: FloatArray
+    constraint_tolerance: float
+    derivative: FloatArray
+    counts: IntArray
+
+
+def make_multibody_buffers(system: System, error_scale: FloatArray, counts: IntArray) -> StepBuffers:
+    """Return the buffers of an integration of a system."""
+    return make_step_buffers(error_scale.size, error_scale.size, error_scale, system.event_functions["tolerance"].copy(), counts)
+
+
+@jit_internal
+def _project_to(equation: MultibodyEquation, local_time: float, state: FloatArray, tolerance_ratio: float) -> None:
+    poses, velocities = split_state(equation.system, state)
+    tolerance = tolerance_ratio * equation.constraint_tolerance
+    project_state_inline(equation.system, equation.workspace, equation.input_cubics, local_time, poses, velocities, tolerance)
+
+
+@jit_internal
+def _evaluate(equation: MultibodyEquation, local_time: float, state: FloatArray, derivatives: FloatArray, k: int) -> float:
+    """Evaluate the state derivative, near a change point after a projection, and return the pivot ratio of the constraint rows."""
+    pivot_ratio, is_projected = 0.0, False
+    while True:
+        pivot_ratio = evaluate_state_derivative_inline(
+            equation.system, equation.workspace, equation.input_cubics, local_time, state, equation.derivative
+        )
+        equation.counts[StepCounter.EVALUATIONS] += 1
+        if is_projected or not 0.0 < pivot_ratio < NEAR_SINGULAR_QUALITY:
+            break
+        state, is_projected = state.copy(), True
+        _project_to(equation, local_time, state, SINGULAR_CONSTRAINT_TOLERANCE_RATIO)
+    derivatives[:, k] = equation.derivative
+    return pivot_ratio
+
+
+_take_step = jit_closure(make_take_step(_evaluate))
+
+
+@jit_internal
+def _finish_step(equation: MultibodyEquation, local_time: float, quality: float, stages: Stages) -> float:
+    stages.next_state[:] = stages.end
+    is_regular = quality > NEAR_SINGULAR_QUALITY
+    _project_to(equation, local_time, stages.next_state, 1.0 if is_regular else SINGULAR_CONSTRAINT_TOLERANCE_RATIO)
+    return _evaluate(equation, local_time, stages.next_state, stages.next_derivative, 0)
+
+
+@jit_internal
+def _project(equation: MultibodyEquation, local_time: float, state: FloatArray) -> None:
+    _project_to(equation, local_time, state, 1.0)
+
+
+@jit_internal
+def _project_errors(equation: MultibodyEquation, errors: FloatArray) -> None:
+    """Remove from the errors of poses and velocities what violates the constraints, at the poses of the last evaluation."""
+    rows, workspace = equation.system.constraint_rows, equation.workspace
+    for i in range(2):
+        for block in split_state(equation.system, errors[i]):
+            apply_jacobian(rows.row_bodies, workspace.jacobian, block, workspace.multipliers)
+            solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
+            subtract_minv_jt(rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, block)
+
+
+@jit_internal
+def _evaluate_events(equation: MultibodyEquation, local_time: float, state: FloatArray, event_values: FloatArray) -> None:
+    evaluate_event_functions(equation.system, equation.workspace, state, event_values)
+
+
+@jit_internal
+def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float, event_values: FloatArray) -> None:
+    """Evaluate the event functions at a fraction of the step, on the quintic interpolant of the poses."""
+    stages, event_functions = step.stages, equation.system.event_functions
+    sample, start, end = stages.stage_state, stages.derivatives[:, 0].copy(), stages.next_derivative[:, 0].copy()
+    interpolate_quintic_hermite(step.state, start, stages.next_state, end, 3 * equation.system.bodies.size, step.h, fraction, sample)
+    has_force_events = False
+    for i in range(event_functions.size):
+        has_force_events = has_force_events or event_functions[i].kind == EventFunctionKind.FORCE
+    if has_force_events:
+        _evaluate(equation, step.local_time + fraction * step.h, sample, stages.derivatives, N_STAGES - 1)
+    evaluate_event_functions(equation.system, equation.workspace, sample, event_values)
+
+
+_integrate = jit_inline_closure(
+    make_dop853(EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events))
+)
+
+
+@jit
+def integrate_multibody(
+    equation: MultibodyEquation,
+    buffers: StepBuffers,
+    span: tuple[float, float],
+    times: FloatArray,
+    state: FloatArray,
+    limits: StepLimits,
+    states: FloatArray,
+) -> tuple[IntegrationStatus, float, int, float]:
+    """Integrate the state of a mechanism in place over an interval without breakpoints of its inputs, up to the first event.
+
+    state holds poses and velocities of the body origins, the energy states and the lags. The input cubics begin at span[0] (s); states
+    are filled at the times. Returns status, next step (s), number of times reached, and time of the state (s).
+    """
+    return _integrate(equation, buffers, span, span[0], state, limits, times, states)

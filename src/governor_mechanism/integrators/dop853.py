@@ -1,0 +1,384 @@
+"""DOP853 with error control, dense output and event location for an equation y' = f(t, y) given by compiled functions; compiled."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, NamedTuple, TypeVar
+
+import numpy as np
+
+from governor_mechanism.integrators.event_location import (
+    EVENT_SAMPLE_FRACTIONS,
+    INACTIVE_EVENT_VALUE,
+    LAST_SAMPLE,
+    NO_EVENT,
+    EventStep,
+    make_event_location,
+    make_trial_evaluation,
+)
+from governor_mechanism.integrators.stages import (
+    END_STAGE,
+    N_STAGES,
+    Stages,
+    StepCounter,
+    combine_stages,
+    estimate_dominant_eigenvalue,
+    estimate_errors,
+    evaluate_dense_output,
+    evaluate_error_norm,
+    make_stages,
+    prepare_dense_output,
+)
+from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.integrators.tableau import NODES
+from governor_mechanism.numerics.jit import jit_closure, jit_inline_closure, jit_internal
+from governor_mechanism.types import FloatArray, IntArray
+
+STALL_WINDOW_STEPS, MIN_PROGRESS_RATIO = 2000, 1e-6
+"""An integration stalls when this many accepted steps advance less than this fraction of the interval."""
+
+STABILITY_LIMIT = 6.1
+"""Limit of step size times dominant eigenvalue (Hairer's estimate) up to which DOP853 is stable."""
+
+NEAR_SINGULAR_QUALITY, MIN_STAGE_QUALITY = 1e-3, 1e-6
+"""Quality of a stage below which it is near a singular state, and below which a step is retried.
+
+At an angle e from a change point, a constraint violation d causes an acceleration error of order d / e^3. The step is
+therefore placed so that the change point falls into the widest gap between stages. A step with a stage too close to
+the change point is repeated with another length.
+"""
+
+BELOW_DOMAIN, ABOVE_DOMAIN, FAR_OUTSIDE_DOMAIN = -1.0, -2.0, -3.0
+"""Qualities of a stage that leaves the domain of the equation, and of one so far outside that a shorter step may stay inside."""
+
+STAGE_GAP_FRACTION = 0.466
+"""Middle of the widest gap between the stage nodes, as a fraction of the step."""
+
+STEERING_QUALITY = 0.1
+"""Quality below which step sizes are steered so that the change point falls into the gap between stages."""
+
+MAX_SINGULAR_RETRIES = 60
+"""Largest number of other step lengths tried at one change point."""
+
+N_STIFF_STEPS, N_NONSTIFF_STEPS = 15, 6
+"""Number of steps at the stability limit that make a motion stiff, and number of other steps that resets the count."""
+
+
+class StepLimits(NamedTuple):
+    """Limits of one integration.
+
+    Attributes
+    ----------
+    tolerance
+        Error of one step, relative to the error scale.
+    step
+        First step size, s.
+    max_step
+        Largest step size, s.
+    max_steps
+        Largest number of accepted and rejected steps together.
+    min_stiff_steps
+        Fewest remaining steps with which a stiff equation ends the integration; infinity if it never does.
+    """
+
+    tolerance: float
+    step: float
+    max_step: float
+    max_steps: int
+    min_stiff_steps: float
+
+
+class StepBuffers(NamedTuple):
+    """Stages of a step and of trial steps, and what errors and event functions are relative to.
+
+    Attributes
+    ----------
+    stages
+        Stages of a step.
+    trial_stages
+        Stages of the steps that locate events.
+    error_scale
+        Scale of every integrated component; shape (integrated components,).
+    event_tolerances
+        Rounding of the event functions; shape (event functions,).
+    event_values
+        Event functions at the samples of a step; after an event the last row holds those at the event; shape (samples, event functions).
+    """
+
+    stages: Stages
+    trial_stages: Stages
+    error_scale: FloatArray
+    event_tolerances: FloatArray
+    event_values: FloatArray
+
+
+def make_step_buffers(
+    n_components: int, n_coupled: int, error_scale: FloatArray, event_tolerances: FloatArray, counts: IntArray
+) -> StepBuffers:
+    """Allocate the buffers of an integration.
+
+    Parameters
+    ----------
+    n_components
+        Number of components of a state.
+    n_coupled
+        Number of leading components on which the derivative depends.
+    error_scale
+        Scale of every integrated component; shape (integrated components,).
+    event_tolerances
+        Rounding of the event functions; shape (event functions,).
+    counts
+        Counters, indexed by `StepCounter`, increased by the integration.
+
+    Returns
+    -------
+    StepBuffers
+        The buffers.
+    """
+    stages, trial_stages = (make_stages(n_components, error_scale.size, n_coupled, counts) for _ in range(2))
+    event_values = np.full((EVENT_SAMPLE_FRACTIONS.size, event_tolerances.size), INACTIVE_EVENT_VALUE)
+    return StepBuffers(stages, trial_stages, error_scale, event_tolerances, event_values)
+
+
+Equation = TypeVar("Equation")
+
+
+@dataclass(frozen=True)
+class EquationFunctions(Generic[Equation]):
+    """Compiled functions of an equation; times are local, as those of its inputs.
+
+    The quality of a stage is 1, less near a singular state, 0 where the equation is always singular, and negative outside its domain.
+
+    Attributes
+    ----------
+    evaluate
+        Fill a column of derivatives (components, stages) at a time and state, count the evaluation, and return the quality.
+    take_step
+        Fill the stages of a step from a time, of a length, from a state, and return the lowest quality; see `make_take_step`.
+    finish_step
+        Fill the state and derivative with which the next step starts, at a time, from the end of a step of a quality; return their quality.
+    project
+        Move a state at a time into the domain.
+    project_errors
+        Remove from the errors of a step near a singular state what `finish_step` removes.
+    evaluate_events
+        Fill the event functions at a time and state whose derivative was evaluated last.
+    sample_events
+        Fill the event functions at a fraction of a step, interpolated.
+    """
+
+    evaluate: Callable[[Equation, float, FloatArray, FloatArray, int], float]
+    take_step: Callable[[Equation, float, float, FloatArray, Stages], float]
+    finish_step: Callable[[Equation, float, float, Stages], float]
+    project: Callable[[Equation, float, FloatArray], None]
+    project_errors: Callable[[Equation, FloatArray], None]
+    evaluate_events: Callable[[Equation, float, FloatArray, FloatArray], None]
+    sample_events: Callable[[Equation, EventStep, float, FloatArray], None]
+
+
+Integration = Callable[
+    [Equation, StepBuffers, tuple[float, float], float, FloatArray, StepLimits, FloatArray, FloatArray],
+    tuple[IntegrationStatus, float, int, float],
+]
+"""Integration of a state in place over a span (s) up to its end or to the first event.
+
+Its arguments are the equation, buffers, the span, the time (s) from which local times count, the state, limits, and times (s) in
+(start, end] with the states to fill in there. It returns how it ended, the next step size (s), the number of times reached, and the
+time of the state (s).
+
+E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd edition 1993, section II.10.
+"""
+
+
+def make_dop853(functions: EquationFunctions[Equation]) -> Integration[Equation]:
+    """Return the integration of an equation, to be called by a compiled function."""
+    evaluate, evaluate_events = functions.evaluate, functions.evaluate_events
+    attempt_step = jit_inline_closure(_make_attempt(functions))
+    finish_to_event = jit_inline_closure(_make_finish(functions))
+    write_outputs = jit_inline_closure(_make_output(functions))
+
+    def integrate(
+        equation: Equation,
+        buffers: StepBuffers,
+        span: tuple[float, float],
+        time_origin: float,
+        state: FloatArray,
+        limits: StepLimits,
+        times: FloatArray,
+        states: FloatArray,
+    ) -> tuple[IntegrationStatus, float, int, float]:
+        stages, (t, end), step = buffers.stages, span, limits.step
+        counts, n_integrated, has_events = stages.counts, buffers.error_scale.size, buffers.event_tolerances.size > 0
+        quality = evaluate(equation, t - time_origin, state, stages.derivatives, 0)
+        if quality < 0.0:
+            return _domain_status(quality), step, 0, t
+        if has_events:
+            evaluate_events(equation, t - time_origin, state, buffers.event_values[0])
+        is_regular, quality = quality > 0.0, 1.0
+        n_reached = n_retries = n_stiff = n_calm = 0
+        progress_time, progress_steps = t, counts[StepCounter.ACCEPTED]
+        while t < end:
+            if counts[StepCounter.ACCEPTED] - progress_steps >= STALL_WINDOW_STEPS:
+                if t - progress_time < MIN_PROGRESS_RATIO * (end - span[0]):
+                    return IntegrationStatus.STALLED, step, n_reached, t
+                progress_time, progress_steps = t, counts[StepCounter.ACCEPTED]
+            if counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED] >= limits.max_steps:
+                return IntegrationStatus.STEP_LIMIT, step, n_reached, t
+            if not 1e-13 * (end - span[0]) <= step < math.inf:
+                return IntegrationStatus.STALLED, step, n_reached, t
+            step = min(step, limits.max_step)
+            is_last = t + step >= end
+            h, t_next = (end - t, end) if is_last else (step, t + step)
+            lowest_quality, error, retry_factor = attempt_step(
+                equation, buffers, t - time_origin, h, state, quality, is_regular, n_retries, limits.tolerance
+            )
+            if retry_factor > 0.0:
+                counts[StepCounter.REJECTED] += 1
+                n_retries += error < 0.0
+                step = h * retry_factor
+                continue
+            if lowest_quality < 0.0:
+                return _domain_status(lowest_quality), step, n_reached, t
+            counts[StepCounter.ACCEPTED] += 1
+            is_stiff = limits.min_stiff_steps < math.inf and h * estimate_dominant_eigenvalue(stages, buffers.error_scale) > STABILITY_LIMIT
+            next_quality, fraction = finish_to_event(equation, buffers, t - time_origin, h, t_next - time_origin, state, lowest_quality)
+            if fraction <= 1.0:
+                h, t_next = fraction * h, t + fraction * h if fraction < 1.0 else t_next
+            n_reached, output_quality = write_outputs(equation, stages, time_origin, t, h, t_next, state, times, states, n_reached)
+            if output_quality < 0.0:
+                return _domain_status(output_quality), step, n_reached, t
+            state[:n_integrated] = stages.next_state[:n_integrated]
+            stages.derivatives[:, 0] = stages.next_derivative[:, 0]
+            t = t_next
+            if fraction <= 1.0:
+                return IntegrationStatus.EVENT, step, n_reached, t
+            if has_events:
+                buffers.event_values[0] = buffers.event_values[LAST_SAMPLE]
+            step_factor = min(6.0, max(0.3, 0.9 * max(error, 1e-30) ** -0.125))
+            step = max(step, h * step_factor) if is_last else h * step_factor  # the last step may be cut very short
+            n_stiff, n_calm = (n_stiff + 1, 0) if is_stiff else (0 if n_calm + 1 >= N_NONSTIFF_STEPS else n_stiff, n_calm + 1)
+            if is_regular and next_quality < min(quality, STEERING_QUALITY):
+                step = _steer_step_over_singularity(math.sqrt(next_quality), math.sqrt(quality), h, step)
+            n_retries, quality = 0, next_quality
+            if n_stiff >= N_STIFF_STEPS and end - t > limits.min_stiff_steps * h:
+                return IntegrationStatus.STIFF, step, n_reached, t
+        return IntegrationStatus.DONE, step, n_reached, t
+
+    return integrate
+
+
+@jit_internal
+def _domain_status(quality: float) -> IntegrationStatus:
+    """Return how an integration ends at a stage outside the domain."""
+    return IntegrationStatus.BELOW_TABLE if quality == BELOW_DOMAIN else IntegrationStatus.ABOVE_TABLE
+
+
+@jit_internal
+def _steer_step_over_singularity(angle: float, previous_angle: float, h: float, step: float) -> float:
+    """Return the next step size that places the change point in the gap between stages, from its angles one step h apart."""
+    time_to_singularity = angle * h / (previous_angle - angle)
+    time_to_step_start = time_to_singularity - STAGE_GAP_FRACTION * step
+    if time_to_step_start > step:  # at least two steps away
+        return step
+    if time_to_step_start > 0.0:  # end this step where the next one has the singularity in its gap
+        return max(time_to_step_start, 0.02 * step)
+    return time_to_singularity / STAGE_GAP_FRACTION if time_to_singularity > 0.1 * step else step
+
+
+def _make_attempt(functions: EquationFunctions[Equation]) -> Callable[..., tuple[float, float, float]]:
+    """Return the function that tries a step of a length h.
+
+    It returns the lowest quality of its stages (that of the first one, and whether it is not always singular, are given), the error
+    relative to the tolerance (negative without one), and the factor on the length with which to try again, or 0.
+    """
+    take_step, project_errors = functions.take_step, functions.project_errors
+
+    def attempt_step(
+        equation: Equation,
+        buffers: StepBuffers,
+        local_time: float,
+        h: float,
+        state: FloatArray,
+        quality: float,
+        is_regular: bool,
+        n_retries: int,
+        tolerance: float,
+    ) -> tuple[float, float, float]:
+        stages = buffers.stages
+        lowest_quality = min(quality, take_step(equation, local_time, h, state, stages))
+        if lowest_quality < 0.0:
+            return lowest_quality, -1.0, 0.25 if lowest_quality == FAR_OUTSIDE_DOMAIN else 0.0
+        if is_regular and lowest_quality < MIN_STAGE_QUALITY and n_retries < MAX_SINGULAR_RETRIES:
+            return lowest_quality, -1.0, 0.83 if (n_retries + 1) % 8 else 3.1  # ever shorter, then longer once
+        estimate_errors(stages)
+        if is_regular and lowest_quality < NEAR_SINGULAR_QUALITY:
+            project_errors(equation, stages.errors)
+        error = evaluate_error_norm(stages, buffers.error_scale, h) / tolerance
+        if error <= 1.0:
+            return lowest_quality, error, 0.0
+        return lowest_quality, error, max(0.2, 0.9 * error**-0.125) if math.isfinite(error) else 0.1
+
+    return attempt_step
+
+
+def _make_finish(functions: EquationFunctions[Equation]) -> Callable[..., tuple[float, float]]:
+    """Return the function that finishes a step, or what of it precedes the first event.
+
+    It returns the quality of the state after the whole step, and the fraction of the step that precedes the event, or NO_EVENT.
+    """
+    take_step, finish_step, evaluate_events = functions.take_step, functions.finish_step, functions.evaluate_events
+    evaluate_after_fraction = jit_closure(make_trial_evaluation(take_step, finish_step, evaluate_events))
+    locate_first_event = jit_inline_closure(make_event_location(evaluate_after_fraction, functions.sample_events))
+
+    def finish_to_event(
+        equation: Equation, buffers: StepBuffers, local_time: float, h: float, local_end: float, state: FloatArray, lowest_quality: float
+    ) -> tuple[float, float]:
+        stages, event_values = buffers.stages, buffers.event_values
+        quality = finish_step(equation, local_end, lowest_quality, stages)
+        if buffers.event_tolerances.size == 0:
+            return quality, NO_EVENT
+        evaluate_events(equation, local_end, stages.next_state, event_values[LAST_SAMPLE])
+        step = EventStep(local_time, h, state, stages, buffers.trial_stages, buffers.event_tolerances)
+        fraction = locate_first_event(equation, step, event_values)
+        if fraction <= 1.0:
+            lowest_quality = take_step(equation, local_time, fraction * h, state, stages)
+            finish_step(equation, local_time + fraction * h, lowest_quality, stages)
+        return quality, fraction
+
+    return finish_to_event
+
+
+def _make_output(functions: EquationFunctions[Equation]) -> Callable[..., tuple[int, float]]:
+    """Return the function that fills in the states at the times within a step, from t to t_next, and returns how many are filled.
+
+    It also returns the quality of the additional stages, which is negative if one leaves the domain.
+    """
+    evaluate, project = functions.evaluate, functions.project
+
+    def write_outputs(
+        equation: Equation,
+        stages: Stages,
+        time_origin: float,
+        t: float,
+        h: float,
+        t_next: float,
+        state: FloatArray,
+        times: FloatArray,
+        states: FloatArray,
+        n_reached: int,
+    ) -> tuple[int, float]:
+        if n_reached >= times.size or times[n_reached] > t_next or not h > 0.0:
+            return n_reached, 1.0
+        for stage in range(END_STAGE + 1, N_STAGES):
+            combine_stages(stages, state, stage, h, stages.n_coupled, stages.stage_state)
+            quality = evaluate(equation, t - time_origin + NODES[stage] * h, stages.stage_state, stages.derivatives, stage)
+            if quality < 0.0:
+                return n_reached, quality
+        prepare_dense_output(stages, state, h)
+        while n_reached < times.size and times[n_reached] <= t_next:
+            evaluate_dense_output(stages, state, (times[n_reached] - t) / h, states[n_reached])
+            project(equation, times[n_reached] - time_origin, states[n_reached])
+            n_reached += 1
+        return n_reached, 1.0
+
+    return write_outputs
