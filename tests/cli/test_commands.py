@@ -316,7 +316,7 @@ def test_every_mistake_of_a_sweep_is_told_at_once(tmp_path):
 @pytest.mark.parametrize("workers", ["1", "2"])
 def test_an_interrupted_sweep_goes_on_where_it_was(workers, tmp_path):
     scene, out = short_scene(tmp_path, **SHORT), tmp_path / "out"
-    words = [*COMMAND, "sweep", str(scene), "--vary", "dimensions.arm=290mm:310mm:250", "--out", str(out)]
+    words = [*COMMAND, "sweep", str(scene), "--vary", "dimensions.arm=290mm:310mm:100", "--out", str(out)]
     words += ["--workers", workers, "--no-figure"]
     journal = out / "short_sweep.part"
     # A session of its own, so that the signal reaches the processes of the sweep too, as a terminal's Ctrl-C does.
@@ -329,8 +329,8 @@ def test_an_interrupted_sweep_goes_on_where_it_was(workers, tmp_path):
             process.kill()
     assert process.returncode == 130
     kept = journal.read_bytes().count(b"\n") - 1
-    assert 3 <= kept < 250
-    assert said.splitlines()[0] == f"{kept} of 250 rows are in {journal}; the same command continues from there"
+    assert 3 <= kept < 100
+    assert said.splitlines()[0] == f"{kept} of 100 rows are in {journal}; the same command continues from there"
     assert len(told(said)) == 2
     assert listing(out) == [journal.name]
     assert call(*words[3:]).exit_code == 0

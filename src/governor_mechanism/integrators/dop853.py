@@ -217,14 +217,15 @@ def make_dop853(functions: EquationFunctions[Equation]) -> Integration[Equation]
         is_regular, quality = quality > 0.0, 1.0
         n_reached = n_retries = n_stiff = n_calm = 0
         progress_time, progress_steps = t, counts[StepCounter.ACCEPTED]
+        reach = min(end - t, limits.max_step * limits.max_steps)  # a later end cannot be reached
         while t < end:
             if counts[StepCounter.ACCEPTED] - progress_steps >= STALL_WINDOW_STEPS:
-                if t - progress_time < MIN_PROGRESS_RATIO * (end - span[0]):
+                if t - progress_time < MIN_PROGRESS_RATIO * reach:
                     return IntegrationStatus.STALLED, step, n_reached, t
                 progress_time, progress_steps = t, counts[StepCounter.ACCEPTED]
             if counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED] >= limits.max_steps:
                 return IntegrationStatus.STEP_LIMIT, step, n_reached, t
-            if not 1e-13 * (end - span[0]) <= step < math.inf:
+            if not 1e-13 * reach <= step < math.inf:
                 return IntegrationStatus.STALLED, step, n_reached, t
             step = min(step, limits.max_step)
             is_last = t + step >= end
