@@ -15,6 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 import governor_mechanism
+from governor_mechanism.cli.console import InterruptHandler
 from governor_mechanism.cli.main import app
 from governor_mechanism.scenes.library import shipped_scenes
 
@@ -149,6 +150,22 @@ def test_usage_errors_are_one_object_too_where_json_is_asked_for():
     answer = subprocess.run([*COMMAND, "run", "--json"], capture_output=True, text=True, check=False)
     assert answer.returncode == 2
     assert json.loads(answer.stdout)["outcome"] == "bad_input"
+
+
+def test_an_interrupt_that_a_finaliser_swallows_is_not_reported(monkeypatch):
+    class Finalised:
+        def __init__(self, error):
+            self.error = error
+
+        def __del__(self):
+            raise self.error
+
+    reported = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda unraisable: reported.append(unraisable.exc_type))
+    with InterruptHandler():
+        Finalised(KeyboardInterrupt())
+        Finalised(ValueError())
+    assert reported == [ValueError]
 
 
 def test_a_reader_who_has_seen_enough_is_no_failure():

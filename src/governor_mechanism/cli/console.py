@@ -105,7 +105,7 @@ class InterruptHandler:
     """Context in which Ctrl-C is certain to end the command.
 
     Within a finaliser or an import, Python or a library may swallow KeyboardInterrupt or replace it by another exception.
-    The interrupt is therefore repeated every second, and `was_interrupted` is True at the end.
+    The interrupt is therefore repeated every second, and `was_interrupted` is True at the end. What is swallowed is not reported.
     """
 
     def __init__(self) -> None:
@@ -113,11 +113,13 @@ class InterruptHandler:
         self._can_repeat = hasattr(signal, "setitimer")
         self._signals = [signal.SIGINT, *([signal.SIGALRM] if self._can_repeat else [])]
         self._previous_handlers: list[Any] = []
+        self._previous_hook = sys.unraisablehook
 
     def __enter__(self) -> None:
         """Install the signal handlers, in the main thread only."""
         if threading.current_thread() is threading.main_thread():
             self._previous_handlers = [signal.signal(kind, self._handle_signal) for kind in self._signals]
+            sys.unraisablehook = self._report_unraisable
 
     def __exit__(self, *_: object) -> None:
         """Restore the handlers; raise KeyboardInterrupt if an interrupt was swallowed."""
@@ -126,6 +128,7 @@ class InterruptHandler:
                 signal.setitimer(signal.ITIMER_REAL, 0.0)
             for signal_number, handler in zip(self._signals, self._previous_handlers, strict=True):
                 signal.signal(signal_number, handler)
+            sys.unraisablehook = self._previous_hook
         if self.was_interrupted:
             raise KeyboardInterrupt
 
@@ -134,6 +137,11 @@ class InterruptHandler:
         if self._can_repeat:
             signal.setitimer(signal.ITIMER_REAL, INTERRUPT_REPEAT_INTERVAL)
         raise KeyboardInterrupt
+
+    def _report_unraisable(self, unraisable: "sys.UnraisableHookArgs") -> None:
+        """Report an exception that Python has to ignore, as in a finaliser, unless it is the interrupt, which is repeated."""
+        if not issubclass(unraisable.exc_type, KeyboardInterrupt):
+            self._previous_hook(unraisable)
 
 
 def show_status(message: str) -> AbstractContextManager[object]:
