@@ -148,7 +148,7 @@ def _remove_stand_in_inertia(
     result[:] = math.nan
 
 
-@jit_internal
+@jit_inline
 def evaluate_inputs_at(
     system: System,
     workspace: SystemWorkspace,
@@ -167,7 +167,7 @@ def evaluate_inputs_at(
     )
 
 
-@jit_internal
+@jit_inline
 def evaluate_plane_motion(
     system: System, workspace: SystemWorkspace, poses: FloatArray, velocities: FloatArray, input_cubics: FloatArray, local_time: float
 ) -> None:
@@ -184,7 +184,7 @@ def evaluate_plane_motion(
     update_inverse_mass(system, workspace)
 
 
-@jit_internal
+@jit_inline
 def update_inverse_mass(system: System, workspace: SystemWorkspace) -> None:
     """Set the inverse masses of the workspace; a shaft gets the inertia of its plane, unless the system keeps its angle."""
     workspace.inverse_mass[:] = system.inverse_mass
