@@ -141,7 +141,7 @@ def crosscheck(
     Parameters
     ----------
     scene
-        A scene, the path of a file, or the name of a shipped scene.
+        A scene, the path of a file, or the name of a shipped scene; of several parts, the one that turns with a spindle, alone.
     kernel
         Function whose parameters are named after dimensions and readings; it gets their values in SI. None for the closed forms.
     quantity
@@ -166,9 +166,7 @@ def crosscheck(
     >>> import governor_mechanism as gm
     >>> print(gm.crosscheck("porter"))  # doctest: +SKIP
     """
-    from governor_mechanism.engines.rotating_part import rotating_part_alone
-
-    resolved_scene = rotating_part_alone(_as_scene(scene))
+    resolved_scene = _as_rotating_part(scene)
     if kernel is None:
         from governor_mechanism.verification.registry import check_against_closed_forms
 
@@ -227,7 +225,7 @@ def speed_curve(
     Parameters
     ----------
     scene
-        A scene, the path of a file, or the name of a shipped scene.
+        A scene, the path of a file, or the name of a shipped scene; of several parts, the one that turns with a spindle, alone.
     points
         Number of points; at least 2.
     resistance
@@ -252,10 +250,9 @@ def speed_curve(
     >>> curve.speed.shape
     (100,)
     """
-    from governor_mechanism.engines.rotating_part import rotating_part_alone
     from governor_mechanism.statics.speed_curve import compute_speed_curve
 
-    return compute_speed_curve(rotating_part_alone(_as_scene(scene)), points, resistance=resistance, against=against)
+    return compute_speed_curve(_as_rotating_part(scene), points, resistance=resistance, against=against)
 
 
 def insensitivity_band(scene: SceneSource, over: FloatValues, resistance: float | str, against: str = "sleeve_lift") -> InsensitivityBand:
@@ -264,7 +261,7 @@ def insensitivity_band(scene: SceneSource, over: FloatValues, resistance: float 
     Parameters
     ----------
     scene
-        A scene, the path of a file, or the name of a shipped scene.
+        A scene, the path of a file, or the name of a shipped scene; of several parts, the one that turns with a spindle, alone.
     over
         Values of the leading coordinate, SI; shape (n,).
     resistance
@@ -289,10 +286,9 @@ def insensitivity_band(scene: SceneSource, over: FloatValues, resistance: float 
     >>> bool(band.falling_speed[0] < band.rising_speed[0])
     True
     """
-    from governor_mechanism.engines.rotating_part import rotating_part_alone
     from governor_mechanism.statics.speed_curve import compute_insensitivity_band
 
-    return compute_insensitivity_band(rotating_part_alone(_as_scene(scene)), over, resistance, against)
+    return compute_insensitivity_band(_as_rotating_part(scene), over, resistance, against)
 
 
 def equilibria(scene: SceneSource, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
@@ -301,7 +297,7 @@ def equilibria(scene: SceneSource, spindle_speed: float | str | None = None) -> 
     Parameters
     ----------
     scene
-        A scene, the path of a file, or the name of a shipped scene.
+        A scene, the path of a file, or the name of a shipped scene; of several parts, the one that turns with a spindle, alone.
     spindle_speed
         Spindle speed, rad/s, or text with a unit such as "61 rpm"; the first speed of the scene if None.
 
@@ -321,10 +317,9 @@ def equilibria(scene: SceneSource, spindle_speed: float | str | None = None) -> 
     >>> import governor_mechanism as gm
     >>> [equilibrium.stable for equilibrium in gm.equilibria("watt_improved", spindle_speed=6.4)]  # doctest: +SKIP
     """
-    from governor_mechanism.engines.rotating_part import rotating_part_alone
     from governor_mechanism.statics.equilibria import find_equilibria
 
-    return find_equilibria(rotating_part_alone(_as_scene(scene)), spindle_speed)
+    return find_equilibria(_as_rotating_part(scene), spindle_speed)
 
 
 def linearise(scene: SceneSource, spindle_speed: float | str | None = None, *, at: Equilibrium | None = None) -> Linearisation:
@@ -557,6 +552,13 @@ def valve_timing(scene: SceneSource) -> ValveTiming:
     from governor_mechanism.studies.slide_valve.valve_timing import tabulate_valve_timing
 
     return tabulate_valve_timing(_as_scene(scene))
+
+
+def _as_rotating_part(scene: SceneSource) -> Scene:
+    """Return a scene of the part that turns with a spindle, alone."""
+    from governor_mechanism.engines.rotating_part import rotating_part_alone
+
+    return rotating_part_alone(_as_scene(scene))
 
 
 def _as_scene(scene: SceneSource) -> Scene:

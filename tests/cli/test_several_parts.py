@@ -82,8 +82,9 @@ def test_equilibria_are_those_of_the_rotating_part(scene, tmp_path):
         "equilibria", scene, "--speed", f"{speed} rad/s", "--resistance", "1 N", "--against", "sleeve_lift", "--out", str(tmp_path)
     )
     assert result.exit_code == 0, result.output
-    assert "rotating part alone" in result.stdout
+    assert "(part 'governor' alone, started at 6.53086 rad/s)" in result.stdout
     assert "53.1301 deg: stable" in result.stdout
+    assert "insensitivity" in result.stdout
     assert [path.name for path in tmp_path.iterdir() if "characteristic" in path.name] == ["engine_characteristic.png"]
 
 
@@ -95,12 +96,22 @@ def test_the_rotating_part_is_checked_against_closed_forms(scene):
     result = call("crosscheck", scene)
     assert result.exit_code == 0, result.output
     assert "all 6 agree" in result.stdout
+    assert "part 'governor' alone" in result.stdout  # the loop with the engine is not checked
 
 
-@pytest.mark.parametrize("study", ["cyclic", "clearance", "jump"])
-def test_studies_say_what_the_rotating_part_lacks(scene, tmp_path, study):
+@pytest.mark.parametrize(
+    ("study", "message"),
+    [
+        ("cyclic", "needs dry friction on the sleeve"),
+        ("clearance", "needs dry friction on the sleeve"),
+        ("settling", "needs a free spindle"),
+        ("jump", "has none; add effects.stops"),
+    ],
+)
+def test_studies_say_what_the_rotating_part_lacks(scene, tmp_path, study, message):
     result = call("regulation", study, scene, "--out", str(tmp_path))
     assert result.exit_code == 2
+    assert message in result.stderr
     assert list(tmp_path.iterdir()) == []
 
 
@@ -109,6 +120,21 @@ RUBBING = ControlCoupling(
     name="rubbing", target="governor.dry_friction.sleeve_lift", function=LinearFunction(reading="engine.crank_angle", gain=1.0)
 )
 SLEEVE_FRICTION = DryFriction(reading="sleeve_lift", force=InputFunction(values=(10.0,)))
+
+
+def governor_with_friction(reading):
+    """Return a governor with a friction along the sleeve that depends on a reading."""
+    force = InputFunction(values=(10.0,), functions=(LinearFunction(reading=reading, gain=1.0),))
+    return replace(porter_part(), effects=(Centrifugal(), DryFriction(reading="sleeve_lift", force=force)))
+
+
+@pytest.mark.parametrize("reading", ["sleeve_lift", "governor.sleeve_lift"])
+def test_a_load_may_name_a_reading_of_its_own_part_with_or_without_the_part(reading):
+    without, with_friction = (
+        gm.equilibria(coupled_scene(engine_part(), governor, couplings=(BELT,)))
+        for governor in (porter_part(effects=(Centrifugal(),)), governor_with_friction(reading))
+    )
+    assert [point.coordinate for point in without] == [point.coordinate for point in with_friction]  # equilibria leave friction out
 
 
 @pytest.mark.parametrize(
@@ -122,6 +148,10 @@ SLEEVE_FRICTION = DryFriction(reading="sleeve_lift", force=InputFunction(values=
         (
             coupled_scene(engine_part(), porter_part(effects=(Centrifugal(), SLEEVE_FRICTION)), couplings=(BELT, RUBBING)),
             "depends on other parts through coupling 'rubbing'",
+        ),
+        (
+            coupled_scene(engine_part(), governor_with_friction("engine.crank_angle"), couplings=(BELT,)),
+            "part 'governor' has no equilibria of its own: a load depends on 'engine.crank_angle', which is no reading",
         ),
     ],
 )
@@ -185,3 +215,4 @@ def test_accuracy_measures_the_engine_that_can_run_it(scene, tmp_path):
     variants = {row["name"]: row for row in json.loads(result.stdout)["variants"]}
     assert len(variants["multibody"]["points"]) > 2
     assert len(variants["reduced"]["points"]) > 2
+    assert "choose engine multibody" in variants["impulse extrapolated"]["refusal"]

@@ -92,6 +92,7 @@ def test_several_parts_are_refused():
         ({"max_events_per_step": 0}, "max_events_per_step must be at least 1"),
         ({"max_step_halvings": -1}, "max_step_halvings must be at least 0"),
         ({"monitor_interval": 0.0}, "positive number of time scales"),
+        ({"monitor_interval": None}, "positive number of time scales"),
     ],
 )
 def test_invalid_settings_are_refused(settings, message):

@@ -21,11 +21,11 @@ def decode_film(path):
     return np.array(shown), durations
 
 
-def paint_frames(run, slow_down=None, parts=None):
-    """Return the frames (height, width, 3) of a film of a whole run, or of some of its parts."""
+def paint_frames(run, slow_down=None):
+    """Return the frames (height, width, 3) of a film of a whole run."""
     span = float(run.times[0]), float(run.times[-1])
     slow_factor = slow_down or choose_slow_down(span[1] - span[0])
     times, _ = schedule_frames(*span, 25, slow_factor)
-    data = [interpolate_frame_data(run, part, span, times, slow_factor) for part in parts or run.scene.parts]
+    data = [interpolate_frame_data(run, part, span, times, slow_factor) for part in run.scene.parts]
     painter = SideBySidePainter([run], None, [data], 480)
     return [painter.paint(k)[..., :3] for k in range(len(times))]

@@ -18,7 +18,7 @@ from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import Palette
 from governor_mechanism.render.film.layout import ELEVATION_RECT
 from governor_mechanism.render.film.writer import schedule_frames, write_film
-from governor_mechanism.render.style import FILM_COLOURS, ROLE_STYLES, parse_rgb
+from governor_mechanism.render.style import FILM_COLOURS, PAPER, ROLE_STYLES, parse_rgb
 from render.decoding import decode_film, paint_frames
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 
@@ -264,8 +264,9 @@ def test_wrong_names_and_empty_runs_are_refused(tmp_path, porter):
 def test_moving_shapes_leave_no_traces(tmp_path, porter):
     shown, _ = decode_film(write_film(porter, tmp_path / "a.gif"))
     still = np.array(paint_frames(porter))
-    paper = np.array(parse_rgb(FILM_COLOURS[0]))
+    paper = np.array(parse_rgb(PAPER))
     bare = (still == paper).all(axis=3)
+    assert bare.mean() > 0.5
     assert (shown[bare] == paper).all()
 
 

@@ -240,6 +240,8 @@ def test_short_runs_are_slowed_unless_told_otherwise(tmp_path):
     assert len(paint_frames(run, slow_down=20)) == 16
     _, durations = decode_film(write_film(run, tmp_path / "a.gif", frames_per_second=10))
     assert sum(durations) == pytest.approx(6.0)
+    _, durations = decode_film(write_film(run, tmp_path / "a.gif", slow_down=20))
+    assert sum(durations) == pytest.approx(0.6, abs=0.011)  # a frame is shown for whole hundredths of a second
     _, durations = decode_film(write_film(run, tmp_path / "a.gif", slow_down=1))
     assert sum(durations) == pytest.approx(0.03)
     for wrong in (0.0, -1.0, math.nan, 1e9):

@@ -159,6 +159,7 @@ def test_the_family_lies_about_the_speed_at_the_start(scene):
 
 @pytest.mark.parametrize("name", RHOMBUSES)
 def test_what_is_written_beneath_is_what_the_curves_show(name):
+    assert ZEHNDER_VERDICTS.keys() == parabolas.ARM_STYLES.keys()
     plate = IsochronousPlateData.from_scene(load_scene(name))
     down, up = MARKED_ANGLE_CHANGES < 0, MARKED_ANGLE_CHANGES > 0
     signs = {

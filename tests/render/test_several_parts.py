@@ -13,13 +13,13 @@ from coupled_scenes import coupled_scene, engine_part, porter_part
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.coupling.couplings import GearCoupling
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
-from governor_mechanism.render.film.frame_data import find_parts, interpolate_frame_data
+from governor_mechanism.render.film.frame_data import interpolate_frame_data
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.geometry.primitives import Circle, Lines
 from governor_mechanism.render.machines.registry import moving_shapes
 from governor_mechanism.render.reading_loads import reading_load_functions
 from governor_mechanism.render.shown_readings import shown_readings
-from render.decoding import paint_frames
+from render.decoding import decode_film
 
 GAIN, LAG = -20.0, 0.3
 
@@ -82,11 +82,11 @@ def test_every_part_has_a_panel_and_its_first_reading_a_plot(run):
         assert expected in words
 
 
-def test_a_film_of_one_part_is_as_wide_as_any_other(run):
-    frame = paint_frames(run, parts=find_parts(run, "governor"))[0]
-    assert frame.shape == (480, 480, 3)
+def test_a_film_of_one_part_is_as_wide_as_any_other(run, tmp_path):
+    frames, _ = decode_film(gm.film(run, tmp_path / "one.gif", part="governor", stop=0.1))
+    assert frames.shape[1:] == (480, 480, 3)
     with pytest.raises(MechanismError, match="Did you mean 'governor'"):
-        find_parts(run, "govenor")
+        gm.film(run, tmp_path / "none.gif", part="govenor")
 
 
 def test_two_runs_of_several_parts_share_their_panels(run, tmp_path):

@@ -49,8 +49,8 @@ def design(
         files = [_write_scene(hartung_design, out)]
         if not no_figure:
             files += _write_figures(hartung_design, out, is_paper_design=is_paper_design)
-    values: dict[str, object] = {"machine": machine.value, "design": hartung_design.as_json(), "files": files}
-    text = [*hartung_design.summary_lines(), *(f"wrote {path}" for path in files)]
+    values: dict[str, object] = {"machine": machine.value, "design": hartung_design.as_json()}
+    text = hartung_design.summary_lines()
     if is_paper_design:
         comparison = compare_with_paper()
         values["paper"] = comparison.as_json()
@@ -58,7 +58,7 @@ def design(
     if as_json:
         for warning in hartung_design.warnings:  # the text output contains them
             print_to_stderr(warning)
-    return CommandResult(text=text, values=values)
+    return CommandResult(text=text, values=values, files=files)
 
 
 def _write_scene(hartung_design: HartungDesign, out: Path) -> Path:

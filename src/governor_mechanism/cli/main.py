@@ -18,6 +18,7 @@ from governor_mechanism.cli.design import design
 from governor_mechanism.cli.options import RESULTS_FOLDER, Accuracy, AsJson, FigureFolder, NoFigure, SceneName, prepare_folder
 from governor_mechanism.cli.studies import accuracy, effects, regulation, sweep
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.plain_values import finite_or_none
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -120,7 +121,8 @@ def crosscheck(scene: SceneName, as_json: AsJson = False) -> console.CommandResu
     with console.show_status("simulating"):
         report = gm.crosscheck(loaded_scene)
     names = ("quantity", "simulated", "expected", "difference", "allowed", "unit", "reason", "passed")
-    rows = [{name: getattr(row, name) for name in names} for row in report.rows]
+    measured = ("simulated", "expected", "difference")
+    rows = [{name: finite_or_none(getattr(row, name)) if name in measured else getattr(row, name) for name in names} for row in report.rows]
     values = {"title": report.title, "against": report.against, "passed": report.passed, "rows": rows, "notes": report.notes}
     return console.CommandResult(text=[report], values=values, ok=report.passed)
 
@@ -157,7 +159,7 @@ def equilibria(
         with console.show_status("linearising"):
             return report_linearisation(loaded_scene, spindle_speed, limit)
     prepare_folder(out)
-    whole_scene, loaded_scene = loaded_scene, rotating_part_alone(loaded_scene)
+    loaded_scene = rotating_part_alone(loaded_scene)
     resistance_value = None if resistance is None else _parse_resistance(loaded_scene, resistance, against)
     equilibrium_points = gm.equilibria(loaded_scene, spindle_speed)
     curve = gm.speed_curve(loaded_scene, resistance=resistance_value, against=against) if has_equilibrium_speed(loaded_scene) else None
@@ -166,9 +168,8 @@ def equilibria(
         for equilibrium in equilibrium_points
     ]
     files = [] if no_figure or curve is None else _write_speed_curve_figures(loaded_scene, curve, equilibrium_points, out)
-    part_note = [] if loaded_scene is whole_scene else ["of the rotating part alone, by default at the spindle speed of the start"]
     return console.CommandResult(
-        text=[loaded_scene.title, *part_note, *format_equilibria(loaded_scene, equilibrium_points, curve, bands)],
+        text=[loaded_scene.title, *format_equilibria(loaded_scene, equilibrium_points, curve, bands)],
         values=equilibria_as_json(loaded_scene, equilibrium_points, curve, bands),
         files=files,
     )
@@ -223,8 +224,9 @@ def _write_results(result: Trajectory, out: Path, stem: str, film: FilmFormat | 
             written.append(gm.film(result, out / f"{stem}.{film.value}", progress=progress))
     written += write_machine_figures(result, out, stem)
     for kind, write in {"csv": save_csv, "nc": save_netcdf, "png": readings_figure, "json": save_json}.items():
-        written.append(out / f"{stem}.{kind}")
-        write(result, written[-1])
+        path = out / f"{stem}.{kind}"
+        write(result, path)
+        written.append(path)
     return written
 
 

@@ -88,6 +88,7 @@ def regulation(
         str, typer.Argument(help="A scene file or the name of a shipped scene; by default the shipped scene of the study.")
     ] = "",
     out: FigureFolder = RESULTS_FOLDER,
+    as_json: AsJson = False,
 ) -> CommandResult:
     """Study how a governor regulates, with many runs each.
 
@@ -100,11 +101,21 @@ def regulation(
     from governor_mechanism.studies.regulation import fold_jump, settling_time
 
     # By study: its default scenes, its function, the values of its curve, and its figure, of all results if there are several scenes.
-    studies: dict[str, tuple[Sequence[str], Callable[..., Any], FloatArray, Callable[..., Path]]] = {
-        "cyclic": (["porter_cyclic"], cyclic.study_cyclic_motion, cyclic.FLUCTUATION_RATIOS, figures.cyclic_figure),
-        "clearance": (["porter_clearance", "watt_clearance"], cyclic.study_clearance, cyclic.CLEARANCES, figures.clearance_figure),
-        "settling": (["porter_load_step"], settling_time.study_settling, settling_time.DAMPING_COEFFICIENTS, figures.settling_figure),
-        "jump": (["watt_improved"], fold_jump.study_fold_jump, fold_jump.RAMP_RATES, figures.fold_jump_figure),
+    studies: dict[RegulationStudy, tuple[Sequence[str], Callable[..., Any], FloatArray, Callable[..., Path]]] = {
+        RegulationStudy.CYCLIC: (["porter_cyclic"], cyclic.study_cyclic_motion, cyclic.FLUCTUATION_RATIOS, figures.cyclic_figure),
+        RegulationStudy.CLEARANCE: (
+            ["porter_clearance", "watt_clearance"],
+            cyclic.study_clearance,
+            cyclic.CLEARANCES,
+            figures.clearance_figure,
+        ),
+        RegulationStudy.SETTLING: (
+            ["porter_load_step"],
+            settling_time.study_settling,
+            settling_time.DAMPING_COEFFICIENTS,
+            figures.settling_figure,
+        ),
+        RegulationStudy.JUMP: (["watt_improved"], fold_jump.study_fold_jump, fold_jump.RAMP_RATES, figures.fold_jump_figure),
     }
     prepare_folder(out)
     path = out / f"{study.value}.png"
@@ -112,7 +123,8 @@ def regulation(
     with show_status("running"):
         results = [make_study(rotating_part_alone(gm.load(name)), values) for name in ([scene] if scene else default_scenes)]
         draw_figure(results if len(default_scenes) > 1 else results[0], path)
-    return CommandResult(text=[result.conclusion for result in results], values={}, files=[path])
+    conclusions = [result.conclusion for result in results]
+    return CommandResult(text=conclusions, values={"study": study, "conclusions": conclusions}, files=[path])
 
 
 def sweep(

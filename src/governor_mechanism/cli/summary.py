@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from governor_mechanism.files.plain_values import finite_or_none
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.scene import Scene
@@ -37,9 +38,11 @@ def equilibria_as_json(scene: Scene, equilibria: Sequence[Equilibrium], curve: S
     """Return equilibria and speed curve in SI; instead of a missing insensitivity band, the reason."""
     rows: list[dict[str, object]] = []
     for equilibrium, band in zip(equilibria, bands, strict=True):
-        rows.append({name: getattr(equilibrium, name) for name in EQUILIBRIUM_KEYS})
+        values = {name: getattr(equilibrium, name) for name in EQUILIBRIUM_KEYS}
+        rows.append(values | {"sensitivity": finite_or_none(equilibrium.sensitivity)})
         if band is not None:
-            rows[-1]["insensitivity_band"] = band if isinstance(band, str) else {name: getattr(band, name)[0] for name in BAND_KEYS}
+            numbers = {} if isinstance(band, str) else {name: finite_or_none(getattr(band, name)[0]) for name in BAND_KEYS}
+            rows[-1]["insensitivity_band"] = numbers or band
     values = {"coordinate": scene.part.mechanism.coordinate, "undamped": has_damping(scene), "equilibria": rows}
     if curve is None:
         return values

@@ -27,14 +27,12 @@ def plain_value(value: object) -> Any:
     Returns
     -------
     Any
-        Mappings and dataclasses as dicts, sequences as lists, complex numbers as pairs; None for NaN and infinities, which JSON lacks.
+        Mappings and dataclasses as dicts, sequences as lists, complex numbers as pairs.
     """
     if hasattr(value, "tolist"):  # an array, or a number of NumPy
         value = value.tolist()
     if isinstance(value, complex):
         value = (value.real, value.imag)
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
     if isinstance(value, Path):
         return str(value)
     if isinstance(value, Mapping):
@@ -46,8 +44,24 @@ def plain_value(value: object) -> Any:
     return value
 
 
+def finite_or_none(value: float) -> float | None:
+    """Return a number that may be infinite or missing (NaN), which JSON lacks, with None in its place.
+
+    Parameters
+    ----------
+    value
+        A number.
+
+    Returns
+    -------
+    float or None
+        The number, or None if it is not finite.
+    """
+    return value if math.isfinite(value) else None
+
+
 def plain_record(record: DataclassInstance, *omitted: str, **additions: object) -> dict[str, Any]:
-    """Return the fields of a dataclass in the types of JSON.
+    """Return the fields of a dataclass in the types of JSON, without the omitted ones and with additional entries.
 
     Parameters
     ----------
@@ -117,5 +131,10 @@ def format_json(value: object) -> str:
     -------
     str
         The text.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite: where that has a meaning, the caller writes `finite_or_none`.
     """
     return json.dumps(plain_value(value), indent=2, allow_nan=False)

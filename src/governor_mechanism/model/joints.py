@@ -263,5 +263,7 @@ class TranslationalDriver(Joint):
     angle: float = measured("rad")
 
 
-JOINT_TYPES = frozenset(kind for kind in tuple(vars().values()) if isinstance(kind, type) and issubclass(kind, Joint)) - {Joint}
+_SLOTS_AND_PINS = (Pin, Distance, Slider, Weld, Prismatic, ArcSlot, CurveSlot)
+_TRANSMISSIONS = (Gear, RackAndPinion, ProportionalDisplacement, RotationalDriver, TranslationalDriver)
+JOINT_TYPES: frozenset[type[Joint]] = frozenset((*_SLOTS_AND_PINS, *_TRANSMISSIONS))
 """All types of joints."""

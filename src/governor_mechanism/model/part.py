@@ -53,7 +53,7 @@ class Spindle:
                 f"got {self.speed_fluctuation:g}"
             )
         require_positive(self.cycles_per_turn, "", "cycles per turn of the spindle's speed fluctuation")
-        self.speed_function  # noqa: B018  # raises for wrong times and speeds
+        InputFunction(times=self.times, values=self.speeds)  # raises for wrong times and speeds
         for speed in self.speeds:
             _require_plausible_speed(speed)
 

@@ -371,7 +371,7 @@ def poses_at(scene: Scene, equilibrium: Equilibrium) -> FloatArray:
     FloatArray
         Poses, m and rad; shape (bodies, 3).
     """
-    n_shafts = len(scene.mechanism.bodies) - len(equilibrium.poses)
+    n_shafts = len(scene.mechanism.bodies) - len(scene.part.mechanism.bodies)
     return np.concatenate([equilibrium.poses, np.zeros((n_shafts, 3))])
 
 

@@ -314,6 +314,7 @@ def equilibrium_angles(
 ) -> FloatArray:
     """Return all arm angles at which the governor is in equilibrium at one spindle speed.
 
+    The travel is scanned and split where the moment has an extremum; each monotone piece is bisected.
     The search covers the part of the range that the link reaches and in which the balls are on their own side of the axis. The equilibrium
     of an open governor without offset whose balls hang on the axis is therefore not included. The ends of the range are included. An
     equilibrium may be missed where the speed curve has two extrema within 1/500 of the range.

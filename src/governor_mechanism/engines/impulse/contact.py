@@ -90,10 +90,12 @@ class ContactModeTracker:
         is_held = is_sliding & np.isin(system.output_forces["input_index"], self._friction_inputs[list(resting)])
         self._stepper.model.forces.output_forces = system.output_forces[~is_held]
         self._crossings = list[OutputCrossing]()
-        for kind, output, sign, threshold, _, _, index in system.event_functions.tolist():
+        for record in system.event_functions:
+            kind, index = record["kind"], int(record["contact_index"])
             if kind == EventFunctionKind.FORCE:
-                continue  # the constraint that holds the output tells when it lets go
+                continue  # the constraint that holds the output decides when it is released
             event_kind = EventKind.STICK if kind == EventFunctionKind.RATE else EventKind.IMPACT if index < n_contacts else EventKind.TAUT
+            output, sign, threshold = int(record["source_index"]), float(record["sign"]), float(record["threshold"])
             self._crossings.append(OutputCrossing(event_kind, index, output, sign, threshold))
 
     def detect_events(self, observation: StepObservation) -> list[DetectedEvent]:

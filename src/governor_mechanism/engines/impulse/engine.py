@@ -30,8 +30,15 @@ UNSUPPORTED_JOINTS: frozenset[type[Joint]] = frozenset((RackAndPinion, Proportio
 POSITIVE_SETTINGS = {"step": "seconds", "monitor_interval": "time scales"}
 """Settings that are positive and finite, with their units."""
 
-COUNTS = ("iterations", "max_iterations", "max_steps", "max_events_per_step", "min_steps_per_bounce", "hold_iteration_factor")
-MIN_COUNTS = {"max_step_halvings": 0, **dict.fromkeys(COUNTS, 1)}
+MIN_COUNTS = {
+    "max_step_halvings": 0,
+    "iterations": 1,
+    "max_iterations": 1,
+    "max_steps": 1,
+    "max_events_per_step": 1,
+    "min_steps_per_bounce": 1,
+    "hold_iteration_factor": 1,
+}
 """Least values of the settings that are integers."""
 
 
@@ -83,7 +90,9 @@ class ImpulseEngine(ImpulseSettings, Engine):
             raise MechanismError("ImpulseEngine chooses its own step from three runs; give step= (s) for fewer runs")
         for name, unit in POSITIVE_SETTINGS.items():
             value = getattr(self, name)
-            if value is not None and not 0 < value < math.inf:
+            if name == "step" and value is None:
+                continue
+            if value is None or not 0 < value < math.inf:
                 raise MechanismError(f"ImpulseEngine.{name} must be a positive number of {unit}; got {value!r}")
         for name, least in MIN_COUNTS.items():
             if getattr(self, name) < least:

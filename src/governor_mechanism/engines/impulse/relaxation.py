@@ -14,6 +14,7 @@ from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.types import FloatArray
 
 N_JOINT_RECOVERY_STEPS = 3
 """Number of steps after a stop in which the joints recover from it; the kinetic energy there is not that of the oscillation."""
@@ -51,10 +52,22 @@ def relax_to_equilibrium(scene: Scene, start: float, settings: RelaxationSetting
     model, time_inputs, h = PymunkModel(scene, iterations=settings.iterations), TimeInputs(scene), settings.step_ratio * scale
     one_sided, mode = one_sided_forces_of(scene), initial_mode(scene)
 
+    def present_poses() -> FloatArray:
+        return model.to_mass_centres(*model.state())[0]
+
     def present_value(reading: str) -> float:
-        return float(evaluate_output_value(mechanism, reading, model.to_mass_centres(*model.state())[0]))
+        return float(evaluate_output_value(mechanism, reading, present_poses()))
+
+    def follow_springs(poses: FloatArray) -> None:
+        """Let the one-sided springs act that are taut at the poses."""
+        nonlocal mode
+        taut = tuple(float(evaluate_output_value(mechanism, spring.reading, poses)) > spring.slack_below for spring in one_sided)
+        if taut != mode.taut:
+            mode = replace(mode, taut=taut)
+            model.forces.output_forces = make_system(scene, mode)[0].output_forces
 
     poses = PositionSolver(mechanism).solve_at_coordinate(start)
+    follow_springs(poses)
     model.start(poses, np.zeros_like(poses), time_inputs.start_inputs(h))
     inputs = time_inputs.constant_inputs(h)
     max_energy, steps_since_stop = 0.0, 0
@@ -71,10 +84,7 @@ def relax_to_equilibrium(scene: Scene, start: float, settings: RelaxationSetting
         if steps_since_stop >= N_JOINT_RECOVERY_STEPS:
             max_energy = max(max_energy, energy)
         steps_since_stop += 1
-        taut = tuple(present_value(spring.reading) > spring.slack_below for spring in one_sided)
-        if taut != mode.taut:
-            mode = replace(mode, taut=taut)
-            model.forces.output_forces = make_system(scene, mode)[0].output_forces
+        follow_springs(present_poses())
         model.step(inputs)
     raise RunFailed(
         f"released at {mechanism.coordinate} = {start:.6g}, the mechanism did not come to rest; "

@@ -300,7 +300,8 @@ class RichardsonRefinement:
     def _n_closed_monitor_times(self, levels: range) -> int:
         """Return the number of monitor times that the finest two runs reach with joint gaps that their steps explain."""
         count = min(len(self.solutions[level].raw_poses) for level in levels)
-        is_open = self._open_joint_mask((levels[-2:][0], levels[-1]), count)
+        coarser, finest = levels[-2] if len(levels) > 1 else levels[-1], levels[-1]
+        is_open = self._open_joint_mask((coarser, finest), count)
         return int(np.argmax(is_open)) if is_open.any() else count
 
     def _open_joint_mask(self, levels: tuple[int, int], count: int) -> BoolArray:

@@ -170,6 +170,7 @@ class PendulumBuilder:
         margin = 0.1 * (travel.high - travel.low)
         # Lift is measured from hanging arms, or from the low end of the travel if they cannot hang.
         zero_lift_angle = min(max(0.0, travel.low), travel.high)
+        dead_centres = [*self._dead_centres()]
         return Mechanism(
             bodies=self._bodies(),
             joints=self._joints(),
@@ -177,8 +178,8 @@ class PendulumBuilder:
             coordinate="arm_angle",
             length_scale=self.governor.arm,
             initial_guess=self.poses(min(max(math.radians(40.0), travel.low + margin), travel.high - margin)),
-            limits=(travel, *(limit for _, limit in self._dead_centres())),
-            internal_outputs=tuple(reading for reading, _ in self._dead_centres()),
+            limits=(travel, *(limit for _, limit in dead_centres)),
+            internal_outputs=tuple(reading for reading, _ in dead_centres),
         )
 
     @property

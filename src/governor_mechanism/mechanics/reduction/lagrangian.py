@@ -149,7 +149,10 @@ class SingleDofReduction:
         Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
         """
         coordinates = np.asarray(values, dtype=np.float64)
-        guesses = self.range_of_motion.path.predict_poses(coordinates) if guess is None else np.stack([guess] * len(coordinates))
+        if guess is None:
+            guesses = self.range_of_motion.path.predict_poses(coordinates)
+        else:
+            guesses = np.repeat(guess[np.newaxis], len(coordinates), axis=0)
         return self.evaluate_at_poses(self._position_solver.solve_at_coordinates(guesses, coordinates), coordinates)
 
     def evaluate_at_poses(self, poses: FloatArray, values: FloatArray) -> PathCoefficients:

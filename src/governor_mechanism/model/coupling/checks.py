@@ -40,7 +40,7 @@ def apply_control(
     }
     for effect in effects:
         part, _, reading = effect.reading.rpartition(".")
-        key = ".".join([part] * bool(part) + [effect.key, reading])
+        key = f"{part}.{effect.key}.{reading}" if part else f"{effect.key}.{reading}"
         loads |= {name: (effect, field_name) for name, field_name in _loads_of(effect, key)}
     if control.target not in loads:
         raise MechanismError(

@@ -1,6 +1,6 @@
 """The parts of a scene as one mechanism: bodies of all parts, free spindles as shafts, gears as joints. No mathematics."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Final
 
@@ -153,19 +153,36 @@ def with_prefix(description: Any, prefix: str, prefixes: Iterable[str]) -> Any:
     Any
         The renamed copy.
     """
-    if not prefix:
-        return description
+    kept = tuple(prefixes)
+    return rename(description, lambda name: name if name == GROUND or name.startswith(kept) else prefix + name) if prefix else description
+
+
+def rename(description: Any, new_name: Callable[[str], str]) -> Any:
+    """Return a description with new names of bodies, readings and elements.
+
+    Parameters
+    ----------
+    description
+        A dataclass, a tuple or a value.
+    new_name
+        Function of a name that returns the new one.
+
+    Returns
+    -------
+    Any
+        The renamed copy.
+    """
     if isinstance(description, tuple):
-        return tuple(with_prefix(item, prefix, prefixes) for item in description)
+        return tuple(rename(item, new_name) for item in description)
     if not is_dataclass(description) or isinstance(description, type):
         return description
     changes = {}
     for one in fields(description):
         value = getattr(description, one.name)
         if isinstance(value, str):
-            if one.name in _NAME_FIELDS and value != GROUND and not value.startswith(tuple(prefixes)):
-                changes[one.name] = prefix + value
-        elif (renamed := with_prefix(value, prefix, prefixes)) is not value:
+            if one.name in _NAME_FIELDS:
+                changes[one.name] = new_name(value)
+        elif (renamed := rename(value, new_name)) is not value:
             changes[one.name] = renamed
     return replace(description, **changes) if changes else description
 

@@ -85,7 +85,7 @@ class FramePainter:
         self._points_per_pixel = size / layout.REFERENCE_SIZE * 72 / FRAME_DPI
         self._counters: list[CachedNumber] = []
         left_edge = self._add_number(_format_times(frame_data.times), "s", (468, 18), 12, color=INK)
-        self._add_title_and_footer(run, title or run.scene.title, left_edge - 24)
+        self._add_title_and_footer(run, run.scene.title if title is None else title, left_edge - 24)
         self._panels: list[Panel] = [self._make_elevation(data, k) for k, data in enumerate(self._shown_parts)]
         self._panels += self._make_reading_plots()
         if self._has_dial:

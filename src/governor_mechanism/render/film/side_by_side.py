@@ -29,7 +29,7 @@ class SideBySidePainter:
         limits = shared_limits(frame_data)
         self.painters = [
             FramePainter(run, data[-1], size, title=title, limits=limits, neighbours=data[:-1])
-            for run, data, title in zip(runs, frame_data, titles or [run.scene.title for run in runs], strict=True)
+            for run, data, title in zip(runs, frame_data, titles if titles is not None else [None] * len(runs), strict=True)
         ]
         factor = size / REFERENCE_SIZE
         self._rule_rows = slice(round((HEADER_RULE_Y + 7) * factor), round(ELEVATION_RECT[3] * factor))

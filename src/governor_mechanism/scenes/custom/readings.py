@@ -72,12 +72,12 @@ def _require_different(key: str, points: list[Point]) -> list[Point]:
 class _CoordinateReadingTable(ReadingTable):
     """Coordinate of a point, relative to another one."""
 
-    origin: PointRef = Field(f"{GROUND}.origin", alias="from", validate_default=True)
+    origin: PointRef | None = Field(None, alias="from")
 
     def build(self, name: str) -> Reading:
         """Return the reading."""
         axis = "x" if "x" in type(self).model_fields else "y"
-        return _point_coordinate(name, getattr(self, axis), axis, self.origin)
+        return _point_coordinate(name, getattr(self, axis), axis, self.origin or Point(body=GROUND))
 
 
 class XReadingTable(_CoordinateReadingTable):

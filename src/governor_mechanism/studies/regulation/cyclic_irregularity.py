@@ -215,6 +215,7 @@ def study_clearance(scene: Scene, clearances: Sequence[float] | FloatArray, n_tu
     ClearanceStudy
         Amplitudes of sleeve and arms.
     """
+    _find_sleeve_friction(scene)  # raises if there is none, before anything else of the scene is judged
     requested_clearances = np.asarray(clearances, dtype=np.float64)
     mean_speed, insensitivity_band = _compute_mean_speed_and_band(_make_scene_with_clearance(scene, 0.0))
     speed_fluctuation = scene.spindle.speed_fluctuation if isinstance(scene.spindle, Spindle) else 0.0

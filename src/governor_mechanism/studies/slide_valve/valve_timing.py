@@ -113,10 +113,10 @@ def tabulate_valve_timing(scene: Scene) -> ValveTiming:
     eccentric, train = Eccentric.from_dimensions(dimensions), CrankTrain.from_dimensions(dimensions)
     readings = evaluate_at_crank_angles(scene, np.array(list(simulated_angles.values()))).readings
     ideal_eccentric, ideal_train = replace(eccentric, rod=math.inf), replace(train, rod=math.inf)
-    rows = []
+    centre, rows = prescribed_centre(scene), []
     for k, (name, angle) in enumerate(simulated_angles.items()):
         closed_form_angle = partial(event_angle, event=name, outside_lap=dimensions["outside_lap"], inside_lap=dimensions["inside_lap"])
-        exact, theory = closed_form_angle(eccentric, centre=prescribed_centre(scene)), closed_form_angle(ideal_eccentric)
+        exact, theory = closed_form_angle(eccentric, centre=centre), closed_form_angle(ideal_eccentric)
         end = name.rsplit(" ", 1)[0]
         piston_travel = float(readings[f"{end.replace(' ', '_')}_travel"][k])
         rows.append(

@@ -87,7 +87,7 @@ class SweepFiles:
     def write_results(self, sweep: Sweep) -> None:
         """Write table and record and delete the journal. The same sweep always gives the same files."""
         names = [f"{name} [{unit}]" if unit else name for name, unit in sweep.units.items()]
-        rows = ([*sweep.values_at(row.index), *plain_value(row.numbers), row.outcome, row.message] for row in sweep.rows)
+        rows = ([*sweep.values_at(row.index), *row.numbers_or_none, row.outcome, row.message] for row in sweep.rows)
         save_table([*names, "outcome", "message"], rows, self._table_path)
         summary = {"title": sweep.title, "units": sweep.units, "outcomes": sweep.outcomes, "notes": sweep.notes}
         save_json({"sweep": self._identity, **summary}, self._record_path)
@@ -120,7 +120,7 @@ def _read_identity(path: Path) -> Mapping[str, Any] | None:
 
 def _format_journal_lines(rows: Iterable[SweepRow]) -> str:
     """Return one line per row; JSON writes the shortest digits that give the same float."""
-    return "".join(json.dumps(plain_value([row.index, row.numbers, row.outcome, row.message])) + "\n" for row in rows)
+    return "".join(json.dumps([row.index, row.numbers_or_none, row.outcome, row.message]) + "\n" for row in rows)
 
 
 def _parse_journal_line(line: str, n_quantities: int) -> SweepRow | None:

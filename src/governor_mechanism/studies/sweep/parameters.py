@@ -114,19 +114,18 @@ def replace_document_value(table: Any, key: str, value: Any, table_key: str = ""
     An item of a list is selected by its name or by its number, counted from 1. Raises MechanismError if the key leads
     through something that is not a table.
     """
-    if not key:
-        return value
-    name, _, remaining_key = key.partition(".")
+    name, dot, remaining_key = key.partition(".")
     item_key = f"{table_key}.{name}" if table_key else name
+
+    def changed(item: Any) -> Any:
+        return replace_document_value(item, remaining_key, value, item_key) if dot else value
+
     if isinstance(table, list | tuple):
         item_index = _find_item(table, name, table_key)
-        changed_item = replace_document_value(table[item_index], remaining_key, value, item_key)
-        return [*table[:item_index], changed_item, *table[item_index + 1 :]]
+        return [*table[:item_index], changed(table[item_index]), *table[item_index + 1 :]]
     if isinstance(table, Mapping):
         nested = table.get(name, False)
-        if nested is False and remaining_key:  # a key that is switched off may be replaced by a table
-            nested = {}
-        return {**table, name: replace_document_value(nested, remaining_key, value, item_key)}
+        return {**table, name: changed({} if nested is False else nested)}  # a key that is switched off may be replaced by a table
     found = format_value(table)
     raise MechanismError(f"{item_key} cannot be varied: in this scene {table_key} is {found}, not a table; vary {table_key}")
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.files.plain_values import plain_record
+from governor_mechanism.files.plain_values import finite_or_none, plain_record
 from governor_mechanism.studies.sweep.parameters import AxisGrid, SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.units.text_table import format_table
@@ -42,6 +42,11 @@ class SweepRow:
     def ok(self) -> bool:
         """Whether the run is complete and kept its accuracy."""
         return self.outcome in OK_ROW_OUTCOMES
+
+    @property
+    def numbers_or_none(self) -> list[float | None]:
+        """The numbers, with None for one that is missing."""
+        return [finite_or_none(number) for number in self.numbers]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,7 +148,7 @@ class Sweep(AxisGrid):
         tables = {
             "axes": [{"key": axis.key, "unit": axis.unit, "values": axis.values} for axis in self.axes],
             "quantities": [{"name": one.name, "unit": one.unit} for one in self.quantities],
-            "rows": [plain_record(row, "index", values=self.values_at(row.index)) for row in self.rows],
+            "rows": [plain_record(row, "index", numbers=row.numbers_or_none, values=self.values_at(row.index)) for row in self.rows],
         }
         header = {"title": self.title, "scene": self.source}
         return header | plain_record(self, "source", **tables, outcomes=self.outcomes, notes=self.notes)

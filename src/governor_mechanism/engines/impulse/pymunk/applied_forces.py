@@ -9,7 +9,7 @@ from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of, loads_of, once_per_scene, output_forces_of
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_body_forces, inertia_of_plane
 from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces, make_force_element_table
-from governor_mechanism.mechanics.dynamics.lowering import N_PLANE_COLUMNS, System, forced_output_names, make_system
+from governor_mechanism.mechanics.dynamics.lowering import N_PLANE_COLUMNS, PlaneColumn, System, forced_output_names, make_system
 from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION, add_output_forces, evaluate_force_law
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
@@ -36,7 +36,9 @@ def _evaluate_forces(
     """Return forces (bodies, 3), values (outputs,) and Jacobian (outputs, bodies, 3) of the outputs."""
     n_outputs, forces = output_rows.table.size, np.empty(poses.shape)
     row_values, side_jacobian = np.zeros((n_outputs, N_ROW_COLUMNS)), np.zeros((n_outputs, 2, 3))
-    evaluate_body_forces(bodies, np.full((1, N_PLANE_COLUMNS), spindle_speed), 1.0, poses, forces)
+    plane_motion = np.zeros((1, N_PLANE_COLUMNS))
+    plane_motion[0, PlaneColumn.SPEED] = spindle_speed
+    evaluate_body_forces(bodies, plane_motion, 1.0, poses, forces)
     add_element_forces(force_elements, poses, velocities, inputs, forces)
     evaluate_rows(output_rows, poses, velocities, row_values, side_jacobian)
     add_output_forces(output_rows, output_forces, velocities, inputs, row_values, side_jacobian, forces)

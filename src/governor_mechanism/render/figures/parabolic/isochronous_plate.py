@@ -32,7 +32,7 @@ _CAPTIONS = {
     (0.89, 0.4): "correct",
 }
 
-_ARM_STYLES = {1.0: ("$l = \\rho$", BLUE), 1.3: ("$l = 1.3\\,\\rho$", SERIES_COLOURS[3]), 0.7: ("$l = 0.7\\,\\rho$", GREEN)}
+ARM_STYLES = {1.0: ("$l = \\rho$", BLUE), 1.3: ("$l = 1.3\\,\\rho$", SERIES_COLOURS[3]), 0.7: ("$l = 0.7\\,\\rho$", GREEN)}
 """Label and colour of an arm, by its ratio to the radius of curvature."""
 
 ZEHNDER_VERDICTS = {
@@ -209,13 +209,13 @@ def _to_mm(point: Vec2) -> Vec2:
 
 def _draw_speed_deviations(panel: PlatePanel, data: IsochronousPlateData) -> None:
     """Draw the right panel: changes of the equilibrium speed (percent) against changes of the arm angle (deg) for three arms."""
-    curves = {arm_ratio: data.speed_deviations(arm_ratio) for arm_ratio in _ARM_STYLES}
+    curves = {arm_ratio: data.speed_deviations(arm_ratio) for arm_ratio in ARM_STYLES}
     limit = 1.5 * 100 * float(np.abs(curves[0.7].equilibrium_speed_changes).max())
     axis_limit = 1.05 * math.degrees(MAX_ANGLE_CHANGE)
     panel.set(xlim=(-axis_limit, axis_limit), ylim=(-limit, limit))
     panel.axhline(0, color=MUTED, linewidth=0.8, zorder=1)
     panel.axvline(0, color=MUTED, linewidth=0.8, zorder=1)
-    for arm_ratio, (name, colour) in _ARM_STYLES.items():
+    for arm_ratio, (name, colour) in ARM_STYLES.items():
         curve = curves[arm_ratio]
         degrees, percent = np.degrees(curve.angle_changes), 100 * curve.equilibrium_speed_changes
         parabola_percent = 100 * curve.parabola_speed_changes
@@ -263,7 +263,7 @@ def _write_verdicts(plate: Plate) -> None:
     """Write Zehnder's text, struck out, and the correct text below the right panel."""
     left, text_left, top, row = 0.605, 0.688, 0.36, 0.058
     _strike_out(plate, plate.write_text(0.79, top + 0.04, "by Zehnder", 11.5, fontstyle="italic", color=MUTED))
-    for k, (arm_ratio, (name, colour)) in enumerate(_ARM_STYLES.items()):
+    for k, (arm_ratio, (name, colour)) in enumerate(ARM_STYLES.items()):
         (zehnder_text, correct_text), y = ZEHNDER_VERDICTS[arm_ratio], top - k * row
         plate.add_artist(Line2D([left, left + 0.018], [y - 0.003] * 2, color=colour, linewidth=2))
         plate.write_text(left + 0.024, y - 0.01, name, 13, color=colour)
