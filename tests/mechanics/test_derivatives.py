@@ -14,7 +14,6 @@ from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.mechanics.dynamics.force_elements import spring_potential_energy
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
-from governor_mechanism.mechanics.kinematics.points import body_point
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.curves import PolynomialCurve, SplineCurve
 from governor_mechanism.model.force_elements import Force, Spring, Torque, TorsionSpring
@@ -139,8 +138,10 @@ def potential_of_loaded_crank(reduction, value):
     """Return the potential of weights, springs, the constant moment and the constant force at a crank angle."""
     mechanism, poses = reduction.mechanism, reduction.evaluate([value]).poses
     weights = sum(body.mass * reduction.scene.gravity * pose[1] for body, pose in zip(mechanism.bodies, poses[0], strict=True))
-    corner = body_point(mechanism, mechanism.force_elements[-1].point).position(poses)[0]
-    (_, _, crank_angle), (_, _, rod_angle) = poses[0]
+    (_, _, crank_angle), (rod_x, rod_y, rod_angle) = poses[0]
+    point = mechanism.force_elements[-1].point
+    turned = (point.x + 1j * point.y) * np.exp(1j * rod_angle)
+    corner = np.array([rod_x + turned.real, rod_y + turned.imag])
     return weights + spring_potential_energy(mechanism, poses)[0] - 1.3 * (crank_angle - rod_angle) - corner @ [2.0, -5.0]
 
 

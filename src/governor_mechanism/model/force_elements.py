@@ -6,6 +6,7 @@ from typing import ClassVar
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.measured_fields import measured, require_valid_fields
+from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, PointDistance
 from governor_mechanism.model.time_functions import InputFunction
 
 
@@ -47,6 +48,11 @@ class _PointToPointElement(ForceElement):
         """Bodies of the two points."""
         return self.first.body, self.second.body
 
+    @property
+    def displacement(self) -> PointDistance:
+        """Distance of the points, along which the force acts."""
+        return PointDistance(name=self.name, quantity="length", first=self.first, second=self.second)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Spring(_PointToPointElement):
@@ -68,6 +74,11 @@ class Spring(_PointToPointElement):
 
     stiffness: float = measured("N/m", positive=True)
     free_length: float = measured("m", default=0.0)
+
+    @property
+    def free_displacement(self) -> float:
+        """Displacement at zero force: the free length."""
+        return self.free_length
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,6 +110,11 @@ class _RotationalElement(ForceElement):
         """The first and the second body."""
         return self.first, self.second
 
+    @property
+    def displacement(self) -> BodyAngle:
+        """Relative angle of the bodies, along which the moment acts."""
+        return BodyAngle(name=self.name, quantity="angle", body=self.second, reference_body=self.first)
+
 
 @dataclass(frozen=True, kw_only=True)
 class TorsionSpring(_RotationalElement):
@@ -118,6 +134,11 @@ class TorsionSpring(_RotationalElement):
 
     stiffness: float = measured("N m/rad", positive=True)
     free_angle: float = measured("rad", default=0.0)
+
+    @property
+    def free_displacement(self) -> float:
+        """Displacement at zero moment: the free angle."""
+        return self.free_angle
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,3 +193,11 @@ class Force(ForceElement):
     def bodies(self) -> tuple[str, str]:
         """The ground and the body of the point."""
         return GROUND, self.point.body
+
+    @property
+    def displacements(self) -> tuple[PointCoordinate, PointCoordinate]:
+        """Coordinates x and y of the point, along which the components act."""
+        x, y = (
+            PointCoordinate(name=self.name, quantity="length", point=self.point, direction_x=1.0 - k, direction_y=float(k)) for k in (0, 1)
+        )
+        return x, y

@@ -7,8 +7,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.force_laws import spring_force
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
-from governor_mechanism.mechanics.kinematics.points import body_point
+from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output_value
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.force_elements import Spring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
@@ -78,6 +77,6 @@ def _spring_force(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatAr
     if not isinstance(spring, Spring):
         spring_names = [load.name for load in mechanism.force_elements if isinstance(load, Spring)]
         raise MechanismError(f"there is no spring {name!r} among the force elements; springs are {spring_names}")
-    separation = body_point(mechanism, spring.second).position(poses) - body_point(mechanism, spring.first).position(poses)
-    force: FloatArray = spring_force(spring.stiffness, spring.free_length, np.linalg.norm(separation, axis=-1))
+    length = OutputDerivatives(mechanism, spring.displacement, poses).value
+    force: FloatArray = spring_force(spring.stiffness, spring.free_length, length)
     return force

@@ -9,7 +9,8 @@ import numpy as np
 from governor_mechanism.mechanics.dynamics.force_kernels import damper_force_jit, spring_force_jit
 from governor_mechanism.mechanics.dynamics.force_laws import spring_energy
 from governor_mechanism.mechanics.kinematics.constraint_kernels import rotate_vector_jit
-from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields, body_point
+from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives
+from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import Mechanism
@@ -188,11 +189,7 @@ def spring_potential_energy(mechanism: Mechanism, poses: FloatArray) -> FloatArr
     """
     total = np.zeros(poses.shape[:-2])
     for element in mechanism.force_elements:
-        if isinstance(element, Spring):
-            displacement = body_point(mechanism, element.second).position(poses) - body_point(mechanism, element.first).position(poses)
-            total += spring_energy(element.stiffness, element.free_length, np.linalg.norm(displacement, axis=-1))
-        elif isinstance(element, TorsionSpring):
-            first, second = (mechanism.body_index(name) for name in element.bodies)
-            relative_angle = (poses[..., second, 2] if second >= 0 else 0.0) - (poses[..., first, 2] if first >= 0 else 0.0)
-            total += spring_energy(element.stiffness, element.free_angle, relative_angle)
+        if isinstance(element, Spring | TorsionSpring):
+            displacement = OutputDerivatives(mechanism, element.displacement, poses).value
+            total += spring_energy(element.stiffness, element.free_displacement, displacement)
     return total

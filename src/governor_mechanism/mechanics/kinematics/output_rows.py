@@ -1,4 +1,4 @@
-"""Output variables as constraint rows, so that forces act along them and contacts hold them.
+"""Output variables as constraint rows, from which they are evaluated, along which forces act and which contacts hold.
 
 An output row is a constraint row whose residual is the value of the output variable, in m or rad.
 """
@@ -45,8 +45,7 @@ def _point_coordinate_row(reading: PointCoordinate) -> OutputRowData:
         return RowKind.FIXED_DIRECTION, reading.origin, reading.point, (*direction, 0.0, 0.0, reading.zero)
     if not math.isclose(math.hypot(*direction), 1.0, rel_tol=1e-12):
         raise MechanismError(
-            f"no effect can act along {reading.name!r}: its direction, relative to a body, must be a unit vector; "
-            f"its length is {math.hypot(*direction):g}"
+            f"reading {reading.name!r} has a direction, relative to a body, of length {math.hypot(*direction):g}; give a unit vector"
         )
     angle = math.atan2(-reading.direction_x, reading.direction_y)
     return RowKind.BODY_NORMAL, reading.origin, reading.point, (angle, 0.0, 0.0, 0.0, reading.zero)
@@ -55,8 +54,8 @@ def _point_coordinate_row(reading: PointCoordinate) -> OutputRowData:
 def _follower_height_row(reading: FollowerHeight) -> OutputRowData:
     if reading.top.body != GROUND:
         raise MechanismError(
-            f"no effect can act along {reading.name!r}: the rod from which its follower hangs must have one end on the ground; "
-            f"that end is on body {reading.top.body!r}"
+            f"reading {reading.name!r} has a follower that hangs from a rod whose top is on body {reading.top.body!r}; "
+            "the top must be on the ground"
         )
     complement = 1.0 - reading.fraction
     offset = complement * reading.top.x - reading.guide_x, complement * reading.top.y
@@ -83,9 +82,14 @@ def make_output_rows(mechanism: Mechanism, names: Sequence[str], origins: Origin
     ConstraintRows
         One row for each name.
     """
-    table = np.zeros(len(names), dtype=CONSTRAINT_ROW_DTYPE)
-    for i, name in enumerate(names):
-        kind, first, second, parameters = _output_row_data(mechanism.reading(name))
+    return rows_of_readings(mechanism, [mechanism.reading(name) for name in names], origins)
+
+
+def rows_of_readings(mechanism: Mechanism, readings: Sequence[Reading], origins: Origins) -> ConstraintRows:
+    """Return the output rows of readings, which the mechanism need not list, as `make_output_rows` does."""
+    table = np.zeros(len(readings), dtype=CONSTRAINT_ROW_DTYPE)
+    for i, reading in enumerate(readings):
+        kind, first, second, parameters = _output_row_data(reading)
         points = attachment_fields(mechanism, first, second, origins)
         table[i] = (kind, *points, *parameters, *(0.0,) * (N_ROW_PARAMETERS - len(parameters)), 1.0, -1, 0, 0)
     return ConstraintRows(table, bodies_of_rows(table), np.zeros((0, 2)))

@@ -22,14 +22,12 @@ from governor_mechanism.mechanics.dynamics.force_laws import (
     spring_force,
 )
 from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPositionSolver
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_variable
-from governor_mechanism.mechanics.kinematics.points import body_point
+from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output
 from governor_mechanism.mechanics.kinematics.range_of_motion import RangeOfMotion, find_range_of_motion
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.force_elements import Force, ForceElement, Spring, Torque, TorsionSpring
-from governor_mechanism.model.joints import Point
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import BodyAngle, Reading
+from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import TURNING_PLANE, FreeSpindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
@@ -203,40 +201,23 @@ class SingleDofReduction:
 
     def _element_potential(self, element: ForceElement, path: FloatArray) -> FloatArray:
         """Return the first two derivatives of the potential of a force element; zero for dampers, forces and torques as at t = 0."""
-        if isinstance(element, Spring):
-            length = self._spring_length(element, path)
-            return _derivatives_along_path(spring_force(element.stiffness, element.free_length, length[0]), element.stiffness, length)
-        if isinstance(element, TorsionSpring | Torque):
-            angle = BodyAngle(name="", quantity="angle", body=element.second, reference_body=element.first)
-            relative_angle = self._output_derivatives(angle, path)
-            if isinstance(element, TorsionSpring):
-                moment = spring_force(element.stiffness, element.free_angle, relative_angle[0])
-                return _derivatives_along_path(moment, element.stiffness, relative_angle)
-            return -_initial_value(element.moment) * relative_angle[1:]
+        if isinstance(element, Spring | TorsionSpring):
+            displacement = self._output_derivatives(element.displacement, path)
+            displacement[1:] = np.where(np.isnan(displacement[1]), 0.0, displacement[1:])  # coincident points: no line of action
+            force = spring_force(element.stiffness, element.free_displacement, displacement[0])
+            return _derivatives_along_path(force, element.stiffness, displacement)
+        if isinstance(element, Torque):
+            return -_initial_value(element.moment) * self._output_derivatives(element.displacement, path)[1:]
+        total = np.zeros((2, path.shape[1]))
         if isinstance(element, Force):
-            force = np.array([_initial_value(element.x), _initial_value(element.y)])
-            derivatives: FloatArray = -self._point_derivatives(element.point, path)[1:] @ force
-            return derivatives
-        return np.zeros((2, path.shape[1]))
-
-    def _point_derivatives(self, location: Point, path: FloatArray) -> FloatArray:
-        """Return the position of a point and its two derivatives (3, n, 2) along a path."""
-        (poses, tangents, curvatures), point = path, body_point(self.mechanism, location)
-        second_derivative = point.velocity(poses, curvatures) + point.centripetal_acceleration(poses, tangents)
-        return np.array([point.position(poses), point.velocity(poses, tangents), second_derivative])
-
-    def _spring_length(self, spring: Spring, path: FloatArray) -> FloatArray:
-        """Return the length of a spring and its derivatives (3, n); both derivatives are zero where its ends meet."""
-        line, tangent, curvature = self._point_derivatives(spring.second, path) - self._point_derivatives(spring.first, path)
-        length = np.linalg.norm(line, axis=-1)
-        safe_length = np.where(length > 0.0, length, 1.0)
-        derivative = np.sum(line * tangent, axis=-1) / safe_length
-        return np.array([length, derivative, (np.sum(tangent**2 + line * curvature, axis=-1) - derivative**2) / safe_length])
+            for component, coordinate in zip((element.x, element.y), element.displacements, strict=True):
+                total -= _initial_value(component) * self._output_derivatives(coordinate, path)[1:]
+        return total
 
     def _output_derivatives(self, reading: Reading, path: FloatArray) -> FloatArray:
         """Return the value of an output and its two derivatives (3, n) along a path."""
         poses, tangents, curvatures = path
-        output = evaluate_output_variable(reading, self.mechanism, poses, tangents)
+        output = OutputDerivatives(self.mechanism, reading, poses, tangents)
         return np.array([output.value, output.rate(tangents), output.acceleration(curvatures)])
 
 
