@@ -44,32 +44,6 @@ def double_parameter(*, spindle_speed: FloatOrArray, mass_ratio: FloatOrArray = 
     return as_scalar_or_array(2 * gravity_load / validate_argument(spindle_speed, "spindle_speed", "rad/s", greater_than=0.0) ** 2)
 
 
-def abscissa_at_45_degrees(*, spindle_speed: FloatOrArray, mass_ratio: FloatOrArray = 0.0, gravity: FloatOrArray = 9.81) -> FloatOrArray:
-    """Return the abscissa at which the parabola rises at 45 deg, g (1 + m) / w^2 = c / 2; there x = 2 y.
-
-    Neighbouring parabolas of the family differ most in slope there.
-
-    Parameters
-    ----------
-    spindle_speed
-        Spindle speed w, rad/s; positive.
-    mass_ratio
-        Mass of the sleeve over the mass of one ball; at least 0.
-    gravity
-        Gravitational acceleration g, m/s2; positive.
-
-    Returns
-    -------
-    FloatOrArray
-        Abscissa, m.
-
-    References
-    ----------
-    Zehnder (1877), on the most favourable start.
-    """
-    return as_scalar_or_array(double_parameter(spindle_speed=spindle_speed, mass_ratio=mass_ratio, gravity=gravity) / 2)
-
-
 def parabola_height(*, abscissa: FloatOrArray, double_parameter: FloatOrArray) -> FloatOrArray:
     """Return the height of the parabola above its vertex, y = x^2 / c.
 
