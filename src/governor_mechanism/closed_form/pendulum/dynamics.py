@@ -19,10 +19,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_argument
+from governor_mechanism.closed_form.arguments import as_scalar_or_array, raise_where, validate_argument
 from governor_mechanism.closed_form.pendulum.kinematics import LinkagePosition, PendulumGovernor
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, FloatOrArray
 
 
 def ball_radius(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
@@ -86,7 +86,13 @@ def stiffness(governor: PendulumGovernor, *, arm_angle: FloatOrArray, spindle_sp
     Without a spindle_speed (rad/s) it is that at the equilibrium speed, where also K = J' d(w^2)/da / 2 and, for the rhombus without rod
     masses, K = 2 l M g (1 + m)(e + l sin^3 a) / (x cos a); it then raises MechanismError as equilibrium_speed does.
     """
-    return as_scalar_or_array(_stiffness(LinkagePosition(governor, arm_angle), spindle_speed))
+    position = LinkagePosition(governor, arm_angle)
+    derivative, second_derivative = position.potential_derivatives()
+    if spindle_speed is None:
+        squared_speed = _squared_balance_speed(position, derivative)
+    else:
+        squared_speed = validate_argument(spindle_speed, "spindle_speed", "rad/s") ** 2
+    return as_scalar_or_array(second_derivative - squared_speed * position.spindle_inertia_derivatives()[1] / 2)
 
 
 def squared_oscillation_frequency(
@@ -110,8 +116,8 @@ def squared_oscillation_frequency(
     FloatOrArray
         Squared angular frequency, rad^2/s^2; negative where unstable, with the growth rate sqrt(-K / I).
     """
-    position = LinkagePosition(governor, arm_angle)
-    return as_scalar_or_array(_stiffness(position, spindle_speed) / position.in_plane_inertia_and_derivative()[0])
+    inertia = LinkagePosition(governor, arm_angle).in_plane_inertia_and_derivative()[0]
+    return as_scalar_or_array(np.asarray(stiffness(governor, arm_angle=arm_angle, spindle_speed=spindle_speed)) / inertia)
 
 
 def arm_acceleration(
@@ -310,16 +316,6 @@ def _squared_balance_speed(position: LinkagePosition, moment: FloatArray) -> Flo
     message = "no real equilibrium speed: weight and centrifugal load turn the arms in the same direction"
     raise_where(moment < 0, message, shown, hint="open the arms further")
     return 2 * moment / inertia_derivative
-
-
-def _stiffness(position: LinkagePosition, spindle_speed: FloatOrArray | None) -> FloatArray:
-    """Return the stiffness (N m/rad) at the given spindle speed, or at the equilibrium speed if none is given."""
-    derivative, second_derivative = position.potential_derivatives()
-    if spindle_speed is None:
-        squared_speed = _squared_balance_speed(position, derivative)
-    else:
-        squared_speed = validate_argument(spindle_speed, "spindle_speed", "rad/s") ** 2
-    return second_derivative - squared_speed * position.spindle_inertia_derivatives()[1] / 2
 
 
 def _moment_balance(governor: PendulumGovernor, speed: FloatArray, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, raise_where, validate_angle, validate_fields
+from governor_mechanism.closed_form.arguments import raise_where, validate_angle, validate_fields
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, FloatOrArray
 
 
 @dataclass(frozen=True, kw_only=True)
