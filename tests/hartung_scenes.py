@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 from scipy.optimize import brentq
 
 from governor_mechanism.closed_form.hartung import governor as closed
@@ -59,6 +60,13 @@ def build_closed_form_governor(dimensions: dict[str, Any]) -> closed.HartungGove
         hanger=dimensions.get("hanger") or math.inf,
         lug_radius=dimensions.get("lug_offset", 0.0),
     )
+
+
+def sleeve_height_at(governor: closed.HartungGovernor, lever_angle: Any) -> Any:
+    """Height (m) of the sleeve lugs above the fulcrum: that of the hangers' upper ends, less the vertical extent of a hanger."""
+    x = governor.fulcrum_radius - governor.sleeve_arm * np.sin(governor.angle + lever_angle)
+    drop = np.sqrt(governor.hanger**2 - (x - governor.lug_radius) ** 2) if math.isfinite(governor.hanger) else 0.0
+    return governor.sleeve_arm * np.cos(governor.angle + lever_angle) - drop
 
 
 def spring_force_at(dimensions: dict[str, Any], lever_angle: float) -> float:

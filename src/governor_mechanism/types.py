@@ -6,6 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+FloatOrArray = float | FloatArray
+"""A number, or an array of numbers that broadcasts with the other arguments."""
+
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 RecordArray = Any

@@ -24,8 +24,15 @@ from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.observables.static_forces import evaluate_derived_forces
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
-from governor_mechanism.verification.oscillation import measure_period
-from hartung_scenes import PAPER_DIMENSIONS, build_closed_form_governor, equilibrium_angle_at, hartung_scene, spring_force_at
+from governor_mechanism.verification.comparisons import measure_period
+from hartung_scenes import (
+    PAPER_DIMENSIONS,
+    build_closed_form_governor,
+    equilibrium_angle_at,
+    hartung_scene,
+    sleeve_height_at,
+    spring_force_at,
+)
 from reference import hartung
 
 NAMES = ["impulse", "multibody", "reduced"]
@@ -152,7 +159,7 @@ def test_the_energy_ledger_holds_the_springs(dimensions: dict[str, Any]) -> None
 def test_a_sleeve_locked_at_standstill_is_held_with_the_static_force(dimensions: dict[str, Any], degrees: float) -> None:
     angle = math.radians(degrees)
     scene = hartung_scene(dimensions, speed=0.0, angle=angle)
-    height = float(closed.sleeve_height(build_closed_form_governor(dimensions), lever_angle=angle)) - 0.115
+    height = float(sleeve_height_at(build_closed_form_governor(dimensions), angle)) - 0.115
     height -= 1.5 * 0.115 if dimensions is PAPER_DIMENSIONS else 0.0  # as far below vertical hangers it is drawn
     lock = TranslationalDriver(
         name="lock",

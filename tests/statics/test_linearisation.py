@@ -12,14 +12,6 @@ from scipy.optimize import brentq
 
 import governor_mechanism as gm
 from governor_mechanism.cli.linearisation import report_linearisation
-from governor_mechanism.closed_form.governed_engine.watt_engine import (
-    WattEngine,
-    damping_limit,
-    equilibrium,
-    first_lyapunov_coefficient,
-    scale_engine,
-    scaled_time_unit,
-)
 from governor_mechanism.closed_form.pendulum import dynamics as pendulum
 from governor_mechanism.files.plain_values import format_json
 from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
@@ -28,6 +20,8 @@ from governor_mechanism.statics.first_order_system import FirstOrderSystem, Onse
 from governor_mechanism.statics.stability_limit import find_stability_limit
 from governor_scenes import CROSSED, EXTENDED, PORTER
 from reference import haug_governor
+from reference import pendulum as linkage
+from reference.scaled_watt_engine import WattEngine, damping_limit, equilibrium, first_lyapunov_coefficient, scale_engine, scaled_time_unit
 
 RELATIVE_TOLERANCE = 1e-10
 """Nine-point differences are good to about 1e-12 of an eigenvalue; equilibria are known to 1e-14."""
@@ -124,15 +118,15 @@ def test_small_oscillations_with_a_free_spindle():
     spindle = {"inertia": 0.5, "start_speed": speed}
     found = gm.linearise(parse_scene_document(porter_document(spindle=spindle, start={"arm_angle": 0.55})))
     square = float(pendulum.squared_oscillation_frequency(governor, arm_angle=0.6))
-    reaction = speed**2 * float(pendulum.spindle_inertia_derivative(governor, arm_angle=0.6)) ** 2
+    reaction = speed**2 * float(linkage.spindle_inertia_derivative(governor, arm_angle=0.6)) ** 2
     inertia = 0.5 + float(pendulum.spindle_inertia(governor, arm_angle=0.6))
-    expected = math.sqrt(square + reaction / (inertia * float(pendulum.in_plane_inertia(governor, arm_angle=0.6))))
+    expected = math.sqrt(square + reaction / (inertia * float(linkage.in_plane_inertia(governor, arm_angle=0.6))))
     oscillation = next(mode for mode in found.modes if not mode.is_conserved)
     assert oscillation.eigenvalue.imag == pytest.approx(expected, rel=RELATIVE_TOLERANCE)
     assert found.rates["spindle_speed"] == pytest.approx(speed, rel=1e-14)
     assert [mode.is_conserved for mode in found.modes].count(True) == 1
     # Momentum (J0 + J) omega is constant in the oscillation.
-    slope = float(pendulum.spindle_inertia_derivative(governor, arm_angle=0.6))
+    slope = float(linkage.spindle_inertia_derivative(governor, arm_angle=0.6))
     change = inertia * oscillation.amplitudes["spindle_speed"] + slope * speed * oscillation.amplitudes["arm_angle"]
     assert abs(change) < 1e-10 * abs(inertia * oscillation.amplitudes["spindle_speed"])
 
@@ -144,7 +138,7 @@ def test_dashpot_of_a_governor():
     scene = parse_scene_document(porter_document(effects=effects, spindle={"speed": speed}))
     found = gm.linearise(scene)
     sleeve_slope = 2 * 0.3 * math.sin(0.5)  # sleeve lift of a rhombus, 2 l (1 - cos a)
-    inertia = float(pendulum.in_plane_inertia(governor, arm_angle=0.5))
+    inertia = float(linkage.in_plane_inertia(governor, arm_angle=0.5))
     natural = math.sqrt(float(pendulum.squared_oscillation_frequency(governor, arm_angle=0.5)))
     assert found.modes[0].natural_frequency == pytest.approx(natural, rel=RELATIVE_TOLERANCE)
     assert found.modes[0].damping_ratio == pytest.approx(40.0 * sleeve_slope**2 / (2 * inertia * natural), rel=RELATIVE_TOLERANCE)

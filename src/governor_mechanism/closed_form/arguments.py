@@ -10,10 +10,7 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.types import FloatArray
-
-FloatOrArray = float | FloatArray
-"""A number, or an array of numbers that broadcasts with the other arguments."""
+from governor_mechanism.types import FloatArray, FloatOrArray
 
 
 def raise_where(invalid: Any, message: str, *arguments: tuple[str, FloatOrArray, str], hint: str = "") -> None:

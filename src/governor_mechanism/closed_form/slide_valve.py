@@ -21,9 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_argument
+from governor_mechanism.closed_form.arguments import as_scalar_or_array, raise_where, validate_argument
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, FloatOrArray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, validate_argument, validate_fields
+from governor_mechanism.closed_form.arguments import as_scalar_or_array, validate_argument, validate_fields
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, FloatOrArray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,6 +4,7 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import MISSING
 from functools import partial
 from typing import Any, ClassVar
 
@@ -29,14 +30,14 @@ def choice_field(words: tuple[str, ...], meaning: str) -> Any:
 
 
 def dimension_field(
-    kind: str, meaning: str, *, default: Any = dataclasses.MISSING, signed: bool = False, max_size: float = MAX_DIMENSION, word: str = ""
+    kind: str, meaning: str, *, default: Any = MISSING, signed: bool = False, max_size: float = MAX_DIMENSION, omission_word: str = ""
 ) -> Any:
     """Declare a dimension of a machine: its kind of quantity ('length', 'mass', ...) and its meaning.
 
-    A `signed` dimension may be zero or negative; the others are positive. A default makes it optional. `word` is the word for
-    "left out" in a scene file. `max_size` (SI) is the largest plausible magnitude.
+    A `signed` dimension may be zero or negative; the others are positive. A default makes it optional. `omission_word` stands
+    for "left out" in a scene file. `max_size` (SI) is the largest plausible magnitude.
     """
-    metadata = {"kind": kind, "meaning": meaning, "signed": signed, "most": max_size, "word": word}
+    metadata = {"kind": kind, "meaning": meaning, "signed": signed, "most": max_size, "omission_word": omission_word}
     return dataclasses.field(default=default, metadata=metadata)
 
 

@@ -25,18 +25,15 @@ class BodyShape:
 
     Attributes
     ----------
-    second_moments
-        Second moments of mass about the mass centre.
-    mass_centre
-        Position of the mass centre, m.
+    element
+        Mass, mass centre and second moments of mass.
     points
         Positions of named points, m.
     extent
         Largest dimension, m.
     """
 
-    second_moments: SecondMoments
-    mass_centre: Vector2 = (0.0, 0.0)
+    element: MassElement
     points: Mapping[str, Vector2] = field(default_factory=dict)
     extent: float = 0.0
 
@@ -56,9 +53,8 @@ def rod_shape(mass: float, length: float) -> BodyShape:
     BodyShape
         Shape with the points `start` and `end`.
     """
-    rod = slender_rod(mass, (length, 0.0))
     ends = {"start": (0.0, 0.0), "end": (length, 0.0)}
-    return BodyShape(second_moments=rod.moments, mass_centre=rod.centre, points=ends, extent=length)
+    return BodyShape(element=slender_rod(mass, ends["end"]), points=ends, extent=length)
 
 
 def disc_shape(mass: float, radius: float, thickness: float = 0.0) -> BodyShape:
@@ -79,7 +75,8 @@ def disc_shape(mass: float, radius: float, thickness: float = 0.0) -> BodyShape:
         Shape of the disc.
     """
     moment_in_plane = mass * radius**2 / 4
-    return BodyShape(second_moments=SecondMoments(xx=moment_in_plane, yy=moment_in_plane, zz=mass * thickness**2 / 12), extent=2 * radius)
+    moments = SecondMoments(xx=moment_in_plane, yy=moment_in_plane, zz=mass * thickness**2 / 12)
+    return BodyShape(element=MassElement(mass=mass, moments=moments), extent=2 * radius)
 
 
 def plate_shape(mass: float, width: float, height: float, thickness: float = 0.0) -> BodyShape:
@@ -101,56 +98,29 @@ def plate_shape(mass: float, width: float, height: float, thickness: float = 0.0
     BodyShape
         Shape of the plate.
     """
-    return BodyShape(
-        second_moments=SecondMoments(xx=mass * width**2 / 12, yy=mass * height**2 / 12, zz=mass * thickness**2 / 12),
-        extent=math.hypot(width, height),
-    )
+    moments = SecondMoments(xx=mass * width**2 / 12, yy=mass * height**2 / 12, zz=mass * thickness**2 / 12)
+    return BodyShape(element=MassElement(mass=mass, moments=moments), extent=math.hypot(width, height))
 
 
-@dataclass(frozen=True, kw_only=True)
-class PointMass:
-    """A mass on a body, in a point or as a solid ball.
-
-    Attributes
-    ----------
-    mass
-        Mass, kg.
-    position
-        Position in the axes of the body, m.
-    radius
-        Radius of the ball, m; 0 for a point.
-    """
-
-    mass: float
-    position: Vector2
-    radius: float = 0.0
-
-
-def add_point_masses(mass: float, shape: BodyShape, point_masses: Sequence[PointMass]) -> tuple[float, BodyShape]:
-    """Return the rigid body of a shape and masses on it: the total mass, and the shape about the common mass centre.
+def add_point_masses(shape: BodyShape, point_masses: Sequence[tuple[float, Vector2, float]]) -> BodyShape:
+    """Return the rigid body of a shape and masses on it, about the common mass centre.
 
     Parameters
     ----------
-    mass
-        Mass of the shape, kg; 0 for a massless lever.
     shape
         Mass distribution without the point masses.
     point_masses
-        Masses on the body.
+        Mass (kg), position in the axes of the body and radius (m) of each solid ball on the body; a point has no radius.
 
     Returns
     -------
-    float
-        Total mass, kg.
     BodyShape
         Shape of the whole.
     """
-    elements = [MassElement(mass=mass, centre=shape.mass_centre, moments=shape.second_moments)]
-    elements += [solid_ball(item.mass, item.position, item.radius) for item in point_masses]
-    whole = join_elements(elements)
+    elements = [shape.element, *(solid_ball(*ball) for ball in point_masses)]
     distances = [math.dist(one.centre, other.centre) for one, other in combinations(elements, 2)]
-    extent = max([shape.extent, *distances, *(2 * item.radius for item in point_masses)])
-    return whole.mass, replace(shape, second_moments=whole.moments, mass_centre=whole.centre, extent=extent)
+    extent = max([shape.extent, *distances, *(2 * radius for _, _, radius in point_masses)])
+    return replace(shape, element=join_elements(elements), extent=extent)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,8 +131,6 @@ class SketchedBody:
     ----------
     name
         Name of the body.
-    mass
-        Mass, kg.
     shape
         Mass distribution.
     can_rotate
@@ -176,7 +144,6 @@ class SketchedBody:
     """
 
     name: str
-    mass: float
     shape: BodyShape
     can_rotate: bool = True
     points: Mapping[str, Vector2] = field(default_factory=dict)
@@ -186,22 +153,24 @@ class SketchedBody:
     @property
     def named_points(self) -> dict[str, Vector2]:
         """All named points in the axes of the body, m."""
-        return {"origin": (0.0, 0.0), "centre": self.shape.mass_centre, **self.shape.points, **self.points}
+        return {"origin": (0.0, 0.0), "centre": self.shape.element.centre, **self.shape.points, **self.points}
 
     @property
     def body(self) -> Body:
         """The body of the model."""
-        return Body(name=self.name, mass=self.mass, second_moments=self.shape.second_moments, can_rotate=self.can_rotate)
+        element = self.shape.element
+        return Body(name=self.name, mass=element.mass, second_moments=element.moments, can_rotate=self.can_rotate)
 
     @property
     def pose(self) -> tuple[float, float, float]:
         """Initial pose of the mass centre (m, m, rad)."""
-        x, y = rotate_point(*self.shape.mass_centre, self.angle)
+        x, y = rotate_point(*self.shape.element.centre, self.angle)
         return self.origin[0] + x, self.origin[1] + y, self.angle
 
     def point(self, position: Vector2) -> Point:
         """Return a position in the axes of the body as a point relative to the mass centre."""
-        return Point(body=self.name, x=position[0] - self.shape.mass_centre[0], y=position[1] - self.shape.mass_centre[1])
+        x, y = self.shape.element.centre
+        return Point(body=self.name, x=position[0] - x, y=position[1] - y)
 
 
 class InitialConfiguration:
@@ -330,14 +299,8 @@ def _are_conflicting(one: Joint, other: Joint) -> bool:
 
 def _slot_range(slot: CurveSlot, table: SplineCurve) -> tuple[PointCoordinate, Limit]:
     """Return the coordinate along the axis of a slot, and its range in the table of the slot."""
-    coordinate = PointCoordinate(
-        name=f"way in {slot.name}",
-        quantity="length",
-        point=slot.second,
-        direction_x=math.cos(slot.angle),
-        direction_y=math.sin(slot.angle),
-        origin=slot.first,
-    )
+    direction = {"direction_x": math.cos(slot.angle), "direction_y": math.sin(slot.angle)}
+    coordinate = PointCoordinate(name=f"way in {slot.name}", quantity="length", point=slot.second, origin=slot.first, **direction)
     text = f"the point leaves the table of curve slot {slot.name!r} at its"
     messages = {"low_message": f"{text} first point", "high_message": f"{text} last point"}
     return coordinate, Limit(reading=coordinate.name, low=table.x[0], high=table.x[-1], **messages)

@@ -22,7 +22,7 @@ class MassElement:
     """
 
     mass: float
-    centre: Vector2
+    centre: Vector2 = (0.0, 0.0)
     moments: SecondMoments = field(default_factory=SecondMoments)
 
 

@@ -9,6 +9,7 @@ toward the shaft does. After Müller-Melchiors on Marks' construction, Dinglers 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 from governor_mechanism.machines import driven_crank
@@ -24,6 +25,9 @@ from governor_mechanism.numerics.roots import find_root
 ECCENTRIC_ROD, VALVE_GUIDE = "eccentric rod", "valve guide"
 
 EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS = "equal leads", "middle of extremes", "equal cut-offs"
+
+rod_field = partial(optional_field, "length", omission_word="endless")
+"""Declare the length of a rod that may be left out."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,9 +63,9 @@ class SlideValve(Machine):
     driver_dimensions: ClassVar[tuple[str, ...]] = ("crank_speed", "crank_start")
 
     crank: float = dimension_field("length", "from the shaft to the crank pin: half the stroke")
-    connecting_rod: float | None = optional_field("length", "from the crank pin to the crosshead; endless if left out", word="endless")
+    connecting_rod: float | None = rod_field("from the crank pin to the crosshead; endless if left out")
     eccentric: float = dimension_field("length", "from the shaft to the eccentric's centre: half the valve's travel")
-    eccentric_rod: float | None = optional_field("length", "from the eccentric's centre to the valve; endless if left out", word="endless")
+    eccentric_rod: float | None = rod_field("from the eccentric's centre to the valve; endless if left out")
     advance: float = dimension_field("angle", "by which the eccentric runs ahead of a right angle to the crank", signed=True)
     outside_lap: float = dimension_field("length", "by which the valve in its middle covers the outer edges", signed=True)
     inside_lap: float = dimension_field("length", "by which it covers the inner edges; negative leaves them open", default=0.0, signed=True)

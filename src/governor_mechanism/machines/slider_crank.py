@@ -7,8 +7,8 @@ massless unless the effect `masses` gives them mass; then the bearings carry the
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import ClassVar
 
 from governor_mechanism.effects.crank_masses import CrankMasses
@@ -42,76 +42,70 @@ class SliderCrank(Machine):
 
     def mechanism(self, masses: CrankMasses | None = None) -> Mechanism:
         """Build crank, rod and crosshead. A massless rod is a distance. Raise MechanismError for a mass centre beyond the rod."""
-        parts = self._build_parts(masses)
-        rod_end = Point(body=driven_crank.CROSSHEAD) if parts.crosshead else self._rod_end(parts)
-        crank_pin = Point(body=driven_crank.CRANK, x=self.crank - parts.crank_centre)
+        bodies = {body.name: body for body in self._bodies(masses)}
+        crank_centre, rod_centre = (masses.crank_centre, self._rod_centre(masses)) if masses else (0.0, 0.0)
+        crank_pin = Point(body=driven_crank.CRANK, x=self.crank - crank_centre)
+        rod_ends = [Point(body=driven_crank.CONNECTING_ROD, x=x) for x in (-rod_centre, self.connecting_rod - rod_centre)]
+        crosshead = Point(body=driven_crank.CROSSHEAD) if driven_crank.CROSSHEAD in bodies else rod_ends[1]
+        poses = self._initial_poses(crank_centre, rod_centre)
         return Mechanism(
-            bodies=tuple(body for body in (parts.crank, parts.rod, parts.crosshead) if body),
-            joints=self._joints(parts, crank_pin, rod_end),
+            bodies=tuple(bodies.values()),
+            joints=(
+                *driven_crank.crank_joints(self.crank_speed, self.crank_start, crank_centre),
+                *self._rod_joints(crank_pin, rod_ends if driven_crank.CONNECTING_ROD in bodies else [], crosshead),
+                Slider(name=driven_crank.CROSSHEAD_GUIDE, first=Point(body=GROUND), second=crosshead, angle=0.0),
+            ),
             readings=(
                 BodyAngle(name="crank_angle", quantity="angle", body=driven_crank.CRANK),
-                x_coordinate("crosshead_distance", rod_end),
-                LineAngle(name="rod_angle", quantity="angle", start=crank_pin, end=rod_end, zero=math.pi / 2),
+                x_coordinate("crosshead_distance", crosshead),
+                LineAngle(name="rod_angle", quantity="angle", start=crank_pin, end=crosshead, zero=math.pi / 2),
             ),
             coordinate="crank_angle",
             length_scale=self.crank,
-            initial_guess=self._initial_guess(parts),
+            initial_guess=tuple(poses[name] for name in bodies),
         )
 
-    def _build_parts(self, masses: CrankMasses | None) -> _CrankTrainParts:
-        """Return the parts. A massless part that is necessary gets a placeholder mass."""
-        placeholder = Body(name=driven_crank.CROSSHEAD, mass=driven_crank.PLACEHOLDER_MASS, can_rotate=False)
-        if masses is None:
-            return _CrankTrainParts(crank=driven_crank.placeholder_crank(self.crank, driven_crank.PLACEHOLDER_MASS), crosshead=placeholder)
+    def _rod_joints(self, crank_pin: Point, rod_ends: Sequence[Point], crosshead: Point) -> list[Joint]:
+        """Return the pins at the ends of a rod with mass, or the distance that stands for a massless rod."""
+        if not rod_ends:
+            return [Distance(name=driven_crank.CONNECTING_ROD, first=crank_pin, second=crosshead, length=self.connecting_rod)]
+        pins = ((driven_crank.CRANK_PIN, crank_pin, rod_ends[0]), (driven_crank.GUDGEON_PIN, rod_ends[1], crosshead))
+        return [Pin(name=name, first=first, second=second) for name, first, second in pins if first != second]
+
+    def _rod_centre(self, masses: CrankMasses) -> float:
+        """Return the distance of the rod's mass centre from the crank pin, m."""
         rod_centre = 0.5 * self.connecting_rod if masses.rod_centre is None else masses.rod_centre
         if rod_centre > self.connecting_rod:
             raise MechanismError(
                 f"masses.rod_centre ({rod_centre * 1e3:.6g} mm) lies beyond the crosshead; it is measured from the crank "
                 f"pin, and connecting_rod is {self.connecting_rod * 1e3:.6g} mm"
             )
-        rod_moments = SecondMoments(xx=masses.rod_inertia or masses.rod * self.connecting_rod**2 / 12)
-        rod = Body(name=driven_crank.CONNECTING_ROD, mass=masses.rod, second_moments=rod_moments) if masses.rod else None
-        needs_crosshead = masses.crosshead or not rod
-        crosshead = replace(placeholder, mass=masses.crosshead or placeholder.mass) if needs_crosshead else None
-        crank_moments = SecondMoments(xx=masses.crank * self.crank**2 / 12)
-        crank = Body(name=driven_crank.CRANK, mass=masses.crank, second_moments=crank_moments)
-        return _CrankTrainParts(crank=crank, crank_centre=masses.crank_centre, rod=rod, rod_centre=rod_centre, crosshead=crosshead)
+        return rod_centre
 
-    def _rod_end(self, parts: _CrankTrainParts) -> Point:
-        return Point(body=driven_crank.CONNECTING_ROD, x=self.connecting_rod - parts.rod_centre)
-
-    def _joints(self, parts: _CrankTrainParts, crank_pin: Point, rod_end: Point) -> tuple[Joint, ...]:
-        joints = [*driven_crank.crank_joints(self.crank_speed, self.crank_start, parts.crank_centre)]
-        if not parts.rod:
-            joints.append(Distance(name=driven_crank.CONNECTING_ROD, first=crank_pin, second=rod_end, length=self.connecting_rod))
+    def _bodies(self, masses: CrankMasses | None) -> Iterator[Body]:
+        """Yield the crank, and rod and crosshead if they have mass; a massless part that is necessary has a placeholder mass."""
+        if masses is None:
+            yield driven_crank.placeholder_crank(self.crank, driven_crank.PLACEHOLDER_MASS)
         else:
-            joints.append(
-                Pin(name=driven_crank.CRANK_PIN, first=crank_pin, second=Point(body=driven_crank.CONNECTING_ROD, x=-parts.rod_centre))
-            )
-            joints += [Pin(name=driven_crank.GUDGEON_PIN, first=self._rod_end(parts), second=rod_end)] if parts.crosshead else []
-        return *joints, Slider(name=driven_crank.CROSSHEAD_GUIDE, first=Point(body=GROUND), second=rod_end, angle=0.0)
+            yield Body(name=driven_crank.CRANK, mass=masses.crank, second_moments=SecondMoments(xx=masses.crank * self.crank**2 / 12))
+        if masses and masses.rod:
+            rod_moments = SecondMoments(xx=masses.rod_inertia or masses.rod * self.connecting_rod**2 / 12)
+            yield Body(name=driven_crank.CONNECTING_ROD, mass=masses.rod, second_moments=rod_moments)
+        crosshead_mass = masses.crosshead if masses else 0.0
+        if crosshead_mass or not (masses and masses.rod):
+            yield Body(name=driven_crank.CROSSHEAD, mass=crosshead_mass or driven_crank.PLACEHOLDER_MASS, can_rotate=False)
 
-    def _initial_guess(self, parts: _CrankTrainParts) -> tuple[tuple[float, float, float], ...]:
+    def _initial_poses(self, crank_centre: float, rod_centre: float) -> dict[str, tuple[float, float, float]]:
+        """Return the poses of crank, rod and crosshead at the start by name, from the positions of the mass centres (m)."""
         angle = self.crank_start
         pin_x, pin_y = rotate_point(self.crank, 0.0, angle)
         rod_angle = -math.asin(pin_y / self.connecting_rod)
-        across, up = rotate_point(parts.rod_centre, 0.0, rod_angle)
-        crank_pose = (*rotate_point(parts.crank_centre, 0.0, angle), angle)
-        rod_pose = (pin_x + across, pin_y + up, rod_angle)
-        crosshead_pose = (pin_x + self.connecting_rod * math.cos(rod_angle), 0.0, 0.0)
-        poses = ((parts.crank, crank_pose), (parts.rod, rod_pose), (parts.crosshead, crosshead_pose))
-        return tuple(pose for body, pose in poses if body)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _CrankTrainParts:
-    """Parts of the mechanism; a rod or crosshead without mass is no body."""
-
-    crank: Body
-    crosshead: Body | None
-    crank_centre: float = 0.0
-    rod: Body | None = None
-    rod_centre: float = 0.0
+        across, up = rotate_point(rod_centre, 0.0, rod_angle)
+        return {
+            driven_crank.CRANK: (*rotate_point(crank_centre, 0.0, angle), angle),
+            driven_crank.CONNECTING_ROD: (pin_x + across, pin_y + up, rod_angle),
+            driven_crank.CROSSHEAD: (pin_x + self.connecting_rod * math.cos(rod_angle), 0.0, 0.0),
+        }
 
 
 def rod_length_problems(machine: Machine, rods: Mapping[str, str]) -> list[str]:

@@ -52,7 +52,7 @@ def find_crossings(
     """
     if len(motion.times) < 2:
         return []
-    readings = {name: SampledReading(mechanism, motion, name, *start) for name in dict.fromkeys(item.reading for item in crossings)}
+    readings = {name: SampledReading(mechanism, motion, name, start) for name in dict.fromkeys(item.reading for item in crossings)}
     events = []
     for crossing in crossings:
         tolerance = max(errors[crossing.reading], ROUNDING_TOLERANCE * mechanism.output_scale(crossing.reading))
@@ -64,10 +64,9 @@ def find_crossings(
 class SampledReading:
     """A reading along a sampled motion, with its first two derivatives at the samples."""
 
-    def __init__(
-        self, mechanism: Mechanism, motion: SampledMotion, name: str, start_time: float, start_values: Mapping[str, float]
-    ) -> None:
+    def __init__(self, mechanism: Mechanism, motion: SampledMotion, name: str, start: tuple[float, Mapping[str, float]]) -> None:
         self._mechanism, self._motion, self._name = mechanism, motion, name
+        start_time, start_values = start
         output = evaluate_output(mechanism, name, motion.poses, motion.velocities)
         values = unwrap_output(mechanism.reading(name), output.value)
         shift = start_values.get(name, 0.0) - float(np.interp(start_time, motion.times, values))

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, output_forces_of, potential_derivatives
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_forces_of, potential_derivatives
 from governor_mechanism.mechanics.dynamics.force_elements import spring_potential_energy as spring_potential
 from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed, gravitational_energy, spindle_inertia, spindle_inertia_rate
+from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output, evaluate_output_value, unwrap_output
@@ -20,9 +21,7 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
-from governor_mechanism.observables.deferred import DeferredMotionAnalysis
-from governor_mechanism.observables.run_result import Observables, RunResult
-from governor_mechanism.observables.state_history import StateHistory
+from governor_mechanism.observables.run_result import DeferredMotionAnalysis, Observables, RunResult, StateHistory
 from governor_mechanism.observables.static_forces import evaluate_derived_forces
 from governor_mechanism.observables.work import integrate_work
 from governor_mechanism.types import FloatArray
@@ -223,6 +222,20 @@ class ReadingEvaluator:
             inertia_rate += spindle_inertia_rate(body.mass, *body.second_moments.in_plane, x, angle, x_rate, angular_velocity)
         torque: FloatArray = inertia_rate * speed + self.evaluate_spindle_inertia(index, history.poses) * acceleration
         return torque
+
+    def count_model_size(self) -> dict[str, int]:
+        """Return the number of bodies, constraint equations, force elements, contacts and so on; only those that are not zero."""
+        contacts = contacts_of(self.scene)
+        counts = {
+            "bodies": len(self.mechanism.bodies),
+            "joint equations": len(self._constraint_equations.joint_indices),
+            "force elements": len(self.mechanism.force_elements),
+            "readings with forces": len(forced_output_names(self.scene)),
+            "springs and dashpots along readings": len(output_forces_of(self.scene)),
+            "frictions": sum(contact.friction is not None for contact in contacts),
+            "stops": sum(int(np.isfinite(contact.low)) + int(np.isfinite(contact.high)) for contact in contacts),
+        }
+        return {name: count for name, count in counts.items() if count}
 
     def evaluate_spindle_inertia(self, index: int, poses: FloatArray) -> FloatArray:
         """Return the moment of inertia J (n,) kg m2 of the bodies of a plane about its spindle."""

@@ -1,14 +1,67 @@
-"""Result of a run as an engine returns it, from which its trajectory is made."""
+"""Result of a run as an engine returns it, from which its trajectory is made, and what is computed from it on first access."""
+
+from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
+from governor_mechanism.mechanics.dynamics.inverse_dynamics import InverseDynamics, compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.lowering import ground_pin_of_point_mass
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.model.events import Event
-from governor_mechanism.model.trajectory import Energy, Outcome
-from governor_mechanism.observables.singular_configurations import DenseOutput
-from governor_mechanism.observables.state_history import StateHistory
+from governor_mechanism.model.joints import Joint
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.trajectory import Energy, Outcome, Reaction
+from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
+from governor_mechanism.observables.crossings import find_crossings
+from governor_mechanism.observables.singular_configurations import DenseOutput, SampledMotion, find_singular_configurations
 from governor_mechanism.types import FloatArray, IntArray
+
+NEAR_DEPENDENT_PIVOT_RATIO = 1e-9
+"""Pivot ratio (a squared angle) below which the constraint rows are examined for indeterminate forces."""
+
+MIN_PARTICIPATION_RATIO = 1e-6
+"""A row takes part in a linear dependence if its component in the left null vector exceeds this."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StateHistory:
+    """States of a motion at n times.
+
+    Attributes
+    ----------
+    times
+        Times, s; shape (n,).
+    poses
+        Position (m) of the mass centre and angle (rad) of every body; shape (n, bodies, 3).
+    velocities
+        Their rates, m/s and rad/s; shape (n, bodies, 3).
+    work
+        Work put in by changes of a given spindle speed, less the work of drivers, force elements and spindle torque, J;
+        shape (n,). It includes `dissipated_energy`.
+    dissipated_energy
+        Energy dissipated by dashpots, dry friction and stops, J; shape (n,).
+    lags
+        States of first-order lags; shape (n, lags).
+    """
+
+    times: FloatArray
+    poses: FloatArray
+    velocities: FloatArray
+    work: FloatArray
+    dissipated_energy: FloatArray
+    lags: FloatArray
+
+    def at(self, indices: slice | IntArray) -> StateHistory:
+        """Return the states at some of the times."""
+        return StateHistory(**{name: states[indices] for name, states in vars(self).items()})
+
 
 StateProvider = Callable[[], tuple[StateHistory, tuple[ContactMode, ...], DenseOutput | None]]
 """Function that computes the states and contact modes at the monitor times, and a dense output between them where there is one."""
@@ -88,3 +141,86 @@ class RunResult:
     def n_reached(self) -> int:
         """Number of reported times that the run reached."""
         return len(self.reported_states.times)
+
+
+@dataclass(frozen=True)
+class DeferredMotionAnalysis:
+    """Result of a run from which joint reactions and events are computed on request."""
+
+    scene: Scene
+    result: RunResult
+    mobility: int
+
+    def reactions(self) -> dict[str, Reaction]:
+        """Return the reaction of every joint, by name, at the reported times."""
+        states, modes = self.result.reported_states, self.result.contact_modes
+        reported_modes = tuple(np.array(modes, dtype=object)[self.result.reported_indices]) if modes else ()
+        return _compute_reactions(self.scene.mechanism, states.poses, self._evaluate_dynamics(states, reported_modes))
+
+    def events(self) -> tuple[Event, ...]:
+        """Return all events in the order of time."""
+        events, has_contacts = list(self.result.contact_events), bool(self.result.contact_modes)
+        if self.result.n_reached and (self.scene.crossings or not has_contacts):
+            motion = self._sample_motion()
+            events += self._find_crossings(motion)
+            if not has_contacts:
+                events += find_singular_configurations(self.scene.mechanism, motion, self.mobility)
+        return tuple(sorted(events, key=lambda event: event.time))
+
+    def _sample_motion(self) -> SampledMotion:
+        states, modes, dense_output = self.result.monitor_states, self.result.contact_modes, self.result.dense_output
+        if not isinstance(states, StateHistory):
+            states, modes, dense_output = states()
+        dynamics = self._evaluate_dynamics(states, modes)
+        contact_times = np.unique([event.time for event in self.result.contact_events])
+        motion = states.times, states.poses, states.velocities, dynamics.accelerations
+        return SampledMotion(*motion, dynamics.pivot_ratios, dense_output or (lambda k, time: None), contact_times)
+
+    def _find_crossings(self, motion: SampledMotion) -> list[Event]:
+        """Return the named crossings; without an error estimate, the errors are taken to be those that the scene asks for."""
+        mechanism, result = self.scene.mechanism, self.result
+        allowed = {item.reading: self.scene.run.accuracy * mechanism.output_scale(item.reading) for item in self.scene.crossings}
+        start_values = {name: float(values[0]) for name, values in result.observables.readings.items()}
+        start = float(result.reported_states.times[0]), start_values
+        return find_crossings(mechanism, motion, self.scene.crossings, allowed | result.reading_errors, start)
+
+    def _evaluate_dynamics(self, states: StateHistory, contact_modes: tuple[ContactMode, ...]) -> InverseDynamics:
+        return compute_inverse_dynamics(self.scene, states.times, states.poses, states.velocities, states.lags, contact_modes)
+
+
+def _compute_reactions(mechanism: Mechanism, poses: FloatArray, motion_dynamics: InverseDynamics) -> dict[str, Reaction]:
+    """Return the reaction of every joint, by name, from poses (n, bodies, 3) and the inverse dynamics of their motion."""
+    owner = make_constraint_table(mechanism).joint_indices
+    undetermined = _find_undetermined(mechanism, poses, motion_dynamics.pivot_ratios)
+    result = {}
+    for index, joint in enumerate(mechanism.joints):
+        own_rows = owner == index
+        forces = motion_dynamics.joint_forces[:, own_rows].sum(axis=1)
+        forces[:, :2] += _point_mass_pin_force(mechanism, joint, motion_dynamics)
+        result[joint.name] = Reaction(force=forces[:, :2], moment=forces[:, 2], determined=~undetermined[:, index] & bool(own_rows.any()))
+    return result
+
+
+def _point_mass_pin_force(mechanism: Mechanism, joint: Joint, motion_dynamics: InverseDynamics) -> FloatArray:
+    """Return the pin force (n, 2), N, on the second body that accelerates a body treated as a point mass about a ground pin.
+
+    The equations of motion about the pin do not contain it.
+    """
+    total = np.zeros((len(motion_dynamics.accelerations), 2))
+    for point, sign in ((joint.second, 1.0), (joint.first, -1.0)):
+        index = mechanism.body_index(point.body)
+        if index >= 0 and ground_pin_of_point_mass(mechanism, mechanism.bodies[index]) is joint:
+            total += sign * mechanism.bodies[index].mass * motion_dynamics.accelerations[:, index, :2]
+    return total
+
+
+def _find_undetermined(mechanism: Mechanism, poses: FloatArray, pivot_ratios: FloatArray) -> NDArray[np.bool_]:
+    """Return for each pose and joint (n, joints) whether its forces are statically indeterminate."""
+    undetermined = np.zeros((len(poses), len(mechanism.joints)), dtype=np.bool_)
+    position_solver = PositionSolver(mechanism)
+    for i in np.flatnonzero(pivot_ratios < NEAR_DEPENDENT_PIVOT_RATIO):
+        left_singular_vectors, singular_values, _ = np.linalg.svd(position_solver.scaled_joint_jacobian(poses[i]), full_matrices=True)
+        rank = int(np.sum(singular_values > RANK_TOLERANCE * singular_values[0])) if singular_values.size else 0
+        participating = np.any(np.abs(left_singular_vectors[:, rank:]) > MIN_PARTICIPATION_RATIO, axis=1)
+        undetermined[i, np.unique(position_solver.equations.joint_indices[participating])] = True
+    return undetermined

@@ -30,13 +30,6 @@ EVENT_ANGLE_TOLERANCE = 1e-13
 """Tolerance of the crank angle of an event, rad; rounding is about 1e-15."""
 
 
-def require_slide_valve(scene: Scene) -> None:
-    """Raise MechanismError unless the machine of a scene is a slide valve."""
-    machine = scene.part.machine
-    if machine != SlideValve.name:
-        raise MechanismError(f"valve timing needs machine {SlideValve.name!r}; this scene has {machine!r}")
-
-
 def valve_setting(scene: Scene) -> str:
     """Return the rule for the centre of the valve's motion in the scene file.
 
@@ -135,7 +128,8 @@ def find_event_angles(scene: Scene) -> dict[str, float]:
     MechanismError
         If the machine is not a slide valve.
     """
-    require_slide_valve(scene)
+    if scene.part.machine != SlideValve.name:
+        raise MechanismError(f"valve timing needs machine {SlideValve.name!r}; this scene has {scene.part.machine!r}")
     lowest, highest = _find_valve_dead_centres(scene)
     displaced_readings = evaluate_at_crank_angles(scene, np.array([lowest, highest])).readings
     events: list[tuple[str, str, float, float]] = []

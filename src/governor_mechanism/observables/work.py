@@ -14,7 +14,7 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.hermite import cubic_hermite, cubic_hermite_derivative, quintic_hermite
-from governor_mechanism.observables.state_history import StateHistory
+from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
 
 N_GAUSS_POINTS = 4

@@ -172,7 +172,7 @@ def dimensions_table_model(machine: type[Machine]) -> type[SceneFileTable]:
             fields[field.name] = (Annotated[str, choice(field.metadata["words"])], Field(None, description=description))
             continue
         hint = f"; leave {field.name} out if there is none" if field.default is None else ""
-        validator = _or_word(field.metadata["word"], kind, "any" if field.metadata["signed"] else "positive", hint)
+        validator = _or_word(field.metadata["omission_word"], kind, "any" if field.metadata["signed"] else "positive", hint)
         kind_name = QUANTITY_KINDS[kind].name.split(" ", 1)[1] if kind in QUANTITY_KINDS else kind
         default = ... if field.default is dataclasses.MISSING else None
         fields[field.name] = (Annotated[Any, validator], Field(default, description=f"the {kind_name} {description}"))

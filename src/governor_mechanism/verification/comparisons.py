@@ -1,26 +1,37 @@
-"""What the checks of all machines share: runs, comparisons of algebraic results and of motions, notes."""
+"""What the checks of all machines share: runs, notes, comparisons of algebraic results, motions, equilibria and their oscillations."""
 
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicHermiteSpline
 
-from governor_mechanism.closed_form.arguments import FloatOrArray
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.engines import select_engine
-from governor_mechanism.errors import MechanismError
+from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
+from governor_mechanism.errors import MechanismError, RunFailed
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.effect import Effect, OutputEffect
-from governor_mechanism.model.part import FreeSpindle
-from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.part import FreeSpindle, Start
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, FloatOrArray
 from governor_mechanism.verification.report import ComparisonRow
+
+Checks = Iterator[ComparisonRow | str]
+"""Comparisons, and notes on what is not checked."""
+
+Acceleration = Callable[..., FloatOrArray]
+"""Closed form of an acceleration; see `integrate_governor`."""
 
 ALGEBRAIC_TOLERANCE = 1e-10
 """Relative tolerance of results without time integration; rounding and position assembly leave about 1e-12."""
+
+SMALL_AMPLITUDE = 1e-3
+"""Amplitude of the small oscillation (rad); a second one has twice the amplitude."""
 
 
 def run_scene(scene: Scene, times: FloatArray | None = None) -> Trajectory:
@@ -50,11 +61,8 @@ def note_unsupported_effects(scene: Scene, *supported: type[OutputEffect]) -> st
 
     They include a linear dashpot on the sleeve and the `supported` classes.
     """
-    unsupported = [
-        effect
-        for effect in scene.effects
-        if isinstance(effect, OutputEffect) and not isinstance(effect, supported) and not _is_linear_sleeve_dashpot(effect)
-    ]
+    effects = [effect for effect in scene.effects if isinstance(effect, OutputEffect) and not isinstance(effect, supported)]
+    unsupported = [effect for effect in effects if not _is_linear_sleeve_dashpot(effect)]
     return f"motion is not checked: the closed form does not include {name_effects(unsupported)}" if unsupported else ""
 
 
@@ -84,71 +92,44 @@ def compare_algebraic(
     quantity: str, simulated: FloatOrArray, expected: FloatOrArray, unit: str, scale: float | None = None
 ) -> ComparisonRow:
     """Return the comparison of two algebraic results; the tolerance is relative to the scale, or to the expected value."""
-    return ComparisonRow(
-        quantity=quantity,
-        simulated=float(simulated),
-        expected=float(expected),
-        allowed=ALGEBRAIC_TOLERANCE * abs(float(expected) if scale is None else scale),
-        unit=unit,
-        reason="both are algebraic; rounding and position assembly leave about 1e-12",
-    )
+    allowed = ALGEBRAIC_TOLERANCE * abs(float(expected) if scale is None else scale)
+    reason = "both are algebraic; rounding and position assembly leave about 1e-12"
+    return ComparisonRow(quantity, float(simulated), float(expected), allowed, unit, reason)
 
 
 def compare_largest_deviation(
-    quantity: str, simulated: FloatArray, expected: FloatArray, places: Sequence[str], *, allowed: float, unit: str, reason: str
+    quantity: str, simulated: FloatArray, expected: FloatOrArray, places: Sequence[str], allowed: float, unit: str, reason: str
 ) -> ComparisonRow:
     """Return the comparison of two arrays (n,) at the place where they deviate most."""
-    worst_index = int(np.argmax(np.abs(simulated - expected)))
-    return ComparisonRow(
-        quantity=f"{quantity} (largest deviation, {places[worst_index]})",
-        simulated=float(simulated[worst_index]),
-        expected=float(expected[worst_index]),
-        allowed=allowed,
-        unit=unit,
-        reason=reason,
-    )
+    exact = np.asarray(expected)
+    k = int(np.argmax(np.abs(simulated - exact)))
+    return ComparisonRow(f"{quantity} (largest deviation, {places[k]})", float(simulated[k]), float(exact[k]), allowed, unit, reason)
 
 
 def compare_in_motion(
-    run: Trajectory, quantity: str, simulated: FloatArray, expected: FloatArray, *, allowed: float, unit: str, reason: str
+    run: Trajectory, quantity: str, simulated: FloatArray, expected: FloatOrArray, allowed: float, unit: str, reason: str
 ) -> ComparisonRow:
     """Return the comparison of a quantity at the reported times where it deviates most."""
-    return compare_largest_deviation(
-        quantity, simulated, expected, [f"t = {time:.4g} s" for time in run.times], allowed=allowed, unit=unit, reason=reason
-    )
+    places = [f"t = {time:.4g} s" for time in run.times]
+    return compare_largest_deviation(quantity, simulated, expected, places, allowed, unit, reason)
 
 
-def compare_reading(run: Trajectory, name: str, expected: FloatArray) -> ComparisonRow:
+def compare_reading(run: Trajectory, name: str, expected: FloatOrArray) -> ComparisonRow:
     """Return the comparison of a reading where it deviates most, over the reported times that `expected` (n,) covers."""
-    return compare_in_motion(
-        run,
-        f"{name.replace('_', ' ')} in motion",
-        run.readings[name][: len(expected)],
-        expected,
-        allowed=run.scene.run.accuracy * run.scales[name],
-        unit=run.units[name],
-        reason="the requested accuracy times the scale of the reading",
-    )
+    simulated = run.readings[name][: np.size(expected)]
+    allowed = run.scene.run.accuracy * run.scales[name]
+    reason = "the requested accuracy times the scale of the reading"
+    return compare_in_motion(run, f"{name.replace('_', ' ')} in motion", simulated, expected, allowed, run.units[name], reason)
 
 
 def compare_jacobi_integral(run: Trajectory) -> ComparisonRow:
     """Return the comparison of the drift of the Jacobi integral with zero."""
-    return ComparisonRow(
-        quantity="Jacobi integral, largest change",
-        simulated=run.energy.drift,
-        expected=0.0,
-        allowed=run.scene.run.accuracy,
-        unit="1",
-        reason="relative to mass x length scale^2 / time scale^2, like the accuracy",
-    )
+    reason = "relative to mass x length scale^2 / time scale^2, like the accuracy"
+    return ComparisonRow("Jacobi integral, largest change", run.energy.drift, 0.0, run.scene.run.accuracy, "1", reason)
 
 
 def integrate_governor(
-    run: Trajectory,
-    n_times: int,
-    angle: str,
-    angular_acceleration: Callable[..., FloatOrArray],
-    spindle_acceleration: Callable[..., FloatOrArray],
+    run: Trajectory, n_times: int, angle: str, angular_acceleration: Acceleration, spindle_acceleration: Acceleration
 ) -> FloatArray:
     """Integrate a governor of one coordinate from the initial state of a run.
 
@@ -180,3 +161,57 @@ def integrate_governor(
         segments.append(solution.y[:, : len(segment_times)])
         state = solution.y[:, -1]
     return np.concatenate(segments, axis=1)
+
+
+def format_rpm(speed: float) -> str:
+    """Return a speed (rad/s) as text in rpm."""
+    return f"{speed * 30 / math.pi:.6g} rpm"
+
+
+def check_stability(scene: Scene, reading: str, angle: float, squared_frequency: float, starts: Iterable[float], label: str) -> Checks:
+    """Yield relaxation from each start and small-oscillation period of an equilibrium (rad); a note if it is unstable."""
+    if squared_frequency <= 0:
+        yield f"the equilibrium at {label} is unstable: relaxation and oscillation are not checked"
+        return
+    for start in starts:
+        yield check_relaxation(scene, f"relaxation from {math.degrees(start):.4g} deg to {label}", start=start, expected=angle)
+    yield check_oscillation_period(scene, reading, angle=angle, period=2 * math.pi / math.sqrt(squared_frequency), label=label)
+
+
+def check_relaxation(scene: Scene, quantity: str, *, start: float, expected: float) -> ComparisonRow:
+    """Return the comparison of the position (rad) to which the scene relaxes; NaN, which fails the row, if it does not."""
+    try:
+        rest_position = relax_to_equilibrium(scene, start)
+    except RunFailed:
+        rest_position = math.nan
+    reason = "at equilibrium the time integration has no error; the joint solver leaves about 1e-11"
+    return ComparisonRow(quantity, rest_position, expected, 1e-8, "rad", reason)
+
+
+def check_oscillation_period(scene: Scene, reading: str, *, angle: float, period: float, label: str) -> ComparisonRow:
+    """Return the comparison of the period (s) of a reading about an equilibrium (rad), extrapolated to amplitude zero."""
+    small_amplitude_period, double_amplitude_period = (
+        (_simulate_period(scene, reading, angle, amplitude, period) + _simulate_period(scene, reading, angle, -amplitude, period)) / 2
+        for amplitude in (SMALL_AMPLITUDE, 2 * SMALL_AMPLITUDE)
+    )
+    simulated_period = (4 * small_amplitude_period - double_amplitude_period) / 3
+    reason = "two amplitudes to both sides, extrapolated to zero; the accuracy of the runs remains"
+    return ComparisonRow(f"small-oscillation period at {label}", simulated_period, period, 1e-7 * period, "s", reason)
+
+
+def _simulate_period(scene: Scene, reading: str, angle: float, amplitude: float, period: float) -> float:
+    """Return the period (s) of an oscillation of the given amplitude (rad)."""
+    oscillating_scene = scene.with_changes(
+        start=Start(values={reading: angle + amplitude}), run=RunSettings(duration=2.2 * period, output_interval=period / 50, accuracy=1e-9)
+    )
+    return measure_period(run_scene(oscillating_scene), reading, angle)
+
+
+def measure_period(run: Trajectory, reading: str, level: float) -> float:
+    """Return the time (s) per cycle between the first and the last upward crossing of `level` by a reading."""
+    curve = CubicHermiteSpline(run.times, run.readings[reading] - level, run.rates[reading])
+    crossings = np.asarray(curve.roots(extrapolate=False))
+    upward_crossings = crossings[curve(crossings, 1) > 0]
+    if len(upward_crossings) < 2:
+        raise MechanismError(f"{reading} completes no cycle about {level:.6g} in {run.times[-1]:.6g} s: there is no period")
+    return float((upward_crossings[-1] - upward_crossings[0]) / (len(upward_crossings) - 1))

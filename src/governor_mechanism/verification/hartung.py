@@ -1,7 +1,6 @@
 """Hartung's governor against Dubois' formulas: spring force, equilibrium speed, sleeve force, stability, motion, energy."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -9,7 +8,6 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import brentq
 
-from governor_mechanism.closed_form.arguments import FloatOrArray
 from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.stops import Stops
@@ -21,10 +19,8 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.observables.static_forces import compute_static_force
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, FloatOrArray
 from governor_mechanism.verification import comparisons
-from governor_mechanism.verification.oscillation import check_stability, format_rpm
-from governor_mechanism.verification.report import ComparisonRow
 
 LEVER_ANGLE_READING = "lever_angle"
 
@@ -35,7 +31,7 @@ RELAXATION_OFFSET = 0.05
 """Largest start offset of the relaxation (rad), to each side of an equilibrium; smaller where another equilibrium is near."""
 
 
-def check_hartung_governor(scene: Scene) -> Iterator[ComparisonRow | str]:
+def check_hartung_governor(scene: Scene) -> comparisons.Checks:
     """Yield every comparison that applies to the scene: over the stroke, at equilibria of the first and last speed, in motion.
 
     Equilibria are checked without output effects, motion until the first impact.
@@ -75,7 +71,7 @@ def _lever_stroke(scene: Scene) -> tuple[float, float]:
     return outer, inner
 
 
-def _check_statics_over_stroke(scene: Scene, governor: closed.HartungGovernor, stroke: tuple[float, float]) -> Iterator[ComparisonRow]:
+def _check_statics_over_stroke(scene: Scene, governor: closed.HartungGovernor, stroke: tuple[float, float]) -> comparisons.Checks:
     """Yield the comparisons of equilibrium speed and static sleeve force over the stroke."""
     outer, inner = stroke
     lever_angles = np.array([inner + fraction * (outer - inner) for fraction in STROKE_FRACTIONS])
@@ -90,7 +86,7 @@ def _check_statics_over_stroke(scene: Scene, governor: closed.HartungGovernor, s
     yield from _check_astatic_spring_force(scene, governor, lever_angles)
 
 
-def _check_astatic_spring_force(scene: Scene, governor: closed.HartungGovernor, lever_angles: FloatArray) -> Iterator[ComparisonRow]:
+def _check_astatic_spring_force(scene: Scene, governor: closed.HartungGovernor, lever_angles: FloatArray) -> comparisons.Checks:
     """Yield the spring force that balances the weights at one speed, from the reduction of a governor without springs."""
     springless_scene = scene.with_changes(mechanism=replace(scene.part.mechanism, force_elements=(), derived_forces=()))
     reduction = SingleDofReduction(springless_scene)
@@ -102,11 +98,11 @@ def _check_astatic_spring_force(scene: Scene, governor: closed.HartungGovernor, 
     )
     for lever_angle, force in zip(lever_angles.tolist(), forces.tolist(), strict=True):
         expected = float(closed.astatic_spring_force(governor, lever_angle=lever_angle, spindle_speed=speed))
-        quantity = f"spring force that balances {math.degrees(lever_angle):.4g} deg at {format_rpm(speed)}"
+        quantity = f"spring force that balances {math.degrees(lever_angle):.4g} deg at {comparisons.format_rpm(speed)}"
         yield comparisons.compare_algebraic(quantity, force, expected, "N", scale=max(abs(expected), governor.weight_mass * scene.gravity))
 
 
-def _check_equilibria(scene: Scene, governor: closed.HartungGovernor, stroke: tuple[float, float]) -> Iterator[ComparisonRow | str]:
+def _check_equilibria(scene: Scene, governor: closed.HartungGovernor, stroke: tuple[float, float]) -> comparisons.Checks:
     """Yield the comparisons of the equilibria at the spindle's first and last speed."""
     if isinstance(scene.spindle, FreeSpindle):
         yield "the spindle is free: equilibria at a given speed are not checked"
@@ -115,7 +111,7 @@ def _check_equilibria(scene: Scene, governor: closed.HartungGovernor, stroke: tu
         all_angles = _equilibrium_angles(scene, governor, abs(speed))
         angles_in_stroke = [angle for angle in all_angles if stroke[0] <= angle <= stroke[1]]
         if not angles_in_stroke:
-            yield f"at {format_rpm(speed)} there is no equilibrium within the stroke: nothing is checked there"
+            yield f"at {comparisons.format_rpm(speed)} there is no equilibrium within the stroke: nothing is checked there"
         for angle in angles_in_stroke:
             offset = min([RELAXATION_OFFSET, *(0.3 * abs(angle - other) for other in all_angles if other != angle)])
             yield from _check_equilibrium(scene.with_changes(spindle=Spindle(speeds=(speed,))), governor, angle, offset)
@@ -139,17 +135,13 @@ def _equilibrium_angles(scene: Scene, governor: closed.HartungGovernor, speed: f
     ]
 
 
-def _check_equilibrium(scene: Scene, governor: closed.HartungGovernor, angle: float, offset: float) -> Iterator[ComparisonRow | str]:
+def _check_equilibrium(scene: Scene, governor: closed.HartungGovernor, angle: float, offset: float) -> comparisons.Checks:
     """Yield the comparisons of one equilibrium: relaxation from both sides, oscillation period."""
     force, rate = _spring_force(scene, angle), scene.part.dimensions["spring_rate"]
-    yield from check_stability(
-        scene,
-        LEVER_ANGLE_READING,
-        angle=angle,
-        squared_frequency=float(closed.squared_natural_frequency(governor, lever_angle=angle, spring_force=force, spring_rate=rate)),
-        starts=(angle - offset, angle + offset),
-        label=f"{math.degrees(angle):.4g} deg, {format_rpm(SpindleSpeedFunction(scene.spindle).start_speed)}",
-    )
+    squared_frequency = float(closed.squared_natural_frequency(governor, lever_angle=angle, spring_force=force, spring_rate=rate))
+    label = f"{math.degrees(angle):.4g} deg, {comparisons.format_rpm(SpindleSpeedFunction(scene.spindle).start_speed)}"
+    starts = (angle - offset, angle + offset)
+    yield from comparisons.check_stability(scene, LEVER_ANGLE_READING, angle, squared_frequency, starts, label)
 
 
 def _spring_force(scene: Scene, lever_angle: float) -> float:
@@ -159,7 +151,7 @@ def _spring_force(scene: Scene, lever_angle: float) -> float:
     return dimensions["spring_preload"] + dimensions["spring_rate"] * (weight_radius - dimensions["preload_radius"])
 
 
-def _check_motion(scene: Scene, governor: closed.HartungGovernor, run: Trajectory) -> Iterator[ComparisonRow | str]:
+def _check_motion(scene: Scene, governor: closed.HartungGovernor, run: Trajectory) -> comparisons.Checks:
     """Yield the comparison of a run with the equation of motion until the first impact; a note if an effect is not included."""
     if note := comparisons.note_unsupported_effects(scene, Stops):
         yield note

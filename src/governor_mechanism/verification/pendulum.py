@@ -1,7 +1,6 @@
 """The pendulum governor against Zehnder's closed forms: equilibrium, small oscillations, motion, torque, Jacobi integral."""
 
 import math
-from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
@@ -17,8 +16,6 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.verification import comparisons
-from governor_mechanism.verification.oscillation import check_stability, format_rpm
-from governor_mechanism.verification.report import ComparisonRow
 
 RELAXATION_OFFSETS = (-0.12, 0.03, 0.15)
 """Start angles of the relaxation, from the equilibrium of the closed form (rad)."""
@@ -27,7 +24,7 @@ ARM_TRAVEL_MARGIN = 0.02
 """Minimum distance (rad) of a checked equilibrium from the end of the travel, which is a singular configuration."""
 
 
-def check_pendulum_governor(scene: Scene) -> Iterator[ComparisonRow | str]:
+def check_pendulum_governor(scene: Scene) -> comparisons.Checks:
     """Yield every comparison that applies to the scene; equilibria are checked at the spindle's first speed.
 
     Equilibria are checked without output effects, motion with those that the closed form includes.
@@ -63,17 +60,17 @@ def build_pendulum_closed_form(scene: Scene) -> PendulumGovernor:
     return PendulumGovernor(**dimensions, gravity=scene.gravity)
 
 
-def _check_equilibria(scene: Scene, governor: PendulumGovernor) -> Iterator[ComparisonRow | str]:
+def _check_equilibria(scene: Scene, governor: PendulumGovernor) -> comparisons.Checks:
     """Yield the comparisons of all equilibria at the spindle's first speed."""
     program = SpindleSpeedFunction(scene.spindle)
     speed, (low, high) = program.start_speed, comparisons.travel_limits(scene, "arm_angle")
     if not program.is_constant:
-        yield f"the spindle speed varies: equilibria are checked at its first value, {format_rpm(speed)}; torque is not checked"
+        yield f"the spindle speed varies: equilibria are checked at its first value, {comparisons.format_rpm(speed)}; torque is not checked"
     constant_speed_scene = scene.with_changes(spindle=Spindle(speeds=(speed,)))
     angles = closed.equilibrium_angles(governor, spindle_speed=abs(speed)).tolist() if speed else []
     angles = [angle for angle in angles if low < angle < high]
     if not angles:
-        yield f"at {format_rpm(speed)} there is no equilibrium within the travel: nothing is checked there"
+        yield f"at {comparisons.format_rpm(speed)} there is no equilibrium within the travel: nothing is checked there"
     for angle in angles:
         if low + ARM_TRAVEL_MARGIN < angle < high - ARM_TRAVEL_MARGIN:
             yield from _check_equilibrium(constant_speed_scene, governor, speed, angle)
@@ -81,23 +78,18 @@ def _check_equilibria(scene: Scene, governor: PendulumGovernor) -> Iterator[Comp
             yield f"the equilibrium at {math.degrees(angle):.4g} deg is at the end of the travel: it is not checked"
 
 
-def _check_equilibrium(scene: Scene, governor: PendulumGovernor, speed: float, angle: float) -> Iterator[ComparisonRow | str]:
+def _check_equilibrium(scene: Scene, governor: PendulumGovernor, speed: float, angle: float) -> comparisons.Checks:
     """Yield the comparisons of one equilibrium: speed, relaxation, oscillation period."""
     label = f"{math.degrees(angle):.4g} deg"
     simulated_speed, expected_speed = equilibrium_speed_at(scene, np.array([angle]))[0], closed.equilibrium_speed(governor, arm_angle=angle)
     yield comparisons.compare_algebraic(f"equilibrium speed at {label}", simulated_speed, expected_speed, "rad/s", scale=speed)
     low, high = comparisons.travel_limits(scene, "arm_angle")
-    yield from check_stability(
-        scene,
-        "arm_angle",
-        angle=angle,
-        squared_frequency=float(closed.squared_oscillation_frequency(governor, arm_angle=angle, spindle_speed=speed)),
-        starts=[min(max(angle + offset, (angle + low) / 2), (angle + high) / 2) for offset in RELAXATION_OFFSETS],
-        label=label,
-    )
+    squared_frequency = float(closed.squared_oscillation_frequency(governor, arm_angle=angle, spindle_speed=speed))
+    starts = [min(max(angle + offset, (angle + low) / 2), (angle + high) / 2) for offset in RELAXATION_OFFSETS]
+    yield from comparisons.check_stability(scene, "arm_angle", angle, squared_frequency, starts, label)
 
 
-def _check_motion(scene: Scene, governor: PendulumGovernor, run: Trajectory) -> Iterator[ComparisonRow | str]:
+def _check_motion(scene: Scene, governor: PendulumGovernor, run: Trajectory) -> comparisons.Checks:
     """Yield the comparisons of a run with the integrated equations of motion; a note if an effect is not included."""
     if note := comparisons.note_unsupported_effects(scene):
         yield note
@@ -111,4 +103,4 @@ def _check_motion(scene: Scene, governor: PendulumGovernor, run: Trajectory) -> 
     elif SpindleSpeedFunction(scene.spindle).is_constant:
         speed = float(run.readings["spindle_speed"][0])
         torque = closed.drive_torque(governor, arm_angle=angles, arm_rate=rates, spindle_speed=speed)
-        yield comparisons.compare_reading(run, "spindle_torque", np.asarray(torque))
+        yield comparisons.compare_reading(run, "spindle_torque", torque)

@@ -9,9 +9,9 @@ MAX_PRINTED_ROWS = 24
 """Printed rows; a longer report shows the rows with the largest deviations only."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class ComparisonRow:
-    """One comparison in `unit`; `allowed` is an absolute tolerance in the same unit, and `reason` justifies it."""
+    """One comparison in `unit`, a row of the report; `allowed` is an absolute tolerance in the same unit, and `reason` justifies it."""
 
     quantity: str
     simulated: float
@@ -29,6 +29,12 @@ class ComparisonRow:
     def passed(self) -> bool:
         """Whether the difference is within the tolerance; False for NaN."""
         return abs(self.difference) <= self.allowed
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The comparison as cells of the printed table."""
+        values = (f"{self.simulated:.12g}", f"{self.expected:.12g}", self.unit, f"{self.difference:+.1e}", f"{self.allowed:.1e}")
+        return self.quantity, *values, "ok" if self.passed else "FAILED"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,23 +67,12 @@ class CheckReport:
         """Return the report as a table with its notes and the verdict."""
         is_long = len(self.rows) > MAX_PRINTED_ROWS
         shown = sorted(self.rows, key=_difference_ratio, reverse=True)[:MAX_PRINTED_ROWS] if is_long else self.rows
-        cells = [
-            (
-                row.quantity,
-                f"{row.simulated:.12g}",
-                f"{row.expected:.12g}",
-                row.unit,
-                f"{row.difference:+.1e}",
-                f"{row.allowed:.1e}",
-                "ok" if row.passed else "FAILED",
-            )
-            for row in shown
-        ]
         headers = ("quantity", "simulated", self.against, "unit", "difference", "allowed", "verdict")
         failed = sum(not row.passed for row in self.rows)
         verdict = f"all {len(self.rows)} agree" if not failed else f"{failed} of {len(self.rows)} do not agree"
         verdict += f" (the {MAX_PRINTED_ROWS} largest deviations shown)" if is_long else ""
-        return "\n".join([self.title, format_table(headers, cells, "lrrlrrl"), *(f"note: {note}" for note in self.notes), verdict])
+        table = format_table(headers, [row.cells for row in shown], "lrrlrrl")
+        return "\n".join([self.title, table, *(f"note: {note}" for note in self.notes), verdict])
 
 
 def _difference_ratio(row: ComparisonRow) -> float:

@@ -1,19 +1,17 @@
 """The slider crank against its closed forms: positions, velocities, accelerations and bearing loads."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from governor_mechanism.closed_form import slider_crank as closed
-from governor_mechanism.closed_form.arguments import FloatOrArray
 from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, FloatOrArray
 from governor_mechanism.verification import comparisons
-from governor_mechanism.verification.report import ComparisonRow
 
 CHECKED_CRANK_ANGLES = np.radians(np.arange(0.0, 360.0, 10.0))
 """Crank angles at which the kinematics is checked (rad)."""
@@ -22,25 +20,21 @@ BEARING_LOAD_RELATIVE_TOLERANCE = 1e-9
 """Tolerance relative to the largest load: rounding of a system whose masses differ by a factor of a thousand."""
 
 
-def check_slider_crank(scene: Scene) -> Iterator[ComparisonRow | str]:
+def check_slider_crank(scene: Scene) -> comparisons.Checks:
     """Yield every comparison that applies to the scene."""
     train, speed = build_crank_train(scene), scene.part.dimensions["crank_speed"]
     angle, motion = {"crank_angle": CHECKED_CRANK_ANGLES}, {"crank_angle": CHECKED_CRANK_ANGLES, "crank_rate": speed}
-    distance = closed.crosshead_distance(train, **angle)
     velocity, acceleration = closed.crosshead_velocity(train, **motion), closed.crosshead_acceleration(train, **motion)
-    yield from compare_kinematics(scene, "crosshead_distance", "crosshead", train.crank, (distance, velocity, acceleration))
-    rod_motion = (
-        closed.rod_angle(train, **angle),
-        closed.rod_angular_velocity(train, **motion),
-        closed.rod_angular_acceleration(train, **motion),
-    )
-    yield from compare_kinematics(scene, "rod_angle", "rod", 1.0, [-value for value in rod_motion])
+    crosshead = ("crosshead_distance", "crosshead", train.crank, (closed.crosshead_distance(train, **angle), velocity, acceleration))
+    velocity, acceleration = closed.rod_angular_velocity(train, **motion), closed.rod_angular_acceleration(train, **motion)
+    rod = ("rod_angle", "rod", 1.0, [-value for value in (closed.rod_angle(train, **angle), velocity, acceleration)])
+    yield from compare_kinematics(scene, crosshead, rod)
     run = comparisons.run_scene(scene)
     yield from comparisons.note_early_end(run)
     if len(run.times) < 2:
         return
     angles = crank_angles(scene, run)
-    yield comparisons.compare_reading(run, "crosshead_distance", np.asarray(closed.crosshead_distance(train, crank_angle=angles)))
+    yield comparisons.compare_reading(run, "crosshead_distance", closed.crosshead_distance(train, crank_angle=angles))
     if not any(isinstance(effect, CrankMasses) for effect in scene.effects):
         yield "no part has mass: bearing loads are not checked; add effects.masses"
     elif scene.part.mechanism.force_elements or scene.output_effects:
@@ -84,48 +78,40 @@ def crank_angles(scene: Scene, run: Trajectory) -> FloatArray:
     return dimensions["crank_start"] + dimensions["crank_speed"] * run.times
 
 
-def compare_kinematics(scene: Scene, reading: str, label: str, scale: float, expected: Sequence[FloatOrArray]) -> Iterator[ComparisonRow]:
-    """Yield value, velocity and acceleration of a reading where it deviates most; the tolerance is 1e-10 of its scale."""
-    speed, unit = scene.part.dimensions["crank_speed"], "rad" if reading.endswith("angle") else "m"
+def compare_kinematics(scene: Scene, *expected_motions: tuple[str, str, float, Sequence[FloatOrArray]]) -> comparisons.Checks:
+    """Yield value, velocity and acceleration of readings where they deviate most; the tolerance is 1e-10 of their scales.
+
+    An expected motion is a reading, its label and scale (SI), and its value and two time derivatives at the checked angles.
+    """
+    speed = scene.part.dimensions["crank_speed"]
+    reason = "no integration; rounding and position assembly leave about 1e-14"
     kinematics = solve_kinematics(scene, "crank_angle", CHECKED_CRANK_ANGLES, speed)
     places = [f"{math.degrees(angle):.4g} deg" for angle in kinematics.values]
     derivatives = (
-        (f"{label} position", unit, kinematics.readings),
-        (f"{label} speed", f"{unit}/s", kinematics.rates),
-        (f"{label} acceleration", f"{unit}/s2", kinematics.reading_accelerations),
+        ("position", "", kinematics.readings),
+        ("speed", "/s", kinematics.rates),
+        ("acceleration", "/s2", kinematics.reading_accelerations),
     )
-    for order, ((quantity, derivative_unit, simulated), exact) in enumerate(zip(derivatives, expected, strict=True)):
-        yield comparisons.compare_largest_deviation(
-            quantity,
-            simulated[reading],
-            np.asarray(exact),
-            places,
-            allowed=comparisons.ALGEBRAIC_TOLERANCE * scale * speed**order,
-            unit=derivative_unit,
-            reason="no integration; rounding and position assembly leave about 1e-14",
-        )
+    for reading, label, scale, expected in expected_motions:
+        for order, ((name, per_time, simulated), exact) in enumerate(zip(derivatives, expected, strict=True)):
+            allowed = comparisons.ALGEBRAIC_TOLERANCE * scale * speed**order
+            unit = ("rad" if reading.endswith("angle") else "m") + per_time
+            yield comparisons.compare_largest_deviation(f"{label} {name}", simulated[reading], exact, places, allowed, unit, reason)
 
 
-def _check_bearing_loads(
-    scene: Scene, run: Trajectory, train: closed.CrankTrain, angles: FloatArray, speed: float
-) -> Iterator[ComparisonRow | str]:
+def _check_bearing_loads(scene: Scene, run: Trajectory, train: closed.CrankTrain, angles: FloatArray, speed: float) -> comparisons.Checks:
     """Yield the comparison of every bearing of the scene where its load deviates most."""
     exact = closed.bearing_loads(train, crank_angle=angles, crank_rate=speed, gravity=scene.gravity)
     largest = max(float(np.max(np.hypot(force[:, 0], force[:, 1]))) for force in (exact.main, exact.crank_pin))
-    forces = {"shaft": exact.main, "crank pin": exact.crank_pin, "gudgeon": exact.gudgeon}
     allowed = max(BEARING_LOAD_RELATIVE_TOLERANCE, run.scene.run.accuracy) * largest
     reason = "relative to the largest load: 1e-9, or the requested accuracy where that is coarser"
-
-    def compare(name: str, simulated: FloatArray, expected: FloatArray) -> ComparisonRow:
-        return comparisons.compare_in_motion(run, name, simulated, expected, allowed=allowed, unit="N", reason=reason)
-
-    for name, force in forces.items():
+    for name, force in {"shaft": exact.main, "crank pin": exact.crank_pin, "gudgeon": exact.gudgeon}.items():
         if name not in run.reactions:
             yield f"{name!r} does not join two parts with mass: it is not checked"
             continue
         for axis, letter in enumerate("xy"):
-            yield compare(f"{name}, {letter}", run.reactions[name].force[:, axis], force[:, axis])
-    yield compare("crosshead guide", run.reactions["crosshead guide"].force[:, 1], exact.guide)
-    yield comparisons.compare_in_motion(
-        run, "drive torque", run.reactions["drive"].moment, exact.torque, allowed=allowed * train.crank, unit="N m", reason=reason
-    )
+            simulated = run.reactions[name].force[:, axis]
+            yield comparisons.compare_in_motion(run, f"{name}, {letter}", simulated, force[:, axis], allowed, "N", reason)
+    guide, drive = run.reactions["crosshead guide"], run.reactions["drive"]
+    yield comparisons.compare_in_motion(run, "crosshead guide", guide.force[:, 1], exact.guide, allowed, "N", reason)
+    yield comparisons.compare_in_motion(run, "drive torque", drive.moment, exact.torque, allowed * train.crank, "N m", reason)

@@ -8,6 +8,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.kinematic_analysis import validate_samples
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
@@ -53,16 +54,10 @@ def check_kernel(
     rows = []
     for index, (value, mechanism_value) in enumerate(zip(values.tolist(), mechanism_values.tolist(), strict=True)):
         label, arguments = f"{coordinate} = {value:.6g}", {name: float(column[index]) for name, column in kernel_arguments.items()}
-        rows.append(
-            ComparisonRow(
-                quantity=f"{quantity} at {label}",
-                simulated=mechanism_value,
-                expected=_evaluate_kernel(kernel, arguments, label),
-                allowed=allowed * (abs(mechanism_value) or largest_value),
-                unit=unit,
-                reason="the requested relative tolerance",
-            )
-        )
+        kernel_value = _evaluate_kernel(kernel, arguments, label)
+        tolerance = allowed * (abs(mechanism_value) or largest_value)
+        reason = "the requested relative tolerance"
+        rows.append(ComparisonRow(f"{quantity} at {label}", mechanism_value, kernel_value, tolerance, unit, reason))
     return CheckReport(title=scene.title, against=getattr(kernel, "__name__", "kernel"), rows=tuple(rows))
 
 
@@ -71,12 +66,7 @@ def _validate_coordinate_values(scene: Scene, over: Mapping[str, Sequence[float]
     coordinate = scene.part.mechanism.coordinate
     if list(over) != [coordinate]:
         raise MechanismError(f"`over` must give values of {coordinate!r}, the leading coordinate; got {list(over)}")
-    try:
-        values = np.atleast_1d(np.asarray(over[coordinate], dtype=np.float64))
-    except (TypeError, ValueError):
-        values = np.array([np.nan])
-    if values.ndim != 1 or not values.size or not np.all(np.isfinite(values)):
-        raise MechanismError(f"values of {coordinate!r} must be a list of finite numbers in SI; got {over[coordinate]!r}")
+    values = validate_samples(coordinate, over[coordinate])
     for limit in scene.part.mechanism.limits:
         outside = values[(values <= limit.low) | (values >= limit.high)]
         if limit.reading == coordinate and outside.size:

@@ -15,6 +15,7 @@ from scipy.optimize import approx_fprime
 from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.closed_form.hartung.governor import HartungGovernor
 from governor_mechanism.errors import MechanismError
+from hartung_scenes import sleeve_height_at
 from reference import hartung
 from reference.zehnder import half_unit_of_last_digit
 
@@ -178,7 +179,7 @@ def test_the_stiffness_is_the_slope_of_the_balance(found: tuple[HartungGovernor,
 def test_the_lift_and_its_slope_belong_together(found: tuple[HartungGovernor, float]) -> None:
     governor, angle = found
     h = 1e-5
-    ends = [float(closed.sleeve_height(governor, lever_angle=angle + step)) for step in (-h, h)]
+    ends = [float(sleeve_height_at(governor, angle + step)) for step in (-h, h)]
     slope = float(closed.lift_derivative(governor, lever_angle=angle))
     assert (ends[1] - ends[0]) / (2 * h) == pytest.approx(slope, abs=1e-8)  # h^2 of a third derivative, 1e-11 / h
 
@@ -197,7 +198,7 @@ def test_a_motion_keeps_its_energy() -> None:
     pull = hartung.PRELOAD + hartung.SPRING_RATE * (x - hartung.PRELOAD_RADIUS)
     kinetic = 0.5 * np.asarray(closed.lever_inertia(HUNG, lever_angle=angles)) * rates**2
     potential = pull**2 / hartung.SPRING_RATE - 45 * 21.9**2 * x**2 + 2 * 45 * 9.81 * 0.115 * np.cos(angles)
-    total = kinetic + potential + 15 * 9.81 * np.asarray(closed.sleeve_height(HUNG, lever_angle=angles))
+    total = kinetic + potential + 15 * 9.81 * sleeve_height_at(HUNG, angles)
     np.testing.assert_allclose(total, total[0], rtol=1e-10)  # the integration's tolerance, over some hundred steps
 
 
@@ -215,7 +216,7 @@ def test_a_motion_keeps_its_energy() -> None:
             r"lever is at or beyond its change point.*got lever_angle = 48\.7",
         ),
         (
-            lambda: closed.sleeve_height(HartungGovernor(**hartung.GOVERNOR, hanger=0.02), lever_angle=0.2),
+            lambda: closed.lift_derivative(HartungGovernor(**hartung.GOVERNOR, hanger=0.02), lever_angle=0.2),
             "hanger is too short.*hanger offset = 0.0207",
         ),
         (

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.integrate import quad, solve_ivp
 
-from governor_mechanism.closed_form.parabolic import isochronous_curve as isochronous
+from governor_mechanism.closed_form import parabolic as isochronous
 from governor_mechanism.closed_form.pendulum import dynamics as pendulum
 from governor_mechanism.closed_form.pendulum.dynamics import PendulumGovernor
 from governor_mechanism.errors import MechanismError
@@ -102,7 +102,7 @@ def test_the_osculating_arm_is_the_radius_of_curvature(abscissa: float, paramete
 
 
 def test_the_parabola_rises_at_45_degrees_where_x_is_twice_y() -> None:
-    x = isochronous.abscissa_at_45_degrees(spindle_speed=SPEEDS[0], mass_ratio=RATIO)
+    x = isochronous.double_parameter(spindle_speed=SPEEDS[0], mass_ratio=RATIO) / 2
     assert_allclose(x, 2 * isochronous.parabola_height(abscissa=x, double_parameter=PARAMETER), rtol=1e-15)
     assert_allclose(2 * x / PARAMETER, 1.0, rtol=1e-15)
 
@@ -114,7 +114,7 @@ def test_neighbouring_parabolas_part_most_at_the_abscissa_of_45_degrees() -> Non
         slopes = [2 * abscissa / isochronous.double_parameter(spindle_speed=speed, mass_ratio=RATIO) for speed in (low, high)]
         return np.arctan(slopes[1]) - np.arctan(slopes[0])
 
-    best = isochronous.abscissa_at_45_degrees(spindle_speed=math.sqrt(low * high), mass_ratio=RATIO)
+    best = isochronous.double_parameter(spindle_speed=math.sqrt(low * high), mass_ratio=RATIO) / 2
     angle = angle_between(best)
     assert_allclose(math.tan(angle), (high**2 - low**2) / (2 * low * high), rtol=1e-13)  # rounding
     assert np.all(angle_between(best * np.array([0.9, 0.99, 1.01, 1.1])) < angle)

@@ -17,6 +17,7 @@ from scipy.integrate import solve_ivp
 from governor_mechanism.closed_form.pendulum import dynamics as pendulum
 from governor_mechanism.closed_form.pendulum.dynamics import PendulumGovernor
 from governor_mechanism.errors import MechanismError
+from reference import pendulum as linkage
 from reference import zehnder
 
 RPM = math.tau / 60
@@ -57,16 +58,16 @@ def potential(governor: PendulumGovernor, *, arm_angle: Any) -> Any:
 
 
 def jacobi_integral(governor: PendulumGovernor, angle: Any, rate: Any, speed: float) -> Any:
-    kinetic = pendulum.in_plane_inertia(governor, arm_angle=angle) * rate**2 / 2
+    kinetic = linkage.in_plane_inertia(governor, arm_angle=angle) * rate**2 / 2
     return kinetic + potential(governor, arm_angle=angle) - speed**2 * pendulum.spindle_inertia(governor, arm_angle=angle) / 2
 
 
 def free_spindle_frequency_squared(governor: PendulumGovernor, angle: Any, constant_inertia: float) -> Any:
     speed = pendulum.equilibrium_speed(governor, arm_angle=angle)
-    coupling = (speed * pendulum.spindle_inertia_derivative(governor, arm_angle=angle)) ** 2
+    coupling = (speed * linkage.spindle_inertia_derivative(governor, arm_angle=angle)) ** 2
     total = constant_inertia + pendulum.spindle_inertia(governor, arm_angle=angle)
     stiffness = pendulum.stiffness(governor, arm_angle=angle) + coupling / total
-    return stiffness / pendulum.in_plane_inertia(governor, arm_angle=angle)
+    return stiffness / linkage.in_plane_inertia(governor, arm_angle=angle)
 
 
 PORTER = governor_of(zehnder.PORTER_OPEN)
@@ -134,7 +135,7 @@ def test_every_row_of_the_tables_is_met_to_the_printed_digits(name: str, row: tu
     is_printed(speed, row[1])
     is_printed(speed / RPM, row[2])
     is_printed(pendulum.stiffness(governor, arm_angle=angle), row[3])
-    is_printed(pendulum.in_plane_inertia(governor, arm_angle=angle), row[4])
+    is_printed(linkage.in_plane_inertia(governor, arm_angle=angle), row[4])
     is_printed(pendulum.squared_oscillation_frequency(governor, arm_angle=angle), row[5])
     is_printed(free_spindle_frequency_squared(governor, angle, table["rest_inertia"]), row[6])
 
@@ -182,7 +183,7 @@ def test_an_extended_arm_counts_as_a_heavier_ball_at_the_joint() -> None:
     # (Ia): P = P1 l / l1 is the ball at the joint with the same ratio of falling and rising speed
     reduced = PendulumGovernor(arm=0.25, offset=0.03, ball_mass=0.4 / 0.25, sleeve_mass=3.0)
     ratios = [
-        pendulum.falling_speed(governor, arm_angle=angle, resistance=2.0) / pendulum.rising_speed(governor, arm_angle=angle, resistance=2.0)
+        linkage.rising_speed(governor, arm_angle=angle, resistance=-2.0) / linkage.rising_speed(governor, arm_angle=angle, resistance=2.0)
         for governor in (extended, reduced)
     ]
     assert_allclose(*ratios, rtol=1e-14)  # rounding
@@ -221,7 +222,7 @@ def test_the_marks_of_the_jumping_governor_are_met() -> None:
     drop = jacobi_integral(SNAP, low, 0.0, speed)
     drop -= jacobi_integral(SNAP, high, 0.0, speed)
     is_printed(drop, snap["effective_energy_drop"])
-    is_printed(math.sqrt(2 * drop / pendulum.in_plane_inertia(SNAP, arm_angle=high)), snap["arrival_rate"])
+    is_printed(math.sqrt(2 * drop / linkage.in_plane_inertia(SNAP, arm_angle=high)), snap["arrival_rate"])
     loaded = dataclasses.replace(SNAP, sleeve_mass=4.0)
     is_printed(pendulum.equilibrium_speed(loaded, arm_angle=low), snap["mass_ratio_4"]["stop_speed"])
     is_printed(pendulum.equilibrium_speed(loaded, arm_angle=turn), snap["mass_ratio_4"]["lowest_speed"])
@@ -243,8 +244,8 @@ def test_a_spherical_pendulum_oscillates_at_the_textbook_frequency() -> None:
 def test_the_friction_band_meets_the_recomputed_numbers() -> None:
     band = zehnder.FRICTION_BAND
     angle, resistance = math.radians(band["arm_angle_deg"]), band["resistance"]
-    is_printed(pendulum.rising_speed(PORTER, arm_angle=angle, resistance=resistance), band["rising_speed"])
-    is_printed(pendulum.falling_speed(PORTER, arm_angle=angle, resistance=resistance), band["falling_speed"])
+    is_printed(linkage.rising_speed(PORTER, arm_angle=angle, resistance=resistance), band["rising_speed"])
+    is_printed(linkage.rising_speed(PORTER, arm_angle=angle, resistance=-resistance), band["falling_speed"])
     is_printed(pendulum.equilibrium_speed(PORTER, arm_angle=angle), band["equilibrium_speed"])
 
 
@@ -252,9 +253,9 @@ def test_the_friction_band_meets_the_recomputed_numbers() -> None:
 def test_the_friction_band_is_the_insensitivity_in_every_linkage(governor: PendulumGovernor, angle: float, share: float) -> None:
     try:
         speed = pendulum.equilibrium_speed(governor, arm_angle=angle)
-        resistance = share * pendulum.potential_derivative(governor, arm_angle=angle) / sleeve_derivative(governor, angle)
-        up = pendulum.rising_speed(governor, arm_angle=angle, resistance=resistance)
-        down = pendulum.falling_speed(governor, arm_angle=angle, resistance=resistance)
+        resistance = share * linkage.potential_derivative(governor, arm_angle=angle) / sleeve_derivative(governor, angle)
+        up = linkage.rising_speed(governor, arm_angle=angle, resistance=resistance)
+        down = linkage.rising_speed(governor, arm_angle=angle, resistance=-resistance)
     except MechanismError:
         assume(False)
     # rounding (some 1e-15), a hundredfold in the falling speed where the resistance comes near the load
@@ -265,10 +266,10 @@ def test_the_friction_band_is_the_insensitivity_in_every_linkage(governor: Pendu
 
 
 PAIRS = [
-    (potential, pendulum.potential_derivative),
-    (pendulum.potential_derivative, pendulum.potential_second_derivative),
-    (pendulum.spindle_inertia, pendulum.spindle_inertia_derivative),
-    (pendulum.in_plane_inertia, pendulum.in_plane_inertia_derivative),
+    (potential, linkage.potential_derivative),
+    (linkage.potential_derivative, linkage.potential_second_derivative),
+    (pendulum.spindle_inertia, linkage.spindle_inertia_derivative),
+    (linkage.in_plane_inertia, linkage.in_plane_inertia_derivative),
 ]
 
 
@@ -295,7 +296,7 @@ def test_stiffness_is_half_the_slope_of_inertia_times_the_slope_of_squared_speed
     link = link_angle(governor, angle)
     assume(abs(link) < math.radians(70) and pendulum.ball_radius(governor, arm_angle=angle) > 0.02)
     change = slope_of(lambda at: pendulum.equilibrium_speed(governor, arm_angle=at) ** 2, angle, step)
-    lever = pendulum.spindle_inertia_derivative(governor, arm_angle=angle)
+    lever = linkage.spindle_inertia_derivative(governor, arm_angle=angle)
     # rounding of w^2 (some 1e-15 of it) over the step of 1e-4 rad; K itself may cancel to nothing
     noise = 3e-11 * abs(lever) * float(np.max(squared))
     assert_allclose(pendulum.stiffness(governor, arm_angle=angle), lever * change / 2, rtol=1e-8, atol=noise)
@@ -322,7 +323,7 @@ def test_the_rod_masses_are_the_sum_over_their_particles() -> None:
     inertia = arms * (arm_x**2).sum() + links * (link_x**2).sum()
     assert_allclose(of_rods(pendulum.spindle_inertia), inertia, rtol=1e-7)
     moving = arms * ((0.4 * share) ** 2).sum() + links * (link_rate**2).sum()
-    assert_allclose(of_rods(pendulum.in_plane_inertia), moving, rtol=1e-7)
+    assert_allclose(of_rods(linkage.in_plane_inertia), moving, rtol=1e-7)
 
 
 # --- all equilibria at a speed ---------------------------------------------------------------------------------------
@@ -358,7 +359,7 @@ def test_the_angle_of_an_equilibrium_speed_is_found_again(governor: PendulumGove
     except MechanismError:
         assume(False)
     found = pendulum.equilibrium_angles(governor, spindle_speed=speed)
-    weight_stiffness = pendulum.potential_second_derivative(governor, arm_angle=angle)
+    weight_stiffness = linkage.potential_second_derivative(governor, arm_angle=angle)
     terms = abs(weight_stiffness) + 2 * abs(weight_stiffness - stiffness)  # |V''| + |w^2 J''|
     assume(abs(stiffness) > 1e-4 * terms)  # next to a turning point the speed does not fix the angle
     assert np.all(np.diff(found) > 0)
@@ -434,7 +435,7 @@ def test_the_jacobi_integral_keeps_its_value_along_the_motion(governor: Pendulum
     speed = pendulum.equilibrium_speed(governor, arm_angle=math.radians(30))
     run = motion(governor, speed, [math.radians(32), 0.3], 3.0)
     value = jacobi_integral(governor, run.y[0], run.y[1], speed)
-    swing = pendulum.in_plane_inertia(governor, arm_angle=math.radians(32)) * 0.3**2 / 2
+    swing = linkage.in_plane_inertia(governor, arm_angle=math.radians(32)) * 0.3**2 / 2
     assert np.ptp(run.y[0]) > math.radians(1.5)
     # rtol 1e-13 per step over some two hundred steps, measured on the terms, which outweigh the energy of the swing
     scale = abs(potential(governor, arm_angle=math.radians(32))) + swing
@@ -459,13 +460,13 @@ def test_the_jump_between_the_stops_takes_the_recomputed_time(way: str) -> None:
     assert_allclose(abs(run.y_events[0][0][1]), case["arrival_rate"], rtol=1e-10)
     energy = jacobi_integral(SNAP, start, 0.0, speed)
     energy -= jacobi_integral(SNAP, end, 0.0, speed)
-    is_printed(math.sqrt(2 * energy / pendulum.in_plane_inertia(SNAP, arm_angle=end)), case["arrival_rate"])
+    is_printed(math.sqrt(2 * energy / linkage.in_plane_inertia(SNAP, arm_angle=end)), case["arrival_rate"])
 
 
 def test_an_oil_brake_takes_the_power_of_its_force_at_the_sleeve() -> None:
     state = {"arm_angle": 0.5, "arm_rate": 0.4, "spindle_speed": 9.0}
     free, braked = (pendulum.arm_acceleration(GENERAL, damping=c, **state) for c in (0.0, 120.0))
-    lost = pendulum.in_plane_inertia(GENERAL, arm_angle=0.5) * (free - braked) * 0.4
+    lost = linkage.in_plane_inertia(GENERAL, arm_angle=0.5) * (free - braked) * 0.4
     sleeve_speed = sleeve_derivative(GENERAL, 0.5) * 0.4
     assert_allclose(lost, 120.0 * sleeve_speed**2, rtol=1e-12)  # rounding of the difference
 
@@ -491,9 +492,10 @@ def test_the_equal_speed_offset_gives_equal_speeds(arm: float, low: float, apart
 
 def test_numbers_give_floats_and_arrays_broadcast() -> None:
     assert type(pendulum.equilibrium_speed(PORTER, arm_angle=0.5)) is float
-    grid = pendulum.falling_speed(PORTER, arm_angle=np.array([[0.3], [0.5]]), resistance=np.array([0.0, 10.0, 20.0]))
+    rates = np.array([0.0, 0.1, 0.2])
+    grid = pendulum.arm_acceleration(PORTER, arm_angle=np.array([[0.3], [0.5]]), arm_rate=rates, spindle_speed=10.0)
     assert grid.shape == (2, 3)
-    assert grid[1, 2] == pendulum.falling_speed(PORTER, arm_angle=0.5, resistance=20.0)
+    assert grid[1, 2] == pendulum.arm_acceleration(PORTER, arm_angle=0.5, arm_rate=0.2, spindle_speed=10.0)
     whole = pendulum.stiffness(PORTER, arm_angle=[1, 0.5])
     assert_allclose(whole, [pendulum.stiffness(PORTER, arm_angle=a) for a in (1.0, 0.5)], rtol=1e-15)
 
@@ -526,28 +528,22 @@ def test_impossible_dimensions_are_refused(change: dict[str, float], sentence: s
     [
         (lambda: pendulum.equilibrium_speed(PORTER, arm_angle=math.pi / 2), r"arm_angle must be below 90 deg.*= 90 deg"),
         (lambda: pendulum.ball_radius(PORTER, arm_angle=math.radians([10.0, -95.0][1])), r"above -90 deg; got .* = -95 deg"),
-        (lambda: pendulum.in_plane_inertia(PORTER, arm_angle=np.radians([10.0, 30.0, 120.0])), r"arm_angle\[2\] = 120 deg"),
-        (lambda: pendulum.potential_derivative(PORTER, arm_angle=np.array([0.1, np.nan])), r"must be finite; got arm_angle\[1\] = nan"),
-        (lambda: pendulum.potential_derivative(PORTER, arm_angle="30 deg"), r"arm_angle must be a number or an array .* in rad"),
-        (lambda: pendulum.potential_derivative(PORTER, arm_angle=1j), r"arm_angle must be a number or an array"),
-        (lambda: pendulum.potential_derivative(PORTER, arm_angle=[[0.1], [0.2, 0.3]]), r"arm_angle must be a number or an array"),
+        (lambda: linkage.in_plane_inertia(PORTER, arm_angle=np.radians([10.0, 30.0, 120.0])), r"arm_angle\[2\] = 120 deg"),
+        (lambda: linkage.potential_derivative(PORTER, arm_angle=np.array([0.1, np.nan])), r"must be finite; got arm_angle\[1\] = nan"),
+        (lambda: linkage.potential_derivative(PORTER, arm_angle="30 deg"), r"arm_angle must be a number or an array .* in rad"),
+        (lambda: linkage.potential_derivative(PORTER, arm_angle=1j), r"arm_angle must be a number or an array"),
+        (lambda: linkage.potential_derivative(PORTER, arm_angle=[[0.1], [0.2, 0.3]]), r"arm_angle must be a number or an array"),
         (
             lambda: pendulum.equilibrium_speed(CROSSED, arm_angle=np.radians([[20.0, 5.0]])),
             r"the ball is on or beyond the spindle axis: no speed balances it; got arm_angle\[0, 1\] = 5 deg;"
             r" keep arm_angle above 8.62693 deg",
         ),
-        (lambda: pendulum.rising_speed(SNAP, arm_angle=0.0, resistance=1.0), r"on or beyond the spindle axis"),
         (lambda: pendulum.equilibrium_speed(governor_of(zehnder.WATT_ON_AXIS), arm_angle=0.0), r"on or beyond the spindle axis"),
         (lambda: pendulum.equilibrium_speed(PORTER, arm_angle=-0.05), r"no real equilibrium speed.* = -2.8647889756"),
         (
             lambda: pendulum.equilibrium_speed(SHORT_LINKS, arm_angle=np.radians([30.0, 62.0])),
             r"the link of 0.15 m cannot reach from the arm joint to the sleeve lug; got arm_angle\[1\] = 62 deg",
         ),
-        (
-            lambda: pendulum.falling_speed(PORTER, arm_angle=math.radians(28), resistance=np.array([100.0, 300.0])),
-            r"the resistance holds the arms up.*there is no falling speed; got resistance\[1\] = 300 N and arm_angle = 28",
-        ),
-        (lambda: pendulum.rising_speed(PORTER, arm_angle=0.5, resistance=-1.0), r"resistance must be 0 N or more.* = -1 N"),
         (
             lambda: pendulum.spindle_acceleration(PORTER, arm_angle=0.5, arm_rate=0.1, spindle_speed=5.0, constant_inertia=-0.1),
             r"constant_inertia must be 0 kg m2 or more",

@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_angle, validate_argument
-from governor_mechanism.types import FloatArray
+from governor_mechanism.closed_form.arguments import as_scalar_or_array, raise_where, validate_angle, validate_argument
+from governor_mechanism.types import FloatArray, FloatOrArray
 
 
 def spring_abscissa(*, inner_force: FloatOrArray, outer_force: FloatOrArray, stroke: FloatOrArray) -> FloatOrArray:

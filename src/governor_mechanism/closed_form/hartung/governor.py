@@ -18,15 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import (
-    FloatOrArray,
-    as_scalar_or_array,
-    raise_where,
-    validate_angle,
-    validate_argument,
-    validate_fields,
-)
-from governor_mechanism.types import FloatArray
+from governor_mechanism.closed_form.arguments import as_scalar_or_array, raise_where, validate_angle, validate_argument, validate_fields
+from governor_mechanism.types import FloatArray, FloatOrArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,12 +87,6 @@ def weight_radius(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> Fl
     return as_scalar_or_array(governor.fulcrum_radius - governor.weight_arm * np.sin(_validate_lever_angle(lever_angle)))
 
 
-def sleeve_height(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> FloatOrArray:
-    """Return the height (m) of the sleeve lugs above the fulcrum: b cos(angle + alpha), less the vertical extent of a hanger."""
-    height_derivatives = _lug_height_derivatives(governor, _validate_lever_angle(lever_angle))
-    return as_scalar_or_array(height_derivatives[0])
-
-
 def lift_derivative(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> FloatOrArray:
     """Return the derivative of the sleeve's height by the lever angle, z' = -b (sin(g + alpha) + cos(g + alpha) tan psi).
 
@@ -117,7 +104,7 @@ def lift_derivative(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> 
     FloatOrArray
         Derivative, m/rad; negative where an outward motion of the weights lifts the sleeve.
     """
-    return as_scalar_or_array(_lug_height_derivatives(governor, _validate_lever_angle(lever_angle))[1])
+    return as_scalar_or_array(_lift_derivatives(governor, _validate_lever_angle(lever_angle))[0])
 
 
 def astatic_spring_force(governor: HartungGovernor, *, lever_angle: FloatOrArray, spindle_speed: FloatOrArray) -> FloatOrArray:
@@ -146,7 +133,7 @@ def astatic_spring_force(governor: HartungGovernor, *, lever_angle: FloatOrArray
     """
     alpha, speed = _validate_lever_angle(lever_angle), validate_argument(spindle_speed, "spindle_speed", "rad/s")
     a, weight = governor.weight_arm, governor.weight_mass * governor.gravity
-    sleeve_force_share = 0.5 * governor.sleeve_mass * governor.gravity * _lug_height_derivatives(governor, alpha)[1] / (a * np.cos(alpha))
+    sleeve_force_share = 0.5 * governor.sleeve_mass * governor.gravity * _lift_derivatives(governor, alpha)[0] / (a * np.cos(alpha))
     return as_scalar_or_array(_centrifugal_force(governor, alpha, speed) + sleeve_force_share - weight * np.tan(alpha))
 
 
@@ -203,7 +190,7 @@ def static_sleeve_force(governor: HartungGovernor, *, lever_angle: FloatOrArray,
     Dubois (1912), p. 620.
     """
     alpha, force = _validate_lever_angle(lever_angle), validate_argument(spring_force, "spring_force", "N")
-    height_derivative = _lug_height_derivatives(governor, alpha)[1]
+    height_derivative = _lift_derivatives(governor, alpha)[0]
     message = "the lever is at or beyond its change point: an outward motion does not lift the sleeve"
     raise_where(height_derivative >= 0, message, ("lever_angle", np.degrees(alpha), "deg"))
     lever_ratio = governor.weight_arm * np.cos(alpha) / -height_derivative
@@ -226,7 +213,7 @@ def lever_inertia(governor: HartungGovernor, *, lever_angle: FloatOrArray) -> Fl
     FloatOrArray
         Inertia, kg m2.
     """
-    height_derivative = _lug_height_derivatives(governor, _validate_lever_angle(lever_angle))[1]
+    height_derivative = _lift_derivatives(governor, _validate_lever_angle(lever_angle))[0]
     return as_scalar_or_array(2 * governor.weight_mass * governor.weight_arm**2 + governor.sleeve_mass * height_derivative**2)
 
 
@@ -249,7 +236,7 @@ def stiffness(
     sine, cosine = np.sin(alpha), np.cos(alpha)
     per_weight = (rate - mass * speed**2) * (a * cosine) ** 2
     per_weight += (force - _centrifugal_force(governor, alpha, speed)) * a * sine - mass * governor.gravity * a * cosine
-    return as_scalar_or_array(2 * per_weight + governor.sleeve_mass * governor.gravity * _lug_height_derivatives(governor, alpha)[2])
+    return as_scalar_or_array(2 * per_weight + governor.sleeve_mass * governor.gravity * _lift_derivatives(governor, alpha)[1])
 
 
 def squared_natural_frequency(
@@ -314,7 +301,7 @@ def lever_acceleration(
     alpha, rate = _validate_lever_angle(lever_angle), validate_argument(lever_rate, "lever_rate", "rad/s")
     force, speed = (validate_argument(spring_force, "spring_force", "N"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
     a, mass, sleeve = governor.weight_arm, governor.weight_mass, governor.sleeve_mass
-    _, height_derivative, height_second_derivative = _lug_height_derivatives(governor, alpha)
+    height_derivative, height_second_derivative = _lift_derivatives(governor, alpha)
     generalised_force = 2 * (force - _centrifugal_force(governor, alpha, speed)) * a * np.cos(alpha)
     generalised_force += 2 * mass * governor.gravity * a * np.sin(alpha) - sleeve * governor.gravity * height_derivative
     generalised_force -= (
@@ -395,12 +382,12 @@ def _centrifugal_force(governor: HartungGovernor, alpha: FloatArray, speed: Floa
     return np.asarray(governor.weight_mass * speed**2 * weight_radius(governor, lever_angle=alpha))
 
 
-def _lug_height_derivatives(governor: HartungGovernor, alpha: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the height z of the lugs above the fulcrum (m) and its two derivatives by alpha (m/rad, m/rad^2)."""
+def _lift_derivatives(governor: HartungGovernor, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the two derivatives of the height z of the sleeve lugs by alpha (m/rad, m/rad^2)."""
     b, phi = governor.sleeve_arm, governor.angle + alpha
     rise, reach = b * np.cos(phi), b * np.sin(phi)
     if governor.hanger == math.inf:
-        return rise, -reach, -rise
+        return -reach, -rise
     hanger_offset = governor.fulcrum_radius - reach - governor.lug_radius
     shown = (("lever_angle", np.degrees(alpha), "deg"), ("hanger offset", np.abs(hanger_offset), "m"))
     message = "the hanger is too short: the horizontal offset of its upper end from the lug exceeds its length"
@@ -409,4 +396,4 @@ def _lug_height_derivatives(governor: HartungGovernor, alpha: FloatArray) -> tup
     hanger_tangent = hanger_offset / hanger_drop
     # The derivatives of the offset by alpha are -rise and reach.
     drop_second_derivative = (rise**2 + hanger_offset * reach + (hanger_tangent * rise) ** 2) / hanger_drop
-    return rise - hanger_drop, -reach - hanger_tangent * rise, -rise + drop_second_derivative
+    return -reach - hanger_tangent * rise, -rise + drop_second_derivative

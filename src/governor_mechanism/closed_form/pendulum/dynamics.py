@@ -19,17 +19,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, as_scalar_or_array, raise_where, validate_argument
-from governor_mechanism.closed_form.pendulum.kinematics import (
-    LinkageGeometry,
-    PendulumGovernor,
-    evaluate_geometry,
-    in_plane_inertia_and_derivative,
-    potential_derivatives,
-    spindle_inertia_derivatives,
-)
+from governor_mechanism.closed_form.arguments import as_scalar_or_array, raise_where, validate_argument
+from governor_mechanism.closed_form.pendulum.kinematics import LinkagePosition, PendulumGovernor
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, FloatOrArray
 
 
 def ball_radius(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
@@ -47,41 +40,16 @@ def ball_radius(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> Float
     FloatOrArray
         Distance, m.
     """
-    return as_scalar_or_array(evaluate_geometry(governor, arm_angle).ball_radius)
-
-
-def potential_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Return V' (N m/rad): the moment of the weights against the opening of the arms."""
-    return as_scalar_or_array(potential_derivatives(governor, evaluate_geometry(governor, arm_angle))[0])
-
-
-def potential_second_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Return V'' (N m/rad^2), the derivative of potential_derivative by the arm angle."""
-    return as_scalar_or_array(potential_derivatives(governor, evaluate_geometry(governor, arm_angle))[1])
+    return as_scalar_or_array(LinkagePosition(governor, arm_angle).ball_radius)
 
 
 def spindle_inertia(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """Return the moment of inertia J (kg m2) of balls and rods about the spindle; 2 M x^2 without rod masses and ball_inertia."""
-    geometry = evaluate_geometry(governor, arm_angle)
-    lug_radius, offset, radial_extent = governor.lug_radius, governor.offset, governor.arm * geometry.sine
+    position = LinkagePosition(governor, arm_angle)
+    lug_radius, offset, radial_extent = governor.lug_radius, governor.offset, governor.arm * position.sine
     arms = 2 * governor.arm_mass * (offset**2 + offset * radial_extent + radial_extent**2 / 3)
-    links = 2 * governor.link_mass * (geometry.joint_radius**2 + geometry.joint_radius * lug_radius + lug_radius**2) / 3
-    return as_scalar_or_array(2 * governor.ball_mass * geometry.ball_radius**2 + arms + links + 2 * governor.ball_inertia)
-
-
-def spindle_inertia_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Return J' (kg m2/rad), the derivative of spindle_inertia; 4 M x l cos a without rod masses."""
-    return as_scalar_or_array(spindle_inertia_derivatives(governor, evaluate_geometry(governor, arm_angle))[0])
-
-
-def in_plane_inertia(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Return the in-plane inertia I (kg m2) of the energy I a'^2 / 2; 2 M l^2 + m_s z'^2 without rod masses."""
-    return as_scalar_or_array(in_plane_inertia_and_derivative(governor, evaluate_geometry(governor, arm_angle))[0])
-
-
-def in_plane_inertia_derivative(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Return I' (kg m2/rad), the derivative of in_plane_inertia by the arm angle."""
-    return as_scalar_or_array(in_plane_inertia_and_derivative(governor, evaluate_geometry(governor, arm_angle))[1])
+    links = 2 * governor.link_mass * (position.joint_radius**2 + position.joint_radius * lug_radius + lug_radius**2) / 3
+    return as_scalar_or_array(2 * governor.ball_mass * position.ball_radius**2 + arms + links + 2 * governor.ball_inertia)
 
 
 def equilibrium_speed(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
@@ -108,38 +76,8 @@ def equilibrium_speed(governor: PendulumGovernor, *, arm_angle: FloatOrArray) ->
     ----------
     Zehnder (1877), equation (3).
     """
-    geometry = evaluate_geometry(governor, arm_angle)
-    return as_scalar_or_array(np.sqrt(_squared_balance_speed(governor, geometry, potential_derivatives(governor, geometry)[0])))
-
-
-def rising_speed(governor: PendulumGovernor, *, arm_angle: FloatOrArray, resistance: FloatOrArray) -> FloatOrArray:
-    """Return the spindle speed (rad/s) at which the arms are about to rise against a resistance (N, at the sleeve, at least 0).
-
-    Rhombus: w'^2 = (g tan a / x)(P + Q + W) / P, Zehnder (1877), equation (1). It raises MechanismError as equilibrium_speed does.
-    """
-    return _resisted_speed(governor, arm_angle, resistance, +1.0)
-
-
-def falling_speed(governor: PendulumGovernor, *, arm_angle: FloatOrArray, resistance: FloatOrArray) -> FloatOrArray:
-    """Return the spindle speed (rad/s) at which the arms are about to fall against a resistance (N, at the sleeve, at least 0).
-
-    Rhombus: w''^2 = (g tan a / x)(P + Q - W) / P, Zehnder (1877), equation (2). It raises MechanismError where the resistance exceeds the
-    load of the weights on the sleeve, and as equilibrium_speed does.
-    """
-    return _resisted_speed(governor, arm_angle, resistance, -1.0)
-
-
-def _resisted_speed(governor: PendulumGovernor, arm_angle: FloatOrArray, resistance: FloatOrArray, direction: float) -> FloatOrArray:
-    """Return the speed (rad/s) at which the arms are about to move in the direction +1 (rise) or -1 (fall)."""
-    geometry = evaluate_geometry(governor, arm_angle)
-    force = validate_argument(resistance, "resistance", "N", minimum=0.0)
-    resisting_moment = force * np.abs(geometry.sleeve_derivative)
-    weight_moment = potential_derivatives(governor, geometry)[0]
-    if direction < 0:
-        message = "the resistance holds the arms up even at standstill: there is no falling speed"
-        shown = (("resistance", force, "N"), ("arm_angle", np.degrees(geometry.angle), "deg"))
-        raise_where((resisting_moment > weight_moment) & (weight_moment >= 0), message, *shown, hint="keep it below the sleeve_load")
-    return as_scalar_or_array(np.sqrt(_squared_balance_speed(governor, geometry, weight_moment + direction * resisting_moment)))
+    position = LinkagePosition(governor, arm_angle)
+    return as_scalar_or_array(np.sqrt(_squared_balance_speed(position, position.potential_derivatives()[0])))
 
 
 def stiffness(governor: PendulumGovernor, *, arm_angle: FloatOrArray, spindle_speed: FloatOrArray | None = None) -> FloatOrArray:
@@ -148,7 +86,13 @@ def stiffness(governor: PendulumGovernor, *, arm_angle: FloatOrArray, spindle_sp
     Without a spindle_speed (rad/s) it is that at the equilibrium speed, where also K = J' d(w^2)/da / 2 and, for the rhombus without rod
     masses, K = 2 l M g (1 + m)(e + l sin^3 a) / (x cos a); it then raises MechanismError as equilibrium_speed does.
     """
-    return as_scalar_or_array(_stiffness(governor, evaluate_geometry(governor, arm_angle), spindle_speed))
+    position = LinkagePosition(governor, arm_angle)
+    derivative, second_derivative = position.potential_derivatives()
+    if spindle_speed is None:
+        squared_speed = _squared_balance_speed(position, derivative)
+    else:
+        squared_speed = validate_argument(spindle_speed, "spindle_speed", "rad/s") ** 2
+    return as_scalar_or_array(second_derivative - squared_speed * position.spindle_inertia_derivatives()[1] / 2)
 
 
 def squared_oscillation_frequency(
@@ -172,8 +116,8 @@ def squared_oscillation_frequency(
     FloatOrArray
         Squared angular frequency, rad^2/s^2; negative where unstable, with the growth rate sqrt(-K / I).
     """
-    geometry = evaluate_geometry(governor, arm_angle)
-    return as_scalar_or_array(_stiffness(governor, geometry, spindle_speed) / in_plane_inertia_and_derivative(governor, geometry)[0])
+    inertia = LinkagePosition(governor, arm_angle).in_plane_inertia_and_derivative()[0]
+    return as_scalar_or_array(np.asarray(stiffness(governor, arm_angle=arm_angle, spindle_speed=spindle_speed)) / inertia)
 
 
 def arm_acceleration(
@@ -201,12 +145,12 @@ def arm_acceleration(
     FloatOrArray
         Angular acceleration a'', rad/s2.
     """
-    geometry = evaluate_geometry(governor, arm_angle)
+    position = LinkagePosition(governor, arm_angle)
     rate, speed = (validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
     sleeve_damping = validate_argument(damping, "damping", "N s/m", minimum=0.0)
-    inertia, inertia_derivative = in_plane_inertia_and_derivative(governor, geometry)
-    moment = speed**2 * spindle_inertia_derivatives(governor, geometry)[0] / 2 - potential_derivatives(governor, geometry)[0]
-    return as_scalar_or_array((moment - inertia_derivative * rate**2 / 2 - sleeve_damping * geometry.sleeve_derivative**2 * rate) / inertia)
+    inertia, inertia_derivative = position.in_plane_inertia_and_derivative()
+    moment = speed**2 * position.spindle_inertia_derivatives()[0] / 2 - position.potential_derivatives()[0]
+    return as_scalar_or_array((moment - inertia_derivative * rate**2 / 2 - sleeve_damping * position.sleeve_derivative**2 * rate) / inertia)
 
 
 def spindle_acceleration(
@@ -242,13 +186,13 @@ def spindle_acceleration(
     FloatOrArray
         Angular acceleration w', rad/s2.
     """
-    geometry = evaluate_geometry(governor, arm_angle)
+    position = LinkagePosition(governor, arm_angle)
     rate, speed = (validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
     fixed_inertia = validate_argument(constant_inertia, "constant_inertia", "kg m2", minimum=0.0)
-    total_inertia = fixed_inertia + np.asarray(spindle_inertia(governor, arm_angle=geometry.angle))
+    total_inertia = fixed_inertia + np.asarray(spindle_inertia(governor, arm_angle=position.angle))
     message = "spindle and governor together must have some inertia about the axis"
     raise_where(total_inertia <= 0, message, ("constant_inertia + J", total_inertia, "kg m2"))
-    gyroscopic = spindle_inertia_derivatives(governor, geometry)[0] * rate * speed
+    gyroscopic = position.spindle_inertia_derivatives()[0] * rate * speed
     return as_scalar_or_array((validate_argument(torque, "torque", "N m") - gyroscopic) / total_inertia)
 
 
@@ -273,9 +217,9 @@ def drive_torque(
     FloatOrArray
         Torque, N m; positive drives.
     """
-    geometry = evaluate_geometry(governor, arm_angle)
+    position = LinkagePosition(governor, arm_angle)
     rate, speed = (validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
-    return as_scalar_or_array(speed * spindle_inertia_derivatives(governor, geometry)[0] * rate)
+    return as_scalar_or_array(speed * position.spindle_inertia_derivatives()[0] * rate)
 
 
 def least_stable_angle(governor: PendulumGovernor) -> float:
@@ -357,16 +301,16 @@ def equilibrium_angles(
     root_groups = np.split(np.flatnonzero(is_root), np.flatnonzero(np.diff(np.flatnonzero(is_root)) > 1) + 1)
     root_indices = [group[np.argmin(np.abs(moment[group]))] for group in root_groups if group.size]
     angles: FloatArray = np.sort(np.concatenate([knots[np.array(root_indices, dtype=np.intp)], bracketed_roots]))
-    return angles[spindle_inertia_derivatives(governor, evaluate_geometry(governor, angles))[0] > 0] if angles.size else angles
+    return angles[LinkagePosition(governor, angles).spindle_inertia_derivatives()[0] > 0] if angles.size else angles
 
 
-def _squared_balance_speed(governor: PendulumGovernor, geometry: LinkageGeometry, moment: FloatArray) -> FloatArray:
+def _squared_balance_speed(position: LinkagePosition, moment: FloatArray) -> FloatArray:
     """Return the square of the spindle speed (rad^2/s^2) at which the centrifugal load balances `moment` (N m) on the arms."""
-    shown = ("arm_angle", np.degrees(geometry.angle), "deg")
+    shown, governor = position.shown_angle, position.governor
     min_arm_angle_deg = math.degrees(math.asin(max(-1.0, -governor.offset / governor.arm))) + 0.0  # no -0
     message = "the ball is on or beyond the spindle axis: no speed balances it"
-    raise_where(geometry.ball_radius <= 0, message, shown, hint=f"keep arm_angle above {min_arm_angle_deg:g} deg")
-    inertia_derivative = spindle_inertia_derivatives(governor, geometry)[0]
+    raise_where(position.ball_radius <= 0, message, shown, hint=f"keep arm_angle above {min_arm_angle_deg:g} deg")
+    inertia_derivative = position.spindle_inertia_derivatives()[0]
     message = "the centrifugal load does not raise the arms: no speed balances them"
     raise_where(inertia_derivative <= 0, message, shown, hint="open the arms further")
     message = "no real equilibrium speed: weight and centrifugal load turn the arms in the same direction"
@@ -374,21 +318,11 @@ def _squared_balance_speed(governor: PendulumGovernor, geometry: LinkageGeometry
     return 2 * moment / inertia_derivative
 
 
-def _stiffness(governor: PendulumGovernor, geometry: LinkageGeometry, spindle_speed: FloatOrArray | None) -> FloatArray:
-    """Return the stiffness (N m/rad) at the given spindle speed, or at the equilibrium speed if none is given."""
-    derivative, second_derivative = potential_derivatives(governor, geometry)
-    if spindle_speed is None:
-        squared_speed = _squared_balance_speed(governor, geometry, derivative)
-    else:
-        squared_speed = validate_argument(spindle_speed, "spindle_speed", "rad/s") ** 2
-    return second_derivative - squared_speed * spindle_inertia_derivatives(governor, geometry)[1] / 2
-
-
 def _moment_balance(governor: PendulumGovernor, speed: FloatArray, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the closing moment on the arms (N m), its derivative (N m/rad) and the bound of its rounding error (N m)."""
-    geometry = evaluate_geometry(governor, angle)
-    potential_derivative, potential_second_derivative = potential_derivatives(governor, geometry)
-    inertia_derivative, inertia_second_derivative = spindle_inertia_derivatives(governor, geometry)
+    position = LinkagePosition(governor, angle)
+    potential_derivative, potential_second_derivative = position.potential_derivatives()
+    inertia_derivative, inertia_second_derivative = position.spindle_inertia_derivatives()
     centrifugal_moment = speed**2 * inertia_derivative / 2
     stiffness = potential_second_derivative - speed**2 * inertia_second_derivative / 2
     moment_scale, rounding = np.abs(potential_derivative) + np.abs(centrifugal_moment), 8 * np.finfo(np.float64).eps

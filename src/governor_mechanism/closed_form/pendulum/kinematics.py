@@ -11,13 +11,12 @@ the link cannot reach. Rods are rigid, slender and uniform; the spindle is verti
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.closed_form.arguments import FloatOrArray, raise_where, validate_angle, validate_fields
+from governor_mechanism.closed_form.arguments import raise_where, validate_angle, validate_fields
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, FloatOrArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,66 +103,58 @@ class PendulumGovernor:
         return same_length and math.isclose(self.lug_radius, self.offset, rel_tol=1e-12)
 
 
-class LinkageGeometry(NamedTuple):
-    """Position of one arm and its link: angles, radii of ball and joint (m), derivatives of the sleeve's height (m/rad)."""
+class LinkagePosition:
+    """One arm and its link at an arm angle (rad): sines, radii (m), derivatives of sleeve height, potential and inertias by the angle.
 
-    angle: FloatArray
-    sine: FloatArray
-    cosine: FloatArray
-    ball_radius: FloatArray
-    joint_radius: FloatArray
-    sleeve_derivative: FloatArray
-    sleeve_second_derivative: FloatArray
+    The angle of the link follows from offset + l1 sin a = lug + l2 sin b.
+    """
 
+    def __init__(self, governor: PendulumGovernor, arm_angle: FloatOrArray) -> None:
+        self.governor, self.angle = governor, validate_angle(arm_angle, "arm_angle", 90.0)
+        l1, l2 = governor.joint_length, governor.link_length
+        s, c = self.sine, self.cosine = np.sin(self.angle), np.cos(self.angle)
+        self.ball_radius = governor.offset + governor.arm * s
+        self.joint_radius = governor.offset + l1 * s
+        if governor.is_rhombus:
+            sb, cb = s, c
+        else:
+            sb = ((governor.offset - governor.lug_radius) + l1 * s) / l2
+            message = f"the link of {l2:g} m cannot reach from the arm joint to the sleeve lug"
+            raise_where(np.abs(sb) >= 1, message, self.shown_angle, hint="lengthen the link or keep the arm in its travel")
+            cb = np.sqrt((1.0 - sb) * (1.0 + sb))
+        tan_b, link_angle_derivative = sb / cb, l1 * c / (l2 * cb)  # tan b and db/da
+        self.sleeve_derivative = l1 * (s + c * tan_b)
+        self.sleeve_second_derivative = l1 * (c - s * tan_b + c * link_angle_derivative / cb**2)
 
-def evaluate_geometry(governor: PendulumGovernor, arm_angle: FloatOrArray) -> LinkageGeometry:
-    """Return the geometry at an arm angle (rad) from offset + l1 sin a = lug + l2 sin b."""
-    angle = validate_angle(arm_angle, "arm_angle", 90.0)
-    shown = ("arm_angle", np.degrees(angle), "deg")
-    l1, l2 = governor.joint_length, governor.link_length
-    s, c = np.sin(angle), np.cos(angle)
-    if governor.is_rhombus:
-        sb, cb = s, c
-    else:
-        sb = ((governor.offset - governor.lug_radius) + l1 * s) / l2
-        message = f"the link of {l2:g} m cannot reach from the arm joint to the sleeve lug"
-        raise_where(np.abs(sb) >= 1, message, shown, hint="lengthen the link or keep the arm in its travel")
-        cb = np.sqrt((1.0 - sb) * (1.0 + sb))
-    tan_b, link_angle_derivative = sb / cb, l1 * c / (l2 * cb)  # tan b and db/da
-    return LinkageGeometry(
-        angle=angle,
-        sine=s,
-        cosine=c,
-        ball_radius=governor.offset + governor.arm * s,
-        joint_radius=governor.offset + l1 * s,
-        sleeve_derivative=l1 * (s + c * tan_b),
-        sleeve_second_derivative=l1 * (c - s * tan_b + c * link_angle_derivative / cb**2),
-    )
+    @property
+    def shown_angle(self) -> tuple[str, FloatArray, str]:
+        """Arm angle in degrees, for messages."""
+        return "arm_angle", np.degrees(self.angle), "deg"
 
+    def potential_derivatives(self) -> tuple[FloatArray, FloatArray]:
+        """Return V' (N m/rad) and V'' (N m/rad^2) of the potential energy V; V' is the moment of the weights against the opening."""
+        governor = self.governor
+        hanging_moment = (2 * governor.ball_mass + governor.arm_mass) * governor.arm + governor.link_mass * governor.joint_length
+        lifted_mass = governor.sleeve_mass + governor.link_mass
+        derivative = governor.gravity * (hanging_moment * self.sine + lifted_mass * self.sleeve_derivative)
+        return derivative, governor.gravity * (hanging_moment * self.cosine + lifted_mass * self.sleeve_second_derivative)
 
-def potential_derivatives(governor: PendulumGovernor, geometry: LinkageGeometry) -> tuple[FloatArray, FloatArray]:
-    """Return V' (N m/rad) and V'' (N m/rad^2) of the potential energy V."""
-    hanging_moment = (2 * governor.ball_mass + governor.arm_mass) * governor.arm + governor.link_mass * governor.joint_length
-    lifted_mass = governor.sleeve_mass + governor.link_mass
-    derivative = governor.gravity * (hanging_moment * geometry.sine + lifted_mass * geometry.sleeve_derivative)
-    return derivative, governor.gravity * (hanging_moment * geometry.cosine + lifted_mass * geometry.sleeve_second_derivative)
+    def spindle_inertia_derivatives(self) -> tuple[FloatArray, FloatArray]:
+        """Return J' and J'' (kg m2 per rad, per rad^2) of the moment of inertia J about the spindle; J' is 4 M x l cos a without rods."""
+        governor = self.governor
+        m, mu, ml = governor.ball_mass, governor.arm_mass, governor.link_mass
+        l, l1, e = governor.arm, governor.joint_length, governor.offset  # noqa: E741
+        cosine_coefficient = 4 * m * l * self.ball_radius + 2 * mu * l * (e + 2 * l * self.sine / 3)
+        cosine_coefficient = cosine_coefficient + 2 * ml * l1 * (2 * self.joint_radius + governor.lug_radius) / 3
+        squared_cosine_coefficient = 4 * m * l**2 + 4 * (mu * l**2 + ml * l1**2) / 3
+        return (cosine_coefficient * self.cosine, squared_cosine_coefficient * self.cosine**2 - cosine_coefficient * self.sine)
 
-
-def spindle_inertia_derivatives(governor: PendulumGovernor, geometry: LinkageGeometry) -> tuple[FloatArray, FloatArray]:
-    """Return J' and J'' (kg m2 per rad, per rad^2) of the moment of inertia J about the spindle."""
-    m, mu, ml = governor.ball_mass, governor.arm_mass, governor.link_mass
-    l, l1, e = governor.arm, governor.joint_length, governor.offset  # noqa: E741
-    cosine_coefficient = 4 * m * l * geometry.ball_radius + 2 * mu * l * (e + 2 * l * geometry.sine / 3)
-    cosine_coefficient = cosine_coefficient + 2 * ml * l1 * (2 * geometry.joint_radius + governor.lug_radius) / 3
-    squared_cosine_coefficient = 4 * m * l**2 + 4 * (mu * l**2 + ml * l1**2) / 3
-    return (cosine_coefficient * geometry.cosine, squared_cosine_coefficient * geometry.cosine**2 - cosine_coefficient * geometry.sine)
-
-
-def in_plane_inertia_and_derivative(governor: PendulumGovernor, geometry: LinkageGeometry) -> tuple[FloatArray, FloatArray]:
-    """Return I (kg m2) and I' (kg m2/rad) of the in-plane inertia; the kinetic energy in the plane is I a'^2 / 2."""
-    l1, dz, ddz = governor.joint_length, geometry.sleeve_derivative, geometry.sleeve_second_derivative  # z' and z" of the sleeve
-    m, mu, ml, ms = governor.ball_mass, governor.arm_mass, governor.link_mass, governor.sleeve_mass
-    constant_inertia = 2 * (m + mu / 3) * governor.arm**2 + 2 * governor.ball_inertia
-    inertia = constant_inertia + ms * dz**2 + 2 * ml * (l1**2 + l1 * geometry.sine * dz + dz**2) / 3
-    link_term_derivative = l1 * (geometry.cosine * dz + geometry.sine * ddz) + 2 * dz * ddz
-    return inertia, 2 * ms * dz * ddz + 2 * ml * link_term_derivative / 3
+    def in_plane_inertia_and_derivative(self) -> tuple[FloatArray, FloatArray]:
+        """Return I (kg m2) and I' (kg m2/rad) of the in-plane energy I a'^2 / 2; I is 2 M l^2 + m_s z'^2 without rod masses."""
+        governor = self.governor
+        l1, dz, ddz = governor.joint_length, self.sleeve_derivative, self.sleeve_second_derivative  # z' and z" of the sleeve
+        m, mu, ml, ms = governor.ball_mass, governor.arm_mass, governor.link_mass, governor.sleeve_mass
+        constant_inertia = 2 * (m + mu / 3) * governor.arm**2 + 2 * governor.ball_inertia
+        inertia = constant_inertia + ms * dz**2 + 2 * ml * (l1**2 + l1 * self.sine * dz + dz**2) / 3
+        link_term_derivative = l1 * (self.cosine * dz + self.sine * ddz) + 2 * dz * ddz
+        return inertia, 2 * ms * dz * ddz + 2 * ml * link_term_derivative / 3

@@ -13,7 +13,7 @@ from governor_mechanism.mechanics.dynamics.projection import CLOSURE_TOLERANCE_R
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator
-from governor_mechanism.observables.state_history import StateHistory
+from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
 
 

@@ -20,9 +20,7 @@ from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
-from governor_mechanism.observables.model_size import count_model_size
-from governor_mechanism.observables.run_result import RunResult
-from governor_mechanism.observables.state_history import StateHistory
+from governor_mechanism.observables.run_result import RunResult, StateHistory
 from governor_mechanism.types import BoolArray, FloatArray
 
 ERROR_AT_UNIT_STEP = 2e-4
@@ -235,7 +233,7 @@ class RichardsonRefinement:
             evaluations=dict(self.evaluation_counts),
             wall_time=wall_time,
             events=len(result.contact_events),
-            model_size=count_model_size(self.scene),
+            model_size=self.evaluator.count_model_size(),
             method=EVENT_METHOD_NAME if self.has_contacts else "",
         )
 

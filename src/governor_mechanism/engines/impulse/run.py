@@ -9,7 +9,7 @@ from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.records import FixedStepProblem, FixedStepSolution
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts
 from governor_mechanism.model.events import Event
-from governor_mechanism.observables.state_history import StateHistory
+from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
 
 LIMIT_CHECK_INTERVAL = 256

@@ -21,7 +21,6 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.observables.evaluation import ReadingEvaluator
-from governor_mechanism.observables.model_size import count_model_size
 from governor_mechanism.observables.run_result import RunResult
 
 
@@ -166,7 +165,7 @@ class MultibodyRunner(CertifiedRunner[MultibodyResult]):
             wall_time=wall_time,
             evaluations=dict(law_counts),
             events=len(best.contact_events),
-            model_size=count_model_size(self.scene),
+            model_size=self.evaluator.count_model_size(),
             method=self._describe_method(),
         )
 

@@ -39,7 +39,7 @@ from governor_mechanism.mechanics.kinematics.time_functions import stack_local_c
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator
-from governor_mechanism.observables.state_history import StateHistory
+from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
 
 

@@ -28,10 +28,8 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.observables.evaluation import ReadingEvaluator
-from governor_mechanism.observables.model_size import count_model_size
-from governor_mechanism.observables.run_result import RunResult
+from governor_mechanism.observables.run_result import RunResult, StateHistory
 from governor_mechanism.observables.singular_configurations import DenseOutput
-from governor_mechanism.observables.state_history import StateHistory
 from governor_mechanism.types import FloatArray
 
 
@@ -206,6 +204,6 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
             setup_time=self.setup_time,
             evaluations=law_counts,
             events=len(best.solution.events),
-            model_size=count_model_size(self.scene),
+            model_size=self.evaluator.count_model_size(),
             method="explicit (DOP853) along one coordinate",
         )

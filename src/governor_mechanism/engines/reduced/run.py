@@ -31,7 +31,7 @@ from governor_mechanism.mechanics.reduction.shaft import find_shaft_train, parts
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator
-from governor_mechanism.observables.state_history import StateHistory
+from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray, IntArray
 
 INITIAL_EVENT_CAPACITY = 4096

@@ -1,15 +1,32 @@
-"""Dimensions of a Hartung governor, positions of weights, hangers and sleeve over the lever angle, and limits of the travel."""
+"""Dimensions of a Hartung governor, positions of weights, hangers and sleeve over the lever angle, limits of the travel, and the spring.
+
+A spring is described by its rate, by its wire, or by the equilibrium speeds at the ends of the stroke.
+"""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from typing import NamedTuple
 
+from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
+from governor_mechanism.effects.spring import helical_spring_rate
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine, dimension_field, optional_field
 from governor_mechanism.model.output_variables import Limit
 from governor_mechanism.types import Vector2
 
 N_TRAVEL_SAMPLES = 720
 """Samples per quarter turn to bracket an end of the travel, before bisection."""
+
+WIRE_DIMENSIONS = ("spring_wire", "spring_coil", "spring_turns", "spring_modulus")
+SPEED_DIMENSIONS = ("inner_speed", "outer_speed")
+SPRING_DESCRIPTIONS = (("spring_rate",), WIRE_DIMENSIONS, SPEED_DIMENSIONS)
+"""Alternative descriptions of the spring; the first two do not determine its preload."""
+PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION, STRESS_LIMIT_DIMENSION = ("spring_preload", "preload_radius", "spring_stress_limit")
+SPRING_DIMENSIONS = (*chain(*SPRING_DESCRIPTIONS), PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION, STRESS_LIMIT_DIMENSION)
+PASCAL_PER_KGF_CM2 = 98066.5
+"""Pa per kgf/cm2, the unit of stress of the period."""
 
 
 class Failure(NamedTuple):
@@ -29,6 +46,24 @@ HANGER_TOO_SHORT = Failure("the hanger is too short: it is at 90 degrees to the 
 
 
 @dataclass(frozen=True, kw_only=True)
+class LinearSpringLaw:
+    """Linear law of one spring: it presses its weight inward with preload (N) at a radius (m), increasing with rate (N/m)."""
+
+    rate: float
+    preload: float
+    radius: float
+
+    def force(self, radius: float) -> float:
+        """Return the force (N) for the weight at a radius (m)."""
+        return self.preload + self.rate * (radius - self.radius)
+
+    @property
+    def free_radius(self) -> float:
+        """Radius at zero force, m."""
+        return self.radius - self.preload / self.rate
+
+
+@dataclass(frozen=True, kw_only=True)
 class HartungDimensions(Machine):
     """Dimensions of a Hartung governor. Lengths in m, masses in kg, angles in rad, speeds in rad/s."""
 
@@ -41,7 +76,7 @@ class HartungDimensions(Machine):
     )
     weight_mass: float = dimension_field("mass", "of one weight; there are two")
     sleeve_mass: float = dimension_field("mass", "of the whole sleeve and its load")
-    hanger: float | None = optional_field("length", "of the hangers, from bell crank to sleeve", word="vertical")
+    hanger: float | None = optional_field("length", "of the hangers, from bell crank to sleeve", omission_word="vertical")
     lug_offset: float = dimension_field("length", "of the sleeve's lugs from the axis", default=0.0, signed=True)
     inner_angle: float | None = optional_field("angle", "of the lever at the inner end of the stroke", signed=True)
     outer_angle: float | None = optional_field("angle", "of the lever at the outer end of the stroke", signed=True)
@@ -123,3 +158,84 @@ class HartungDimensions(Machine):
             valid_angle, failing_angle = (midpoint, failing_angle) if self.failure_at(midpoint) is None else (valid_angle, midpoint)
         failure = self.failure_at(failing_angle)
         return valid_angle, failure.sentence if failure else ""
+
+    def spring_problems(self) -> Iterator[str]:
+        """Yield sentences about missing, multiple or contradictory descriptions of the springs."""
+        given = [name for name in SPRING_DIMENSIONS if getattr(self, name) is not None]
+        descriptions = [way for way in SPRING_DESCRIPTIONS if not set(way).isdisjoint(given)]
+        if len(descriptions) != 1:
+            names_found = " and ".join(next(name for name in way if name in given) for way in descriptions) or "none"
+            yield (
+                f"the springs need one description; found {names_found}; give spring_rate, or spring_wire with its coil, turns "
+                "and modulus, or inner_speed and outer_speed"
+            )
+            return
+        (required,) = descriptions
+        missing = [name for name in required if name not in given]
+        if missing:
+            yield f"the description of the springs lacks {', '.join(missing)}; it needs {', '.join(required)}"
+        if required == SPEED_DIMENSIONS:
+            for name in (PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION):
+                if name in given:
+                    yield f"{name} cannot be combined with {' and '.join(SPEED_DIMENSIONS)}, which determine it; leave it out"
+            if self.inner_angle is None and self.outer_angle is None:
+                yield "inner_speed and outer_speed hold the ends of the stroke; give inner_angle and outer_angle"
+        elif PRELOAD_DIMENSION not in given:
+            yield f"{PRELOAD_DIMENSION} is missing; it is the force of each spring at preload_radius, or at fulcrum_radius"
+        if required == WIRE_DIMENSIONS and not missing:
+            try:
+                self._wire_rate()
+            except MechanismError as error:
+                yield from error.problems
+        if STRESS_LIMIT_DIMENSION in given and (required != WIRE_DIMENSIONS or self.outer_angle is None):
+            yield (
+                f"{STRESS_LIMIT_DIMENSION} needs springs described by their wire, and a stroke; give {', '.join(WIRE_DIMENSIONS)} and "
+                "inner_angle and outer_angle, or leave it out"
+            )
+
+    def spring_law(self) -> LinearSpringLaw:
+        """Return the force of each spring over the radius of its weight. Raise MechanismError if no spring satisfies the two speeds."""
+        if self.inner_speed is not None:
+            return self._spring_law_from_speeds()
+        rate = self._wire_rate() if self.spring_rate is None else self.spring_rate
+        radius = self.fulcrum_radius if self.preload_radius is None else self.preload_radius
+        return LinearSpringLaw(rate=rate, preload=self.spring_preload or 0.0, radius=radius)
+
+    def _wire_rate(self) -> float:
+        wire, coil, turns, modulus = (float(getattr(self, name)) for name in WIRE_DIMENSIONS)
+        return helical_spring_rate(wire=wire, coil=coil, turns=turns, modulus=modulus)
+
+    def _spring_law_from_speeds(self) -> LinearSpringLaw:
+        """Return the linear law for equilibrium at both ends of the stroke, each at its speed (Doerfel)."""
+        ends = ((self.inner_angle, self.inner_speed), (self.outer_angle, self.outer_speed))
+        given_ends = [(angle, speed) for angle, speed in ends if angle is not None and speed is not None]
+        inner_radius, outer_radius = (self.weight_radius(angle) for angle, _ in given_ends)
+        inner_force, outer_force = (self._holding_force(angle, speed) for angle, speed in given_ends)
+        if outer_force <= inner_force:
+            raise MechanismError(
+                f"inner_speed and outer_speed require spring forces of {inner_force:.6g} N at the inner and {outer_force:.6g} N at the "
+                "outer outside; a spring presses harder outside; raise outer_speed"
+            )
+        return LinearSpringLaw(rate=(outer_force - inner_force) / (outer_radius - inner_radius), preload=inner_force, radius=inner_radius)
+
+    def _holding_force(self, lever_angle: float, speed: float) -> float:
+        """Return the spring force (N) for equilibrium of a weight, by virtual work."""
+        mass, sleeve_mass = self.weight_mass, self.sleeve_mass
+        outward_derivative = -self.weight_arm * math.cos(lever_angle)  # displacement of the weight per rad
+        upward_derivative = -self.weight_arm * math.sin(lever_angle)
+        gravity_work = mass * DEFAULT_GRAVITY * upward_derivative + 0.5 * sleeve_mass * DEFAULT_GRAVITY * self.lift_derivative(lever_angle)
+        return mass * speed**2 * self.weight_radius(lever_angle) - gravity_work / outward_derivative
+
+    def stress_warnings(self) -> tuple[str, ...]:
+        """Return a warning if the shear stress of the wire at the outer end of the stroke exceeds its limit."""
+        wire, coil, outer_angle, limit = self.spring_wire, self.spring_coil, self.outer_angle, self.spring_stress_limit
+        if wire is None or coil is None or outer_angle is None or limit is None:
+            return ()
+        stress = 8 * self.spring_law().force(self.weight_radius(outer_angle)) * coil / (math.pi * wire**3)
+        if stress <= limit:
+            return ()
+        return (
+            f"the springs are stressed over their limit: {stress / PASCAL_PER_KGF_CM2:.4g} kgf/cm^2 ({stress / 1e6:.4g} MPa) at "
+            f"the outer end of the stroke, allowed are {limit / PASCAL_PER_KGF_CM2:.4g} kgf/cm^2 ({limit / 1e6:.4g} MPa); take "
+            "a thicker wire or a narrower coil",
+        )

@@ -8,21 +8,20 @@ parallel to those of the plane when the arm of the weight is upright.
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
 
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.machines.base import rotate_point, travel_problems, unit_hint, x_coordinate, y_coordinate
-from governor_mechanism.machines.hartung.dimensions import HartungDimensions
-from governor_mechanism.machines.hartung.spring import LinearSpringLaw, build_spring_law, spring_problems, stress_warnings
+from governor_mechanism.machines.hartung.dimensions import SPEED_DIMENSIONS, STRESS_LIMIT_DIMENSION, WIRE_DIMENSIONS, HartungDimensions
 from governor_mechanism.machines.mass_elements import MassElement, join_elements, slender_rod
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import Spring
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.output_variables import DerivedForce, LineAngle, Reading, SpringForce, StaticForce
+from governor_mechanism.model.output_variables import LineAngle, Reading, SpringForce, StaticForce
 from governor_mechanism.types import Vector2
 from governor_mechanism.units.quantities import format_quantity
 
@@ -38,10 +37,7 @@ class HartungBuilder:
     """Builder of the mechanism. Without bell-crank masses, the weights are points on massless levers."""
 
     governor: HartungDimensions
-    mass: float = 0.0
-    weight_width: float = 0.0
-    weight_height: float = 0.0
-    weight_depth: float = 0.0
+    bell_cranks: BellCrankMasses | None
 
     def mechanism(self) -> Mechanism:
         """Return the mechanism."""
@@ -50,13 +46,18 @@ class HartungBuilder:
             bodies=self._bodies(),
             joints=self._joints(),
             readings=self._readings(),
-            derived_forces=self._derived_forces(),
+            # of each spring, at the sleeve, and the regulating force
+            derived_forces=(
+                SpringForce(name="spring_force", spring=SPRING_NAME),
+                StaticForce(name="static_sleeve_force", reading="sleeve_lift"),
+                StaticForce(name="regulating_force", reading="sleeve_lift", fraction=governor.insensitivity),
+            ),
             coordinate="lever_angle",
             length_scale=max(governor.weight_arm, governor.sleeve_arm),
             initial_guess=self._poses(governor.middle_angle),
             limits=(governor.travel_limit(),),
             force_elements=(self._spring(),),
-            notes=stress_warnings(governor),
+            notes=governor.stress_warnings(),
         )
 
     def _bodies(self) -> tuple[Body, ...]:
@@ -82,7 +83,7 @@ class HartungBuilder:
 
         By symmetry it stretches twice as far as each spring, so it has half the rate.
         """
-        law = build_spring_law(self.governor)
+        law = self.governor.spring_law()
         left, right = self._weight_centre(LEFT_WEIGHT), self._weight_centre(RIGHT_WEIGHT)
         return Spring(name=SPRING_NAME, first=left, second=right, stiffness=0.5 * law.rate, free_length=2.0 * law.free_radius)
 
@@ -94,14 +95,6 @@ class HartungBuilder:
             LineAngle(name="lever_angle", quantity="angle", start=weight_centre, end=self._fulcrum(1.0)),
             x_coordinate("weight_radius", weight_centre),
             y_coordinate("sleeve_lift", Point(body=SLEEVE), zero=zero),
-        )
-
-    def _derived_forces(self) -> tuple[DerivedForce, ...]:
-        """Return the derived forces: of each spring, at the sleeve, and the regulating force."""
-        return (
-            SpringForce(name="spring_force", spring=SPRING_NAME),
-            StaticForce(name="static_sleeve_force", reading="sleeve_lift"),
-            StaticForce(name="regulating_force", reading="sleeve_lift", fraction=self.governor.insensitivity),
         )
 
     def _poses(self, lever_angle: float) -> tuple[tuple[float, float, float], ...]:
@@ -139,12 +132,14 @@ class HartungBuilder:
     @cached_property
     def _right_crank(self) -> MassElement:
         """The right weight, a block, on the two slender arms of its bell crank, with the fulcrum in the origin."""
-        mass, a, b = self.governor.weight_mass, self.governor.weight_arm, self.governor.sleeve_arm
-        width, height, depth = self.weight_width, self.weight_height, self.weight_depth
+        mass, a, b, cranks = self.governor.weight_mass, self.governor.weight_arm, self.governor.sleeve_arm, self.bell_cranks
+        if cranks is None:
+            return MassElement(mass=mass, centre=(0.0, a))
+        width, height, depth = cranks.weight_width, cranks.weight_height, cranks.weight_depth
         moments = SecondMoments(xx=mass * width**2 / 12, yy=mass * height**2 / 12, zz=mass * depth**2 / 12)
         elements = [MassElement(mass=mass, centre=(0.0, a), moments=moments)]
-        if self.mass:
-            elements += [slender_rod(self.mass * a / (a + b), (0.0, a)), slender_rod(self.mass * b / (a + b), self._hanger_top)]
+        if cranks.mass:
+            elements += [slender_rod(cranks.mass * a / (a + b), (0.0, a)), slender_rod(cranks.mass * b / (a + b), self._hanger_top)]
         return join_elements(elements)
 
     def _hanger(self, name: str, weight: str, sign: float) -> Joint:
@@ -169,28 +164,22 @@ class HartungGovernor(HartungDimensions):
 
     def dimension_problems(self) -> list[str]:
         """Return sentences about angles, stroke and springs."""
-        problems = [*self._angle_problems(), *self._stroke_problems(), *spring_problems(self)]
+        problems = [*self._angle_problems(), *self._stroke_problems(), *self.spring_problems()]
         if not problems:
             self.spring_law()  # raises for two speeds that no spring satisfies
         return problems
 
-    def spring_law(self) -> LinearSpringLaw:
-        """Return the force of each spring over the radius of its weight."""
-        return build_spring_law(self)
-
     def mechanism(self, bell_cranks: BellCrankMasses | None = None) -> Mechanism:
         """Build weights, sleeve, hangers and springs; with bell-crank masses, levers and weights have mass and size."""
-        masses = {} if bell_cranks is None else asdict(bell_cranks)
-        return HartungBuilder(governor=self, **masses).mechanism()
+        return HartungBuilder(governor=self, bell_cranks=bell_cranks).mechanism()
 
     def dimensions(self) -> dict[str, float]:
         """Return all dimensions in SI: the spring by its rate and its force at preload_radius, a vertical hanger as infinite."""
-        lengths = {name: getattr(self, name) for name in ("weight_arm", "sleeve_arm", "bell_crank_angle", "fulcrum_radius")}
-        masses = {"weight_mass": self.weight_mass, "sleeve_mass": self.sleeve_mass}
-        hangers = {"hanger": math.inf if self.hanger is None else self.hanger, "lug_offset": self.lug_offset}
         spring = self.spring_law()
-        spring_values = {"spring_rate": spring.rate, "spring_preload": spring.preload, "preload_radius": spring.radius}
-        return lengths | {"fulcrum_height": self.fulcrum_y} | masses | hangers | spring_values | {"insensitivity": self.insensitivity}
+        replaced = {"spring_rate": spring.rate, "spring_preload": spring.preload, "preload_radius": spring.radius}
+        values = super().dimensions() | replaced | {"fulcrum_height": self.fulcrum_y}
+        left_out = {"inner_angle", "outer_angle", *WIRE_DIMENSIONS, STRESS_LIMIT_DIMENSION, *SPEED_DIMENSIONS}
+        return {name: value for name, value in values.items() if name not in left_out}
 
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
         """Return a sentence about a start angle outside the travel."""

@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.rod_masses import RodMasses
@@ -23,6 +23,18 @@ from governor_mechanism.model.output_variables import FollowerHeight, Limit, Lin
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 RIGHT_LINK, LEFT_LINK = "right link", "left link"
+
+
+class Side(NamedTuple):
+    """Names of one side of the governor, and the sign of its distances from the spindle axis."""
+
+    name: str
+    sign: float
+    ball: str
+    link: str
+
+
+SIDES = (Side("right", 1.0, RIGHT_BALL, RIGHT_LINK), Side("left", -1.0, LEFT_BALL, LEFT_LINK))
 
 MAX_FOLLOWER_REACH_RATIO = 0.9999
 """Largest horizontal reach of a follower, relative to the link length: at 1, its derivatives are infinite."""
@@ -173,7 +185,7 @@ class PendulumBuilder:
         dead_centres = [*self._dead_centres()]
         return Mechanism(
             bodies=self._bodies(),
-            joints=self._joints(),
+            joints=tuple(self._joints()),
             readings=self._readings(self.governor.sleeve_height(zero_lift_angle)),
             coordinate="arm_angle",
             length_scale=self.governor.arm,
@@ -196,30 +208,25 @@ class PendulumBuilder:
 
     def _bodies(self) -> tuple[Body, ...]:
         """Return the balls with their arms, the sleeve if it has mass, and links if they have mass."""
-        governor = self.governor
-        arm = self._arm_with_ball
-        bodies = [
-            Body(name=name, mass=arm.mass, second_moments=arm.moments, can_rotate=self._can_arms_rotate) for name in (RIGHT_BALL, LEFT_BALL)
-        ]
+        governor, arm, can_rotate = self.governor, self._arm_with_ball, self._can_arms_rotate
+        bodies = [Body(name=side.ball, mass=arm.mass, second_moments=arm.moments, can_rotate=can_rotate) for side in SIDES]
         if governor.sleeve_mass is not None:
             bodies.append(Body(name=SLEEVE, mass=governor.sleeve_mass, can_rotate=False))
         if self.link_mass:
             link = slender_rod(self.link_mass, (governor.link_length, 0.0))
-            bodies += [Body(name=name, mass=link.mass, second_moments=link.moments) for name in (RIGHT_LINK, LEFT_LINK)]
+            bodies += [Body(name=side.link, mass=link.mass, second_moments=link.moments) for side in SIDES]
         return tuple(bodies)
 
-    def _joints(self) -> tuple[Joint, ...]:
-        """Return the joints of arms and links and the guide of the sleeve; without links a joint synchronises the arms."""
-        joints: list[Joint] = []
-        for side, sign in (("right", 1.0), ("left", -1.0)):
-            joints.append(self._arm_joint(side, sign))
-            joints += self._link_joints(side, sign) if self._is_sleeve_linked else []
+    def _joints(self) -> Iterator[Joint]:
+        """Yield the joints of arms and links and the guide of the sleeve; without links a joint synchronises the arms."""
+        for side in SIDES:
+            yield self._arm_joint(side)
+            yield from self._link_joints(side) if self._is_sleeve_linked else ()
         if not self._is_sleeve_linked:
             # A sleeve without mass or with clearance keeps the balls at equal height.
-            joints.append(self._synchronising_joint())
+            yield self._synchronising_joint()
         if self.governor.sleeve_mass is not None:
-            joints.append(Slider(name="spindle guide", first=Point(body=GROUND), second=Point(body=SLEEVE), angle=math.pi / 2))
-        return tuple(joints)
+            yield Slider(name="spindle guide", first=Point(body=GROUND), second=Point(body=SLEEVE), angle=math.pi / 2)
 
     def _readings(self, zero_lift_height: float) -> tuple[Reading, ...]:
         """Return the readings; the sleeve lift is measured from zero_lift_height (m)."""
@@ -281,23 +288,20 @@ class PendulumBuilder:
     def _suspension(self, sign: float) -> Point:
         return Point(body=GROUND, x=sign * self.governor.offset)
 
-    def _arm_joint(self, side: str, sign: float) -> Joint:
-        name, ball = f"{side} arm", RIGHT_BALL if sign > 0 else LEFT_BALL
-        suspension = self._suspension(sign)
+    def _arm_joint(self, side: Side) -> Joint:
+        name, suspension = f"{side.name} arm", self._suspension(side.sign)
         if self._can_arms_rotate:
-            return Pin(name=name, first=suspension, second=self._point_on_arm(ball, 0.0))
-        return Distance(name=name, first=suspension, second=Point(body=ball), length=self.governor.arm)
+            return Pin(name=name, first=suspension, second=self._point_on_arm(side.ball, 0.0))
+        return Distance(name=name, first=suspension, second=Point(body=side.ball), length=self.governor.arm)
 
-    def _link_joints(self, side: str, sign: float) -> list[Joint]:
-        ball, link = (RIGHT_BALL, RIGHT_LINK) if sign > 0 else (LEFT_BALL, LEFT_LINK)
-        length = self.governor.link_length
-        knee, lug = self._point_on_arm(ball, self.governor.joint_length), Point(body=SLEEVE, x=sign * self.governor.lug_distance)
-        if not self.link_mass:
-            return [Distance(name=f"{side} link", first=knee, second=lug, length=length)]
-        return [
-            Pin(name=f"{side} knee", first=knee, second=Point(body=link, x=-length / 2)),
-            Pin(name=f"{side} lug", first=Point(body=link, x=length / 2), second=lug),
-        ]
+    def _link_joints(self, side: Side) -> Iterator[Joint]:
+        governor, length = self.governor, self.governor.link_length
+        knee, lug = self._point_on_arm(side.ball, governor.joint_length), Point(body=SLEEVE, x=side.sign * governor.lug_distance)
+        if self.link_mass:
+            yield Pin(name=f"{side.name} knee", first=knee, second=Point(body=side.link, x=-length / 2))
+            yield Pin(name=f"{side.name} lug", first=Point(body=side.link, x=length / 2), second=lug)
+        else:
+            yield Distance(name=f"{side.name} link", first=knee, second=lug, length=length)
 
     def _synchronising_joint(self) -> Joint:
         right, left = (self._point_on_arm(name, self.governor.arm) for name in (RIGHT_BALL, LEFT_BALL))

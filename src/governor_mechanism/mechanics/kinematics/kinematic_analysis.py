@@ -81,7 +81,7 @@ def solve_kinematics(
     MechanismError
         If degrees of freedom remain, if the mechanism cannot be assembled, or at a singular configuration.
     """
-    samples = _validate_samples(over, values, rate, acceleration)
+    samples = validate_samples(over, values, rate, acceleration)
     # Alone, a part is studied without the shaft of a free spindle.
     mechanism = scene.part.mechanism if len(scene.parts) == 1 else scene.mechanism
     driving_readings, start_values, reason = list[str](), dict[str, float](), "over 'time' the drivers must determine the motion"
@@ -148,7 +148,8 @@ def _require_nonsingular(position_solver: PositionSolver, jacobian: FloatArray, 
         )
 
 
-def _validate_samples(over: str, values: Sequence[float] | FloatArray, rate: float, acceleration: float) -> FloatArray:
+def validate_samples(over: str, values: Sequence[float] | FloatArray, rate: float = 0.0, acceleration: float = 0.0) -> FloatArray:
+    """Return the values (n,) of a reading or of time; refuse values, a rate or an acceleration that are not finite."""
     for what, number in (("rate", rate), ("acceleration", acceleration)):
         if not isinstance(number, int | float):
             raise MechanismError(f"{what} of {over!r} must be a number in SI; got {number!r}")

@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Final
 from pydantic import Field, model_validator
 
 from governor_mechanism.machines import custom
+from governor_mechanism.machines.mass_elements import MassElement
 from governor_mechanism.model.mechanism import SecondMoments
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.scenes.custom.field_types import NamedPoints, NewBodyName, PointRegistry, table_list
@@ -152,12 +153,11 @@ class BodyTable(SceneFileTable):
 
     def build(self, registry: PointRegistry) -> custom.SketchedBody:
         """Return the body."""
-        point_masses = [custom.PointMass(**table.given_values()) for table in self.point_masses]
-        mass, shape = self.mass, self._build_shape()
-        if point_masses:
-            mass, shape = custom.add_point_masses(mass, shape, point_masses)
+        shape = self._build_shape()
+        if self.point_masses:
+            shape = custom.add_point_masses(shape, [(ball.mass, ball.position, ball.radius) for ball in self.point_masses])
         return custom.SketchedBody(
-            name=self.name, mass=mass, shape=shape, can_rotate=self.can_rotate, points=self.points or {}, origin=self.at, angle=self.angle
+            name=self.name, shape=shape, can_rotate=self.can_rotate, points=self.points or {}, origin=self.at, angle=self.angle
         )
 
     def _build_shape(self) -> custom.BodyShape:
@@ -167,4 +167,4 @@ class BodyTable(SceneFileTable):
             moments = SecondMoments(**self.moments.given_values())
         else:  # in a fixed plane only the sum counts
             moments = SecondMoments(xx=self.inertia / 2, yy=self.inertia / 2)
-        return custom.BodyShape(second_moments=moments, mass_centre=self.centre)
+        return custom.BodyShape(element=MassElement(mass=self.mass, centre=self.centre, moments=moments))

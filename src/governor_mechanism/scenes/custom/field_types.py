@@ -11,10 +11,10 @@ from pydantic import Field, PlainValidator, ValidationInfo
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.custom import BodyShape, InitialConfiguration, SketchedBody
+from governor_mechanism.machines.mass_elements import MassElement
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalDriver
-from governor_mechanism.model.mechanism import SecondMoments
 from governor_mechanism.model.time_functions import Harmonic, PrescribedMotion
 from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, wrong_value
 from governor_mechanism.scenes.quantities import Angle, FloatPair, check_label, parse_name, parse_pairs, parse_position, parse_si, quantity
@@ -266,7 +266,7 @@ def parse_moving_point(name: str, position: object) -> tuple[SketchedBody, list[
         TranslationalDriver(name=f"{axis} of {name}", first=start, second=Point(body=name), motion=motion, angle=angle)
         for axis, start, motion, angle in zip("xy", starts, motions, angles, strict=True)
     ]
-    return SketchedBody(name=name, mass=0.0, shape=BodyShape(second_moments=SecondMoments()), can_rotate=False, origin=(x, y)), drivers
+    return SketchedBody(name=name, shape=BodyShape(element=MassElement(mass=0.0)), can_rotate=False, origin=(x, y)), drivers
 
 
 def _parse_coordinate(value: object) -> PrescribedMotion:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.closed_form.parabolic import isochronous_curve as isochronous
-from governor_mechanism.closed_form.parabolic.speed_deviation import equilibrium_speed_change, parabola_speed_change
+from governor_mechanism.closed_form import parabolic as isochronous
+from governor_mechanism.closed_form.parabolic import equilibrium_speed_change, parabola_speed_change
 from governor_mechanism.closed_form.pendulum import dynamics as pendulum
 from governor_mechanism.closed_form.pendulum.kinematics import PendulumGovernor
 from governor_mechanism.errors import MechanismError

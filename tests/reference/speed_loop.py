@@ -14,14 +14,12 @@ I. A. Vyshnegradskii, Ueber directwirkende Regulatoren, Civilingenieur 23 (1877)
 the Royal Society 16 (1868), pp. 270-283. The limits are Hurwitz's condition a2 a1 = a0 for s^3 + a2 s^2 + a1 s + a0.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-
-from governor_mechanism.closed_form.arguments import raise_where, validate_fields
-from governor_mechanism.types import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,68 +55,34 @@ class SpeedLoop:
     ratio: float = 1.0
     is_reacting: bool = True
 
-    def __post_init__(self) -> None:
-        validate_fields(self, {"governor_inertia": "kg m2", "shaft_inertia": "kg m2"}, greater_than=0.0)
-        validate_fields(self, {"damping": "N m s/rad"}, minimum=0.0)
-        validate_fields(self, {"stiffness": "N m/rad", "speed_moment": "N m s/rad", "torque_derivative": "N m/rad", "ratio": ""})
 
-
-def characteristic_polynomial(loop: SpeedLoop) -> FloatArray:
+def characteristic_polynomial(loop: SpeedLoop) -> np.ndarray:
     """Return the coefficients 1, a2, a1, a0 of the characteristic polynomial, the highest power first."""
     control = -loop.ratio * loop.torque_derivative * loop.speed_moment / (loop.governor_inertia * loop.shaft_inertia)
     return np.array([1.0, loop.damping / loop.governor_inertia, _total_stiffness(loop) / loop.governor_inertia, control])
 
 
-def eigenvalues(loop: SpeedLoop) -> NDArray[np.complex128]:
+def eigenvalues(loop: SpeedLoop) -> np.ndarray:
     """Return the three eigenvalues (1/s)."""
-    return np.asarray(np.roots(characteristic_polynomial(loop)), dtype=np.complex128)
+    return np.roots(characteristic_polynomial(loop))
 
 
 def limit_frequency(loop: SpeedLoop) -> float:
     """Return the angular frequency of hunting at the limit of stability, rad/s: that of the governor undamped, with an idle control.
 
-    It raises MechanismError if that governor has no stable equilibrium: then no damping makes the loop stable.
+    The stiffness with the reaction of the shaft must be positive: otherwise no damping makes the loop stable.
     """
-    stiffness = _total_stiffness(loop)
-    message = "the governor is unstable with any damping: its stiffness, including the reaction of the shaft, must be positive"
-    raise_where(stiffness <= 0, message, ("stiffness", stiffness, "N m/rad"))
-    return math.sqrt(stiffness / loop.governor_inertia)
+    return math.sqrt(_total_stiffness(loop) / loop.governor_inertia)
 
 
 def critical_damping(loop: SpeedLoop) -> float:
-    """Return the damping below which the loop hunts, -r T M / (J_s limit_frequency^2), N m s/rad.
-
-    Parameters
-    ----------
-    loop
-        The loop; its own damping does not matter.
-
-    Returns
-    -------
-    float
-        Critical damping; negative if the control works in the wrong sense, and the loop is then unstable with any damping.
-    """
+    """Return the damping below which the loop hunts, -r T M / (J_s limit_frequency^2), N m s/rad; its own damping does not matter."""
     return -loop.ratio * loop.torque_derivative * loop.speed_moment / (loop.shaft_inertia * limit_frequency(loop) ** 2)
 
 
 def critical_torque_derivative(loop: SpeedLoop) -> float:
-    """Return the derivative of the torque beyond which the loop hunts, -C J_s limit_frequency^2 / (r M), N m/rad.
-
-    It raises MechanismError if the speed has no effect on the governor.
-
-    Parameters
-    ----------
-    loop
-        The loop; its own torque_derivative does not matter.
-
-    Returns
-    -------
-    float
-        Critical derivative; of the sign of a control that works.
-    """
-    effect = loop.ratio * loop.speed_moment
-    raise_where(effect == 0, "the shaft's speed must have an effect on the governor", ("ratio * speed_moment", effect, "N m s/rad"))
-    return -loop.damping * loop.shaft_inertia * limit_frequency(loop) ** 2 / effect
+    """Return the derivative of the torque beyond which the loop hunts, -C J_s limit_frequency^2 / (r M), N m/rad."""
+    return -loop.damping * loop.shaft_inertia * limit_frequency(loop) ** 2 / (loop.ratio * loop.speed_moment)
 
 
 def _total_stiffness(loop: SpeedLoop) -> float:

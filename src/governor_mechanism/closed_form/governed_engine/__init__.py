@@ -1,1 +1,0 @@
-"""Closed forms of engines whose speed a governor controls."""
