@@ -20,13 +20,19 @@ from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.digit_cache import CachedNumber
-from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.film.frame_data import FrameData, common_axis_limits, enclosing_box
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import PixelView, fit_view, reading_rects, shift_rect
 from governor_mechanism.render.film.reading_panel import Panel, plot_reading
-from governor_mechanism.render.film.shared_limits import SharedLimits, shared_limits
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, round_step
-from governor_mechanism.render.machines.registry import SWEEP_ARC_CAPTION, background_shapes, drawing_of, moving_shapes, plan_shapes
+from governor_mechanism.render.machines.registry import (
+    SWEEP_ARC_CAPTION,
+    background_shapes,
+    drawing_of,
+    moving_shapes,
+    plan_ring_radius,
+    plan_shapes,
+)
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_film_speed, format_name, format_numbers
 from governor_mechanism.render.style import GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION, Brush
 from governor_mechanism.types import FloatArray
@@ -53,29 +59,30 @@ def _format_times(times: FloatArray) -> list[str]:
 class FramePainter:
     """Figure of one film: `update(k)` moves every artist to frame k, `paint(k)` returns the pixels of frame k.
 
-    The neighbours are further parts of the run, to the left of the one with the plan view; all positions count from the frame of this one.
+    `parts` are the shown parts of the run from left to right; only the last one can have a plan view, and all positions count from its
+    frame. `compared` are the shown parts of all runs that share the limits of this frame, by default those of this run alone.
     """
 
     def __init__(
         self,
         run: Trajectory,
-        frame_data: FrameData,
+        parts: Sequence[FrameData],
         size: int = 480,
         *,
         title: str | None = None,
-        limits: SharedLimits | None = None,
+        compared: Sequence[Sequence[FrameData]] | None = None,
         animated: bool = True,
-        neighbours: Sequence[FrameData] = (),
     ) -> None:
         if size < MIN_FRAME_SIZE:
             raise MechanismError(f"size of a film must be at least {MIN_FRAME_SIZE} pixels; got {size}")
-        self.frame_data = frame_data
-        self._shown_parts = (*neighbours, frame_data)
+        self._shown_parts = parts
+        self.frame_data = frame_data = parts[-1]
         # Whether the plan of the turning plane is shown.
         self._has_dial = frame_data.part.plane == TURNING_PLANE and "spindle_speed" in frame_data.readings
-        self._limits = limits or shared_limits([self._shown_parts])
+        # By part, its data in all runs.
+        self._columns = list(zip(*(compared or [parts]), strict=True))
         # Widths in pixels of 480: what the neighbours add, and all; the whole frame is a whole number of pixels wide.
-        self._shift = round(len(neighbours) * layout.PART_PITCH * size / layout.REFERENCE_SIZE) * layout.REFERENCE_SIZE / size
+        self._shift = round((len(parts) - 1) * layout.PART_PITCH * size / layout.REFERENCE_SIZE) * layout.REFERENCE_SIZE / size
         self._width = layout.REFERENCE_SIZE + self._shift
         figure_size = (self._width / layout.REFERENCE_SIZE * size / FRAME_DPI, size / FRAME_DPI)
         self.figure = Figure(figsize=figure_size, dpi=FRAME_DPI, facecolor=PAPER)
@@ -124,7 +131,7 @@ class FramePainter:
             x, y = layout.PART_NAME_POSITION
             self._add_text(format_name(frame_data.part.name), (x + shift, y), 12.5, fontfamily=SERIF_FONT, max_width=260)
             name_height = layout.PART_NAME_HEIGHT
-        self.view = fit_view(self._limits.boxes[position], shift_rect(layout.ELEVATION_RECT, shift + self._shift, name_height))
+        self.view = fit_view(enclosing_box(self._columns[position]), shift_rect(layout.ELEVATION_RECT, shift + self._shift, name_height))
         self._add_scale_bar(frame_data, self.view, shift)
         part, poses, extents = frame_data.part, frame_data.poses, frame_data.extents
         traced = drawing_of(part).traced_path
@@ -163,7 +170,7 @@ class FramePainter:
     def _make_plan(self) -> Panel:
         """Return the panel of the turning plane seen from above, and write its caption."""
         frame_data = self.frame_data
-        ring_radius = self._limits.ring_radius
+        ring_radius = max(plan_ring_radius(data.extents) for data in self._columns[-1])
         half_width = 1.06 * ring_radius
         view = fit_view((-half_width, half_width, -half_width, half_width), shift_rect(layout.DIAL_RECT, self._shift))
         angle_steps = np.diff(frame_data.spindle_angle, prepend=frame_data.spindle_angle[0])
@@ -190,7 +197,7 @@ class FramePainter:
             left, top, right, bottom = rect
             plot_rect = (left + layout.LABEL_WIDTH, top + layout.HEADING_HEIGHT, right - 3.0, bottom - layout.TIME_LABEL_HEIGHT)
             axes = self._add_axes(shift_rect(plot_rect, self._shift))
-            limits = self._limits.axis_limits[frame_data.part.name, name]
+            limits = common_axis_limits(self._columns[self._shown_parts.index(frame_data)], name)
             plots.append(plot_reading(axes, reading_colour, frame_data, values, limits, self._points_per_pixel))
             number_left = self._add_number(format_numbers(values), unit, (right, top + 7), 12, color=reading_colour, fontweight="bold")
             self._add_text(format_name(name), (left, top + 7), 12.5, fontfamily=SERIF_FONT, max_width=number_left - left - 8)

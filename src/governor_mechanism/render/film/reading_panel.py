@@ -5,36 +5,14 @@ from dataclasses import dataclass
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FormatStrFormatter, MaxNLocator, ScalarFormatter
+from matplotlib.ticker import MaxNLocator
 
+from governor_mechanism.render.figures.page import format_plain_ticks
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.style import MUTED, PAPER, RULE, SANS_FONT
 from governor_mechanism.types import FloatArray
-
-READING_NOISE_RATIO = 1e-6
-"""Change relative to the scale of a reading below which it is drawn as constant."""
-
-
-def axis_limits_for(values: FloatArray, noise: float = 0.0) -> tuple[float, float]:
-    """Return the limits of an axis: the values with a margin, wide enough that changes up to `noise` do not look like motion.
-
-    Changes far below the value itself do not fill the axis either.
-    """
-    low, high = float(values.min()), float(values.max())
-    half = max(0.58 * (high - low), 0.02 * max(abs(low), abs(high)), 25 * noise, 1e-9)
-    middle = (low + high) / 2
-    return middle - half, middle + half
-
-
-def format_plain_ticks(axis: Axis, limits: tuple[float, float]) -> None:
-    """Write tick labels as whole numbers, without a common factor above the axis."""
-    largest = max(map(abs, limits))
-    plain = ScalarFormatter(useOffset=False)
-    plain.set_scientific(False)
-    axis.set_major_formatter(plain if 1e-3 <= largest < 1e6 else FormatStrFormatter("%.4g"))
 
 
 @dataclass(frozen=True)
