@@ -93,7 +93,7 @@ def test_an_exception_leaves_no_file(tmp_path, monkeypatch):
             file.write(b"half")
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(parabolas.FigureCanvasAgg, "print_png", fail)
+    monkeypatch.setattr(FigureCanvasAgg, "print_png", fail)
     with pytest.raises(KeyboardInterrupt):
         isochronous_figure(load_scene("watt")).save_png(tmp_path / "a.png")
     assert list(tmp_path.iterdir()) == []

@@ -57,13 +57,7 @@ class Panel(Axes):
         return self.bbox.width / self.bbox.height
 
     def style(
-        self,
-        *,
-        tick_colour: str = MUTED,
-        tick_size: float = 8.0,
-        which: Literal["major", "both"] = "major",
-        grid: Literal["both", "x"] | None = "both",
-        is_grid_below: bool = True,
+        self, *, tick_colour: str = MUTED, tick_size: float = 8.0, which: str = "major", grid: Literal["both", "x"] | None = "both"
     ) -> None:
         """Style the panel with two spines, small tick labels of a colour, and a grid."""
         self.set_facecolor(PAPER)
@@ -72,8 +66,7 @@ class Panel(Axes):
         self.tick_params(which=which, color=MUTED, labelcolor=tick_colour, labelsize=tick_size, labelfontfamily=SANS_FONT)
         if grid:
             self.grid(axis=grid, color=RULE, linewidth=0.6)
-            if is_grid_below:
-                self.set_axisbelow(True)
+            self.set_axisbelow(True)
 
     def label(self, x_label: str = "", y_label: str = "", *, size: float = 10.0, **style: Any) -> None:
         """Write serif labels of the axes."""
@@ -151,8 +144,7 @@ class Plate(Page):
         super().__init__(PLATE_WIDTH, PLATE_HEIGHT, PLATE_DPI)
         for inches, width in ((0.14, 1.8), (0.21, 0.6)):
             corner = inches / PLATE_WIDTH, inches / PLATE_HEIGHT
-            box = Rectangle(corner, 1 - 2 * corner[0], 1 - 2 * corner[1], transform=self.transFigure)
-            box.set(fill=False, edgecolor=INK, linewidth=width)
+            box = Rectangle(corner, 1 - 2 * corner[0], 1 - 2 * corner[1], fill=False, edgecolor=INK, linewidth=width)
             self.add_artist(box)
         self.write_text(0.5, 0.937, heading, 22, ha="center", va="center")
         short_title = textwrap.shorten(title, _MAX_TITLE_LETTERS, placeholder=" …")

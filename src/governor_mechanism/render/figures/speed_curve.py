@@ -38,7 +38,8 @@ def speed_curve_figure(scene: Scene, curve: SpeedCurve, equilibria: Sequence[Equ
     unit, factor = display_unit_of("rad" if _is_angle(scene, curve.coordinate_name) else "m")
     page = Page(7.2, 5.0)
     x_label = f"{curve.coordinate_name.replace('_', ' ')}, {unit.replace('°', 'deg')}"
-    panel = page.add_panel((0.11, 0.13, 0.85, 0.72), x_label, "equilibrium speed, rpm", is_grid_below=False)
+    panel = page.add_panel((0.11, 0.13, 0.85, 0.72), x_label, "equilibrium speed, rpm")
+    panel.set_axisbelow("line")
     low, high = _speed_limits(curve)
     _draw_curve(panel, curve, factor)
     if curve.insensitivity_band is not None:

@@ -127,7 +127,8 @@ def _write_side_note(panel: Panel, text: str) -> None:
 
 
 def _add_panel(page: Page, cell: SubplotSpec, heading: str) -> Panel:
-    panel = page.add_panel(cell, is_grid_below=False)
+    panel = page.add_panel(cell)
+    panel.set_axisbelow("line")
     panel.margins(x=0)
     panel.write_heading(heading, y=1.06)
     return panel

@@ -42,6 +42,10 @@ class FrameData:
         self.readings = {name: replace(one, values=np.interp(times, run.times, one.values)) for name, one in readings.items()}
 
 
+ShownParts = Sequence[FrameData]
+"""Shown parts of a run, from left to right."""
+
+
 def enclosing_box(column: Sequence[FrameData]) -> BoundingBox:
     """Return the smallest bounding box (m) that contains a part in several runs."""
     left, right, bottom, top = zip(*(drawing_bounds(data.extents) for data in column), strict=True)

@@ -11,30 +11,22 @@ from typing import Any, cast
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text as Words
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.film import layout
-from governor_mechanism.render.film.digit_cache import CachedNumber
-from governor_mechanism.render.film.frame_data import FrameData, common_axis_limits, enclosing_box
+from governor_mechanism.render.film.frame_data import FrameData, ShownParts, common_axis_limits, enclosing_box
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import PixelView, fit_view, reading_rects, shift_rect
-from governor_mechanism.render.film.reading_panel import Panel, plot_reading
+from governor_mechanism.render.film.moving_parts import CachedNumber, Panel, plot_reading
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, round_step
-from governor_mechanism.render.machines.registry import (
-    SWEEP_ARC_CAPTION,
-    background_shapes,
-    drawing_of,
-    moving_shapes,
-    plan_ring_radius,
-    plan_shapes,
-)
+from governor_mechanism.render.machines import registry
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_film_speed, format_name, format_numbers
-from governor_mechanism.render.style import GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION, Brush
+from governor_mechanism.render.style import GREEN, INK, MUTED, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION, Brush
 from governor_mechanism.types import FloatArray
 
 FRAME_DPI = 64
@@ -59,18 +51,18 @@ def _format_times(times: FloatArray) -> list[str]:
 class FramePainter:
     """Figure of one film: `update(k)` moves every artist to frame k, `paint(k)` returns the pixels of frame k.
 
-    `parts` are the shown parts of the run from left to right; only the last one can have a plan view, and all positions count from its
-    frame. `compared` are the shown parts of all runs that share the limits of this frame, by default those of this run alone.
+    Of the `parts` of the run, only the last one can have a plan view, and all positions count from its
+    frame. `compared` are those of all runs that share the limits of this frame, by default those of this run alone.
     """
 
     def __init__(
         self,
         run: Trajectory,
-        parts: Sequence[FrameData],
+        parts: ShownParts,
         size: int = 480,
         *,
         title: str | None = None,
-        compared: Sequence[Sequence[FrameData]] | None = None,
+        compared: Sequence[ShownParts] = (),
         animated: bool = True,
     ) -> None:
         if size < MIN_FRAME_SIZE:
@@ -84,8 +76,7 @@ class FramePainter:
         # Widths in pixels of 480: what the neighbours add, and all; the whole frame is a whole number of pixels wide.
         self._shift = round((len(parts) - 1) * layout.PART_PITCH * size / layout.REFERENCE_SIZE) * layout.REFERENCE_SIZE / size
         self._width = layout.REFERENCE_SIZE + self._shift
-        figure_size = (self._width / layout.REFERENCE_SIZE * size / FRAME_DPI, size / FRAME_DPI)
-        self.figure = Figure(figsize=figure_size, dpi=FRAME_DPI, facecolor=PAPER)
+        self.figure = Page(self._width / layout.REFERENCE_SIZE * size / FRAME_DPI, size / FRAME_DPI, FRAME_DPI)
         self._canvas = cast(Any, FigureCanvasAgg(self.figure))  # its methods have no types
         self._size = size
         # Points per pixel of a 480-pixel frame.
@@ -134,14 +125,14 @@ class FramePainter:
         self.view = fit_view(enclosing_box(self._columns[position]), shift_rect(layout.ELEVATION_RECT, shift + self._shift, name_height))
         self._add_scale_bar(frame_data, self.view, shift)
         part, poses, extents = frame_data.part, frame_data.poses, frame_data.extents
-        traced = drawing_of(part).traced_path
+        traced = registry.drawing_of(part).traced_path
         path = None if traced is None else traced(part, poses)
 
         def shapes_at(k: int) -> Sequence[DrawnShape]:
-            shapes = moving_shapes(part, poses[k], extents.at_time(float(frame_data.times[k])))
+            shapes = registry.moving_shapes(part, poses[k], extents.at_time(float(frame_data.times[k])))
             return shapes if path is None else (self._traced_path(path, k), *shapes)
 
-        return self._make_shape_panel(self.view, background_shapes(part, extents.poses, extents), shapes_at)
+        return self._make_shape_panel(self.view, registry.background_shapes(part, extents.poses, extents), shapes_at)
 
     def _make_shape_panel(
         self, view: PixelView, static_shapes: Sequence[DrawnShape], shapes_at: Callable[[int], Sequence[DrawnShape]]
@@ -169,20 +160,19 @@ class FramePainter:
 
     def _make_plan(self) -> Panel:
         """Return the panel of the turning plane seen from above, and write its caption."""
-        frame_data = self.frame_data
-        ring_radius = max(plan_ring_radius(data.extents) for data in self._columns[-1])
+        frame_data, part = self.frame_data, self.frame_data.part
+        ring_radius = max(registry.plan_ring_radius(data.extents) for data in self._columns[-1])
         half_width = 1.06 * ring_radius
         view = fit_view((-half_width, half_width, -half_width, half_width), shift_rect(layout.DIAL_RECT, self._shift))
         angle_steps = np.diff(frame_data.spindle_angle, prepend=frame_data.spindle_angle[0])
 
         def shapes_at(k: int) -> Sequence[DrawnShape]:
             angle, angle_step = float(frame_data.spindle_angle[k]), float(angle_steps[k])
-            return plan_shapes(frame_data.part, frame_data.poses[k], angle, angle_step, ring_radius, frame_data.extents.effect_state)
+            return registry.plan_shapes(part, frame_data.poses[k], angle, angle_step, ring_radius, frame_data.extents.effect_state)
 
-        lines = [(text, MUTED) for text in drawing_of(frame_data.part).plan_caption]
-        lines += [(text, GREEN) for text in SWEEP_ARC_CAPTION]
-        for line, (text, colour) in enumerate(reversed(lines)):
-            self._add_text(text, (398, 446 - 13.5 * line), 9.5, color=colour)
+        caption = registry.drawing_of(part).plan_caption
+        for line, text in enumerate(reversed((*caption, *registry.SWEEP_ARC_CAPTION))):
+            self._add_text(text, (398, 446 - 13.5 * line), 9.5, color=GREEN if line < len(registry.SWEEP_ARC_CAPTION) else MUTED)
         return self._make_shape_panel(view, (Circle("ring", 0.0, 0.0, ring_radius),), shapes_at)
 
     def _make_reading_plots(self) -> list[Panel]:
@@ -212,7 +202,7 @@ class FramePainter:
     def _readings_of_part(self, frame_data: FrameData, max_readings: int) -> list[str]:
         """Return the readings that the drawing lists, or else the leading coordinate, another reading and the spindle speed."""
         readings = frame_data.readings
-        names = drawing_of(frame_data.part).panel_readings
+        names = registry.drawing_of(frame_data.part).panel_readings
         if not names:
             machine_readings = [name for name in readings if not name.startswith("spindle")]
             names = (frame_data.part.mechanism.coordinate, *machine_readings)
@@ -226,10 +216,10 @@ class FramePainter:
         Return the left edge of the longest number.
         """
         gap = 0.0 if unit == "°" else 0.35 * height
-        width = self._add_text(unit, position, height, ha="right", **style).get_window_extent(self._canvas.get_renderer()).width
+        width = self._add_text(unit, position, height, ha="right", **style).get_window_extent().width
         number_position = (position[0] - width * layout.REFERENCE_SIZE / self._size - gap, position[1])
         text = self._add_text(max(texts, key=len), number_position, height, ha="right", **style)
-        max_width = float(text.get_window_extent(self._canvas.get_renderer()).width) * layout.REFERENCE_SIZE / self._size
+        max_width = float(text.get_window_extent().width) * layout.REFERENCE_SIZE / self._size
         self._counters.append(CachedNumber(text, texts))
         return float(number_position[0]) - max_width
 
@@ -282,10 +272,9 @@ class FramePainter:
 
     def _shrink_to_width(self, text: Words, max_width: float) -> None:
         """Shrink a text by at most a quarter, then cut off its end, until it fits into `max_width` pixels."""
-        renderer = self._canvas.get_renderer()
-        width = text.get_window_extent(renderer).width
+        width = text.get_window_extent().width
         text.set_fontsize(float(text.get_fontsize()) * min(1.0, max(0.75, max_width / max(width, 1.0))))
         content = text.get_text()
-        while len(content) > 1 and text.get_window_extent(renderer).width > max_width:
+        while len(content) > 1 and text.get_window_extent().width > max_width:
             content = content[:-1]
             text.set_text(content.rstrip() + "…")

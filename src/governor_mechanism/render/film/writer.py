@@ -17,18 +17,16 @@ import numpy as np
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.film.frame_data import FrameData, find_parts
+from governor_mechanism.render.film.frame_data import FrameData, ShownParts, find_parts
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette, RgbaPixels
 from governor_mechanism.render.film.layout import ELEVATION_RECT, HEADER_RULE_Y, REFERENCE_SIZE
-from governor_mechanism.render.geometry.primitives import round_step
+from governor_mechanism.render.geometry.primitives import Vec2, round_step
 from governor_mechanism.render.style import FILM_COLOURS, RULE, parse_rgb
 from governor_mechanism.types import FloatArray
 
 FilmProgress = Callable[[int, int], None]
 """Called with the number of frames done and in total."""
-TimeSpan = tuple[float, float]
-"""Start and end (s) of the shown part of a run."""
 FrameSchedule = tuple[FloatArray, list[int]]
 """Times of the frames (s) and the display time of each in hundredths of a second."""
 AddFrame = Callable[[RgbaPixels, int], None]
@@ -52,9 +50,7 @@ class SideBySidePainter:
     `frame_data` are the shown parts of each run. Each run stands under its title or that of its scene.
     """
 
-    def __init__(
-        self, runs: Sequence[Trajectory], titles: Sequence[str] | None, frame_data: Sequence[Sequence[FrameData]], size: int
-    ) -> None:
+    def __init__(self, runs: Sequence[Trajectory], titles: Sequence[str] | None, frame_data: Sequence[ShownParts], size: int) -> None:
         if len({len(data) for data in frame_data}) > 1:
             raise MechanismError("two runs side by side must have equally many parts; choose one part with part=..., or write two films")
         self.painters = [
@@ -202,9 +198,8 @@ def _check_run_pair(runs: Sequence[Trajectory], titles: Sequence[str] | None) ->
         raise MechanismError("titles are for a film of two runs; one run takes the title of its scene")
     if titles is not None and (isinstance(titles, str) or len(titles) != 2):
         raise MechanismError(f"titles must be a list of two, one for each run; got {titles!r}")
-    if len(runs) == 2 and not (
-        len(runs[0].times) == len(runs[1].times) and np.allclose(*(run.times for run in runs), rtol=1e-9, atol=1e-12)
-    ):
+    times, other_times = runs[0].times, runs[-1].times
+    if len(times) != len(other_times) or not np.allclose(times, other_times, rtol=1e-9, atol=1e-12):
         first, second = (_describe_times(run) for run in runs)
         raise MechanismError(
             f"two runs side by side must report the same times; the first reports {first}, the second {second}; "
@@ -220,7 +215,7 @@ def _describe_times(run: Trajectory) -> str:
     return f"{len(run.times)} times from {run.times[0]:g} to {run.times[-1]:g} s{suffix}"
 
 
-def _select_time_span(run: Trajectory, start: float | None, stop: float | None) -> TimeSpan:
+def _select_time_span(run: Trajectory, start: float | None, stop: float | None) -> Vec2:
     """Return the validated start and end (s) of the shown part of a run."""
     if not len(run.times):
         raise MechanismError(f"the run has no reported time, so there is nothing to show; its message: {run.message}")
@@ -231,7 +226,7 @@ def _select_time_span(run: Trajectory, start: float | None, stop: float | None) 
     return begin, end
 
 
-def _select_slow_down(run: Trajectory, time_span: TimeSpan, requested: float | None) -> float:
+def _select_slow_down(run: Trajectory, time_span: Vec2, requested: float | None) -> float:
     """Return the validated slow-down factor, as requested or chosen from the duration."""
     begin, end = time_span
     if requested is None:

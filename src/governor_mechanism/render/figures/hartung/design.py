@@ -6,14 +6,9 @@ import numpy as np
 
 from governor_mechanism.render.figures.page import MM_PER_M, Page, Panel, add_legend
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, VERMILLION
+from governor_mechanism.studies.hartung import paper_comparison as paper
 from governor_mechanism.studies.hartung.design import HartungDesign, build_hartung_layout
 from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE
-from governor_mechanism.studies.hartung.paper_comparison import (
-    PAPER_SPEEDS,
-    PRINTED_SPRING_FORCES,
-    SLIDE_RULE_TOLERANCE,
-    compare_with_paper,
-)
 
 _PAPER_ANGLES_DEG = (90.0, 132.0, 137.332)
 """Bell-crank angles (deg): Hartung's right angle, Dubois' angle, and the angle from Dubois' formula."""
@@ -23,7 +18,7 @@ _MAX_ENLARGED_SPREAD = 0.2
 
 
 def spring_lines_figure(design: HartungDesign, *, with_printed_points: bool = False) -> Page:
-    """Draw the astatic spring forces at both speeds, and of the straight spring line between them.
+    """Draw the astatic spring forces at both speeds, and the straight spring line between them.
 
     Parameters
     ----------
@@ -101,15 +96,15 @@ def _shown_angles(design: HartungDesign) -> list[float]:
 
 def _plot_printed_points(panel: Panel) -> None:
     """Plot Dubois' table; values that differ by more than slide-rule accuracy are ringed."""
-    radii = [row[0] for row in PRINTED_SPRING_FORCES]
+    radii = [row[0] for row in paper.PRINTED_SPRING_FORCES]
     for column, colour in ((1, BLUE), (2, VERMILLION)):
-        panel.plot(radii, [row[column] for row in PRINTED_SPRING_FORCES], "o", color=colour, markersize=4, markerfacecolor=PAPER)
-    misprints = [step for step in compare_with_paper().table if abs(step.printed - step.recomputed) > SLIDE_RULE_TOLERANCE]
+        panel.plot(radii, [row[column] for row in paper.PRINTED_SPRING_FORCES], "o", color=colour, markersize=4, markerfacecolor=PAPER)
+    misprints = [step for step in paper.compare_with_paper().table if abs(step.printed - step.recomputed) > paper.SLIDE_RULE_TOLERANCE]
     for step in misprints:
-        radius = next(row[0] for row in PRINTED_SPRING_FORCES if step.printed in row[1:])
+        radius = next(row[0] for row in paper.PRINTED_SPRING_FORCES if step.printed in row[1:])
         panel.plot([radius], [step.printed], "o", color=GREEN, markersize=13, markerfacecolor="none")
         panel.write_note(f"printed {step.printed:g},\nrecomputed {step.recomputed:.1f}", (radius, step.printed), (-12, 20), color=GREEN)
-    speeds = " and ".join(f"{speed:g}" for speed in PAPER_SPEEDS)
+    speeds = " and ".join(f"{speed:g}" for speed in paper.PAPER_SPEEDS)
     panel.plot([], [], "o", color=MUTED, markersize=4, markerfacecolor=PAPER, label=f"Dubois' table, {speeds} rad/s")
 
 

@@ -57,7 +57,7 @@ class IsochronousPlateData:
                 "isochronous parabolas need machine 'pendulum_governor' with gravity and centrifugal, balls at the joints of arms "
                 f"and links, links as long as the arms, and lugs below the suspensions; the scene {scene.title!r} differs"
             )
-        self.governor = _closed_form_governor(scene)
+        self.governor = PendulumGovernor(**scene.part.dimensions, gravity=scene.gravity)
         self.travel = next((limit.low, limit.high) for limit in scene.part.mechanism.limits if limit.reading == "arm_angle")
         self.start_angle = angle = _start_angle(self.governor, self.travel, scene)
         self.start_speed = float(pendulum.equilibrium_speed(self.governor, arm_angle=angle))
@@ -94,9 +94,8 @@ class IsochronousPlateData:
         abscissa_ratio = 1 + arm / x * (np.sin(angles) - math.sin(angle))
         height_ratio = 1 + arm / y * (math.cos(angle) - np.cos(angles))
         min_angle = math.radians(0.5)
-        valid_changes = requested_changes[
-            (angles > min_angle) & (angles < math.pi / 2 - min_angle) & (abscissa_ratio > 0.1) & (height_ratio > 0.05)
-        ]
+        valid = (angles > min_angle) & (angles < math.pi / 2 - min_angle) & (abscissa_ratio > 0.1) & (height_ratio > 0.05)
+        valid_changes = requested_changes[valid]
         arguments: dict[str, Any] = {"start_angle": angle, "start_abscissa": x, "arm": arm, "angle_change": valid_changes}
         changes = (np.asarray(change(**arguments)) for change in (equilibrium_speed_change, parabola_speed_change))
         return SpeedDeviationCurve(valid_changes, *changes)
@@ -117,12 +116,8 @@ def has_isochronous_parabolas(scene: Scene) -> bool:
     """
     if len(scene.parts) != 1 or scene.part.machine != "pendulum_governor" or not (scene.gravity and scene.has_centrifugal):
         return False
-    governor = _closed_form_governor(scene)
+    governor = PendulumGovernor(**scene.part.dimensions, gravity=scene.gravity)
     return governor.is_rhombus and math.isclose(governor.joint_length, governor.arm, rel_tol=1e-12)
-
-
-def _closed_form_governor(scene: Scene) -> PendulumGovernor:
-    return PendulumGovernor(**scene.part.dimensions, gravity=scene.gravity)
 
 
 def _start_angle(governor: PendulumGovernor, travel: tuple[float, float], scene: Scene) -> float:

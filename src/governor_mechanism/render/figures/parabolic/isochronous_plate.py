@@ -4,7 +4,6 @@ import math
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.text import Text
@@ -197,14 +196,13 @@ def _to_mm(point: Vec2) -> Vec2:
 
 def _draw_speed_deviations(panel: Panel, data: IsochronousPlateData) -> None:
     """Draw the right panel: changes of the equilibrium speed (percent) against changes of the arm angle (deg) for three arms."""
-    curves = {arm_ratio: data.speed_deviations(arm_ratio) for arm_ratio in ARM_STYLES}
-    limit = 1.5 * 100 * float(np.abs(curves[0.7].equilibrium_speed_changes).max())
+    limit = 1.5 * 100 * float(np.abs(data.speed_deviations(0.7).equilibrium_speed_changes).max())
     axis_limit = 1.05 * math.degrees(MAX_ANGLE_CHANGE)
     panel.set(xlim=(-axis_limit, axis_limit), ylim=(-limit, limit))
     panel.axhline(0, color=MUTED, linewidth=0.8, zorder=1)
     panel.axvline(0, color=MUTED, linewidth=0.8, zorder=1)
     for arm_ratio, (name, colour) in ARM_STYLES.items():
-        curve = curves[arm_ratio]
+        curve = data.speed_deviations(arm_ratio)
         degrees, percent = np.degrees(curve.angle_changes), 100 * curve.equilibrium_speed_changes
         parabola_percent = 100 * curve.parabola_speed_changes
         is_rising = np.gradient(percent, degrees) > 0
@@ -263,7 +261,6 @@ def _write_verdicts(plate: Plate) -> None:
 
 def _strike_out(plate: Plate, text: Text) -> None:
     """Draw a line through a text, as on a corrected proof."""
-    canvas: Any = FigureCanvasAgg(plate)
-    box = text.get_window_extent(canvas.get_renderer()).transformed(plate.transFigure.inverted())
+    box = text.get_window_extent().transformed(plate.transFigure.inverted())
     middle = box.y0 + 0.45 * box.height
     plate.add_artist(Line2D([box.x0 - 0.003, box.x1 + 0.003], [middle, middle], color=VERMILLION, linewidth=1.2))

@@ -8,7 +8,7 @@ from matplotlib.patches import Circle
 from governor_mechanism.closed_form import slide_valve as closed
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Panel, Plate, polar_points
-from governor_mechanism.render.figures.slide_valve.valve_diagram import CYLINDER_ENDS, EventLabelStyle, ValveDiagram, event_kind_and_colour
+from governor_mechanism.render.figures.slide_valve.valve_diagram import CYLINDER_ENDS, SOURCE, EventLabelStyle, ValveDiagram
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, VERMILLION
 
 _CAPTIONS = {
@@ -40,7 +40,7 @@ def draw_marks_plate(data: ValveDiagram) -> Plate:
     eccentric, r = data.eccentric, data.eccentric.radius
     if eccentric.has_infinite_rod:
         raise MechanismError("Marks' construction needs a finite eccentric_rod; an infinite one has no error term")
-    plate = data.new_plate("Marks’ construction of the error term", _CAPTIONS)
+    plate = Plate("Marks’ construction of the error term", data.timing.title, SOURCE, _CAPTIONS)
     _draw_error_construction(plate.add_plate_panel(_CONSTRUCTION_RECT), data)
     error_labels = "theoretical displacement $\\xi_0 = r\\,\\sin(\\omega+\\delta)$, mm", "deviation from the exact error, µm"
     _draw_approximation_errors(plate.add_plate_panel(_ERRORS_RECT, *error_labels), data)
@@ -119,10 +119,9 @@ def _draw_valve_ellipse(panel: Panel, data: ValveDiagram) -> None:
     for lap, text in ((data.outside_lap, "$e$"), (-data.outside_lap, "$−e$"), (data.inside_lap, "$i$"), (-data.inside_lap, "$−i$")):
         panel.axhline(lap, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=2)
         panel.annotate_point((104, lap), text, (5, 0), va="center", color=MUTED, fontsize=10)
-    for event in data.timing.rows:
+    for event, _, colour in data.events:
         piston_travel = event.simulated_stroke if event.name.startswith("crank end") else 1 - event.simulated_stroke
         lap = float(np.interp(event.simulated, data.angles, data.displacement))
-        colour = event_kind_and_colour(event)[1]
         panel.plot(100 * piston_travel, lap, "o", color=colour, markeredgecolor=PAPER, markersize=7, zorder=6)
     panel.set_xlim(-4, 104)
     for end, side, colour in CYLINDER_ENDS:
@@ -140,9 +139,8 @@ def _draw_reuleaux_diagram(panel: Panel, data: ValveDiagram) -> None:
     diameter_direction = np.array([math.cos(advance), -math.sin(advance)])
     normal_direction = np.array([math.sin(advance), math.cos(advance)])
     panel.plot(*np.outer(diameter_direction, [-1.12 * r, 1.12 * r]), color=INK, linewidth=0.9, linestyle=CHAIN_DOTTED, zorder=2)
-    for event in data.timing.rows:
-        event_kind, colour = event_kind_and_colour(event)
-        if event_kind in ("admission", "release"):
+    for event, kind, colour in data.events:
+        if kind in ("admission", "release"):
             lap_distance = closed.event_threshold(event.name, outside_lap=data.outside_lap, inside_lap=data.inside_lap)
             half_chord = math.sqrt(max(r**2 - lap_distance**2, 0.0))
             line = lap_distance * normal_direction[:, None] + np.outer(diameter_direction, [-half_chord, half_chord])

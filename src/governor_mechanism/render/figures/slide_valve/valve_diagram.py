@@ -1,7 +1,7 @@
 """Data of the slide-valve plates, and what both plates draw: the valve events and the displacement on the crank rays."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
@@ -13,12 +13,12 @@ from governor_mechanism.closed_form import slide_valve as closed
 from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_timing import evaluate_at_crank_angles
-from governor_mechanism.render.figures.page import MM_PER_M, PLATE_DPI, Panel, Plate, polar_points
+from governor_mechanism.render.figures.page import MM_PER_M, PLATE_DPI, Panel, polar_points
 from governor_mechanism.render.style import BLUE, VERMILLION
 from governor_mechanism.studies.slide_valve.valve_timing import ValveEvent, tabulate_valve_timing
 from governor_mechanism.types import FloatArray
 
-_SOURCE = "after Müller-Melchiors on W. D. Marks, Dinglers Polytechnisches Journal 241 (1881), p. 161"
+SOURCE = "after Müller-Melchiors on W. D. Marks, Dinglers Polytechnisches Journal 241 (1881), p. 161"
 
 CYLINDER_ENDS = (("crank end", 1.0, BLUE), ("head end", -1.0, VERMILLION))
 """Name of each end, sign of the valve displacement that admits steam to it, and colour."""
@@ -28,11 +28,9 @@ _N_CRANK_ANGLES = 720
 
 _SHIFT_STEP = 4.0
 """Step of a label shift, outward or along the circle, points."""
-_MAX_STEPS_OUT, _MAX_STEPS_ALONG = 5, 14
+_MAX_OUT, _MAX_ALONG = 5, 14
 """Largest numbers of steps outward and along the circle."""
-_STEPS = sorted(
-    product(range(_MAX_STEPS_OUT + 1), range(-_MAX_STEPS_ALONG, _MAX_STEPS_ALONG + 1)), key=lambda step: (step[0] + abs(step[1]), step)
-)
+_STEPS = sorted(product(range(_MAX_OUT + 1), range(-_MAX_ALONG, _MAX_ALONG + 1)), key=lambda step: (step[0] + abs(step[1]), step))
 """Steps outward and along the circle, the shortest way first."""
 _LETTER_WIDTH_RATIO, _LINE_HEIGHT_RATIO = 0.5, 1.15
 """Width of a letter and height of a line, as fractions of the font size."""
@@ -58,11 +56,12 @@ class ValveDiagram:
 
     `displacement` (n,) (mm) is that of the mechanism, `theoretical_displacement` (n,) (mm) that of Zeuner's law. `piston_travel` (n,) is
     the travel of the piston from the crank end as a fraction of the stroke, `theoretical_piston_travel` (n,) that for an infinite
-    connecting rod. `timing` is in SI. Another machine raises MechanismError.
+    connecting rod. `timing` is in SI, `events` are its rows with their kinds and colours. Another machine raises MechanismError.
     """
 
     def __init__(self, scene: Scene) -> None:
         self.timing = tabulate_valve_timing(scene)
+        self.events = [(event, *_kind_and_colour(event)) for event in self.timing.rows]
         lengths = {name: value * MM_PER_M for name, value in scene.part.dimensions.items()}
         self.outside_lap, self.inside_lap = lengths["outside_lap"], lengths["inside_lap"]
         self.eccentric = closed.Eccentric.from_dimensions({**lengths, "advance": scene.part.dimensions["advance"]})
@@ -75,10 +74,6 @@ class ValveDiagram:
         endless = replace(self.crank_train, rod=math.inf)
         outer_travel = np.asarray(travel_from_outer_dead_centre(endless, crank_angle=self.angles + math.pi))
         self.theoretical_piston_travel = 1 - outer_travel / stroke
-
-    def new_plate(self, heading: str, captions: Mapping[tuple[float, float], str]) -> Plate:
-        """Return a plate without panels, with captions by their positions."""
-        return Plate(heading, self.timing.title, _SOURCE, captions)
 
     def draw_displacement_curves(self, panel: Panel, rotation: float = 0.0, **style: Any) -> None:
         """Draw the displacement of the mechanism (mm) on every ray, rotated by an angle (rad)."""
@@ -93,8 +88,7 @@ class ValveDiagram:
         left, right, bottom, top = scale * limits
         allowed_box = Bbox([[left - style.margins[0], bottom - style.margins[2]], [right + style.margins[1], top + style.margins[3]]])
         occupied = [Bbox.from_bounds(left, bottom, *style.legend_size)]
-        for event, angle in zip(self.timing.rows, angles, strict=True):
-            kind, colour = event_kind_and_colour(event)
+        for (_, kind, colour), angle in zip(self.events, angles, strict=True):
             outward = np.array([math.cos(angle), math.sin(angle)])
             offset = np.copysign(style.offset, outward)
             # The part of the label to the left of its position, or below it.
@@ -123,7 +117,7 @@ def _find_free_shift(box: Bbox, outward: FloatArray, occupied: Sequence[Bbox], a
     return np.zeros(2)
 
 
-def event_kind_and_colour(event: ValveEvent) -> tuple[str, str]:
+def _kind_and_colour(event: ValveEvent) -> tuple[str, str]:
     """Return the kind of a valve event, and the colour of its cylinder end."""
     end, kind = event.name.rsplit(" ", 1)
     return kind, next(colour for name, _, colour in CYLINDER_ENDS if name == end)

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, Circle, Rectangle
 
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Panel, Plate, add_legend, polar_points
-from governor_mechanism.render.figures.slide_valve.valve_diagram import CYLINDER_ENDS, EventLabelStyle, ValveDiagram, event_kind_and_colour
+from governor_mechanism.render.figures.slide_valve.valve_diagram import CYLINDER_ENDS, SOURCE, EventLabelStyle, ValveDiagram
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SERIF_FONT, VERMILLION
 from governor_mechanism.studies.slide_valve.valve_timing import ValveEvent
 
@@ -54,7 +54,7 @@ _MIN_LABEL_DISTANCE_DEG = 4.5
 
 def draw_zeuner_plate(data: ValveDiagram) -> Plate:
     """Return Zeuner's plate for a slide valve."""
-    plate = data.new_plate("Zeuner’s diagram of the slide valve", _CAPTIONS)
+    plate = Plate("Zeuner’s diagram of the slide valve", data.timing.title, SOURCE, _CAPTIONS)
     _draw_polar_diagram(plate.add_plate_panel(_POLAR_RECT), data)
     _write_event_table(plate, data)
     _draw_stroke_diagram(plate.add_plate_panel(_STROKES_RECT, "stroke from the dead centre of each end, %"), data)
@@ -70,8 +70,8 @@ def _draw_polar_diagram(panel: Panel, data: ValveDiagram) -> None:
     _draw_rim(panel, data, rim_radius)
     _draw_steam_areas(panel, data)
     _draw_circles(panel, data)
-    for event in data.timing.rows:
-        _draw_event_ray(panel, event, rim_radius)
+    for event, _, colour in data.events:
+        _draw_event_ray(panel, event, rim_radius, colour)
     data.label_events(panel, [event.simulated for event in data.timing.rows], 1.06 * rim_radius, _LABEL_STYLE)
     data.draw_displacement_curves(panel, linewidth=2.4, zorder=5, solid_capstyle="round")
     _label_diagram(panel, data, rim_radius)
@@ -122,9 +122,8 @@ def _draw_circles(panel: Panel, data: ValveDiagram) -> None:
         panel.add_patch(Circle((0, 0), abs(lap), fill=False, edgecolor=MUTED, linewidth=0.9, zorder=3))
 
 
-def _draw_event_ray(panel: Panel, event: ValveEvent, rim_radius: float) -> None:
+def _draw_event_ray(panel: Panel, event: ValveEvent, rim_radius: float, colour: str) -> None:
     """Draw the crank at an event, solid for the mechanism and dashed for the theory."""
-    _, colour = event_kind_and_colour(event)
     for angle, width, line_colour, style in ((event.simulated, 1.1, colour, "-"), (event.theory, 0.6, INK, DASHED)):
         panel.plot(*polar_points(angle, [0, rim_radius]), linewidth=width, color=line_colour, linestyle=style, zorder=3.5)
     panel.plot(*polar_points(event.simulated, rim_radius), "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=6)
@@ -176,7 +175,7 @@ def _draw_stroke_diagram(panel: Panel, data: ValveDiagram) -> None:
     panel.spines["left"].set_visible(False)
     panel.tick_params(left=False, labelleft=False)
     for (end, _, colour), base in zip(CYLINDER_ENDS, (2.0, 0.0), strict=True):
-        events_by_name = {event_kind_and_colour(row)[0]: row for row in data.timing.rows if row.name.startswith(end)}
+        events_by_name = {kind: row for row, kind, _ in data.events if row.name.startswith(end)}
         stroke_percent = {"start": 0.0, "end": 100.0, **{name: 100 * row.simulated_stroke for name, row in events_by_name.items()}}
         for left_event, right_event, height, phase in _STEAM_PHASES:
             left, right, floor = stroke_percent[left_event], stroke_percent[right_event], base + height
@@ -204,18 +203,17 @@ def _write_event_table(plate: Plate, data: ValveDiagram) -> None:
     y = top - 0.09
     for end, _, colour in CYLINDER_ENDS:
         plate.write_text(_COLUMN_POSITIONS[0], y, end, 11, color=colour, fontstyle="italic")
-        for event in data.timing.rows:
+        for event, kind, _ in data.events:
             if event.name.startswith(end):
                 y -= row_height
-                _write_event_row(plate, y, event)
+                plate.write_text(_COLUMN_POSITIONS[0] + 0.012, y, kind, 11.5, color=colour)
+                _write_event_numbers(plate, y, event)
         y -= row_height + 0.008
     for rule in (top - 0.064, y + row_height - 0.006):
         plate.add_artist(Line2D([_COLUMN_POSITIONS[0], _COLUMN_POSITIONS[-1]], [rule, rule], color=RULE, linewidth=1.0))
 
 
-def _write_event_row(plate: Plate, y: float, event: ValveEvent) -> None:
-    kind, colour = event_kind_and_colour(event)
-    plate.write_text(_COLUMN_POSITIONS[0] + 0.012, y, kind, 11.5, color=colour)
+def _write_event_numbers(plate: Plate, y: float, event: ValveEvent) -> None:
     simulated, theory, shift = (math.degrees(angle) for angle in (event.simulated, event.theory, event.shift))
     strokes = (f"{100 * stroke:.2f}" for stroke in (event.simulated_stroke, event.theory_stroke))
     numbers = (f"{simulated:.3f}", f"{theory:.3f}", f"{shift:+.3f}".replace("-", "−"), *strokes)

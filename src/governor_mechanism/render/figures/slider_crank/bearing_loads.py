@@ -58,12 +58,10 @@ def bearing_loads_figure(run: Trajectory) -> Plate:
     _draw_engine(plate.add_plate_panel(_ENGINE_RECT), crank_train, exact)
     angles = np.degrees(run.readings["crank_angle"][first_turn] % math.tau)
     drive, guide = run.reactions["drive"].moment[first_turn], run.reactions["crosshead guide"].force[first_turn, 1]
-    for rect, label, simulated, load in (
-        (_TORQUE_RECT, "torque, N m", drive, exact.torque),
-        (_GUIDE_RECT, "force upward, kN", guide * _KILO_PER_UNIT, exact.guide * _KILO_PER_UNIT),
-    ):
-        panel = plate.add_plate_panel(rect, "crank angle from the outer dead centre, deg", label)
-        _draw_load_curve(panel, (angles, simulated), (np.degrees(crank_angles), load))
+    degrees, angle_label = np.degrees(crank_angles), "crank angle from the outer dead centre, deg"
+    _draw_load_curve(plate.add_plate_panel(_TORQUE_RECT, angle_label, "torque, N m"), (angles, drive), (degrees, exact.torque))
+    guide_panel = plate.add_plate_panel(_GUIDE_RECT, angle_label, "force upward, kN")
+    _draw_load_curve(guide_panel, (angles, guide * _KILO_PER_UNIT), (degrees, exact.guide * _KILO_PER_UNIT))
     plate.write_dimensions(
         f"crank $R$ = {crank_train.crank * 1e3:.4g} mm, {crank_train.crank_mass:.4g} kg at {crank_train.crank_centre * 1e3:.4g} mm;  rod "
         f"$L$ = {crank_train.rod * 1e3:.5g} mm, {crank_train.rod_mass:.4g} kg at {crank_train.rod_centre * 1e3:.4g} mm;  crosshead "
@@ -87,12 +85,16 @@ def bearing_loads_refusal(run: Trajectory) -> str:
     return ""
 
 
+def _bearing_forces(exact: BearingLoads) -> tuple[tuple[str, FloatArray, str], ...]:
+    """Return the name of each bearing, the force on its loaded part over a turn, and its colour."""
+    return ("shaft", exact.main, BLUE), ("crank pin", exact.crank_pin, VERMILLION), ("gudgeon", exact.gudgeon, GREEN)
+
+
 def _draw_force_loci(panel: Panel, run: Trajectory, exact: BearingLoads, first_turn: NDArray[np.bool_]) -> None:
     """Draw each force over a turn as a locus in the plane (kN): points of the run on the curve of the closed form."""
     panel.axhline(0, color=MUTED, linewidth=0.7, zorder=1)
     panel.axvline(0, color=MUTED, linewidth=0.7, zorder=1)
-    bearings = (("shaft", exact.main, BLUE), ("crank pin", exact.crank_pin, VERMILLION), ("gudgeon", exact.gudgeon, GREEN))
-    curves = {name: (force * _KILO_PER_UNIT, colour) for name, force, colour in bearings if name in run.reactions}
+    curves = {name: (force * _KILO_PER_UNIT, colour) for name, force, colour in _bearing_forces(exact) if name in run.reactions}
     middle = _show_forces(panel, np.concatenate([force for force, _ in curves.values()]))
     handles = []
     for name, (force, colour) in curves.items():
@@ -141,12 +143,9 @@ def _draw_engine(panel: Panel, crank_train: CrankTrain, exact: BearingLoads) -> 
     panel.add_patch(box)
     for point in (shaft, pin, crosshead):
         panel.plot(*point, "o", color=INK, markerfacecolor=PAPER, markersize=7, zorder=5)
-    forces = (
-        (shaft, exact.main[angle_index], BLUE),
-        (pin, exact.crank_pin[angle_index], VERMILLION),
-        (crosshead, exact.gudgeon[angle_index], GREEN),
-        (crosshead, np.array([0.0, exact.guide[angle_index]]), SERIES_COLOURS[3]),
-    )
+    bearings = zip((shaft, pin, crosshead), _bearing_forces(exact), strict=True)
+    forces = [(point, force[angle_index], colour) for point, (_, force, colour) in bearings]
+    forces.append((crosshead, np.array([0.0, exact.guide[angle_index]]), SERIES_COLOURS[3]))
     largest = max(*(float(np.hypot(*force)) for _, force, _ in forces), _MIN_FORCE_SCALE_KN / _KILO_PER_UNIT)
     for point, force, colour in forces:
         arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 2.2, "shrinkA": 0, "shrinkB": 0}
