@@ -99,10 +99,14 @@ class Panel(Axes):
 
 
 class Page(Figure):
-    """Figure of a width and height in inches, with titles, footnotes and panels."""
+    """Figure of a width and height in inches, with title, subtitle, footnotes and panels."""
 
-    def __init__(self, width: float, height: float, dpi: float = FIGURE_DPI) -> None:
+    def __init__(
+        self, width: float, height: float, title: str = "", subtitle: str = "", *, dpi: float = FIGURE_DPI, subtitle_y: float = 0.895
+    ) -> None:
         super().__init__(figsize=(width, height), dpi=dpi, facecolor=PAPER)
+        self.write_title(title)
+        self.write_title(subtitle, y=subtitle_y, size=10, colour=MUTED)
 
     def add_panel(
         self, place: PanelRect | SubplotSpec, x_label: str = "", y_label: str = "", *, label_size: float = 10.0, **style: Any
@@ -141,7 +145,7 @@ class Plate(Page):
     """Framed page with a heading above a scene title and the source, and captions by their positions."""
 
     def __init__(self, heading: str, title: str, source: str, captions: Mapping[tuple[float, float], str]) -> None:
-        super().__init__(PLATE_WIDTH, PLATE_HEIGHT, PLATE_DPI)
+        super().__init__(PLATE_WIDTH, PLATE_HEIGHT, dpi=PLATE_DPI)
         for inches, width in ((0.14, 1.8), (0.21, 0.6)):
             corner = inches / PLATE_WIDTH, inches / PLATE_HEIGHT
             box = Rectangle(corner, 1 - 2 * corner[0], 1 - 2 * corner[1], fill=False, edgecolor=INK, linewidth=width)

@@ -21,7 +21,7 @@ _ZERO_PLOTTED_AT = 0.1
 
 def cyclic_figure(study: CyclicMotionStudy) -> Page:
     """Draw the sleeve amplitude against speed fluctuation over insensitivity band."""
-    page = _new_page("The sleeve moves when the speed fluctuation exceeds the insensitivity band", study.title)
+    page = Page(7.2, 5.0, "The sleeve moves when the speed fluctuation exceeds the insensitivity band", study.title)
     panel = _add_panel(page, _PANEL_RECT, "speed fluctuation / insensitivity band", "sleeve stroke in a turn, mm")
     order = np.argsort(study.fluctuation_ratios)
     fluctuation_ratios, amplitudes = study.fluctuation_ratios[order], study.amplitudes[order] * MM_PER_M
@@ -63,7 +63,7 @@ def clearance_figure(studies: Sequence[ClearanceStudy]) -> Page:
             raise MechanismError(
                 f"{study.title!r} has no sleeve motion without clearance, the reference of the figure; increase the speed fluctuation"
             )
-    page = _new_page("Small clearance does not stop cyclic sleeve motion", "large clearance does, if the balls can swing within it")
+    page = Page(7.2, 5.0, "Small clearance does not stop cyclic sleeve motion", "large clearance does, if the balls can swing within it")
     labels = "clearance between links and sleeve, mm", "sleeve stroke / stroke without clearance"
     panel = _add_panel(page, (0.11, 0.19, 0.85, 0.64), *labels)
     for study, colour in zip(studies, SERIES_COLOURS, strict=False):
@@ -87,7 +87,7 @@ def clearance_figure(studies: Sequence[ClearanceStudy]) -> Page:
 
 def settling_figure(study: SettlingStudy) -> Page:
     """Draw the settling time against the dashpot coefficient with the shortest time marked."""
-    page = _new_page("Dashpot with the shortest settling time", study.title)
+    page = Page(7.2, 5.0, "Dashpot with the shortest settling time", study.title)
     panel = _add_panel(page, _PANEL_RECT, "dashpot coefficient at the sleeve, N s/m", "settling time, s")
     settled = np.isfinite(study.settling_times)
     times = study.settling_times[settled]
@@ -106,7 +106,7 @@ def settling_figure(study: SettlingStudy) -> Page:
 
 def fold_jump_figure(study: FoldJumpStudy) -> Page:
     """Draw the passage speed and its delay against the rate of the speed ramp."""
-    page = _new_page("A faster change of speed delays the jump", study.title)
+    page = Page(7.2, 5.0, "A faster change of speed delays the jump", study.title)
     left = _add_panel(page, (0.105, 0.15, 0.36, 0.66), "rate of the speed ramp, rad/s²", "passage speed, rad/s")
     right = _add_panel(page, (0.60, 0.15, 0.36, 0.66), "rate of the speed ramp, rad/s²", "delay, rad/s")
     order = np.argsort(study.ramp_rates)
@@ -133,13 +133,6 @@ def fold_jump_figure(study: FoldJumpStudy) -> Page:
     passage = f"passage at {np.degrees(study.fold_position):.4g} deg, the minimum of the equilibrium speed"
     growth = f"divergence rate at the stop {study.divergence_rate:.4g} 1/s, from the delays {study.rising_divergence_rate}"
     page.write_footnote(f"{passage}; {growth}")
-    return page
-
-
-def _new_page(title: str, subtitle: str) -> Page:
-    page = Page(7.2, 5.0)
-    page.write_title(title)
-    page.write_title(subtitle, y=0.895, size=10, colour=MUTED)
     return page
 
 

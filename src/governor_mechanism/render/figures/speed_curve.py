@@ -36,7 +36,7 @@ def speed_curve_figure(scene: Scene, curve: SpeedCurve, equilibria: Sequence[Equ
         The figure; `save_png` writes it.
     """
     unit, factor = display_unit_of("rad" if _is_angle(scene, curve.coordinate_name) else "m")
-    page = Page(7.2, 5.0)
+    page = Page(7.2, 5.0, scene.title)
     x_label = f"{curve.coordinate_name.replace('_', ' ')}, {unit.replace('°', 'deg')}"
     panel = page.add_panel((0.11, 0.13, 0.85, 0.72), x_label, "equilibrium speed, rpm")
     panel.set_axisbelow("line")
@@ -49,7 +49,6 @@ def speed_curve_figure(scene: Scene, curve: SpeedCurve, equilibria: Sequence[Equ
     panel.set(xlim=(curve.coordinate[0] * factor, curve.coordinate[-1] * factor), ylim=(low, high))
     if panel.get_legend_handles_labels()[0]:
         add_legend(panel, fontsize=8.5, loc="upper center")
-    page.write_title(scene.title)
     page.write_footnote(f"low end: {curve.low_end_message};  high end: {curve.high_end_message}", y=0.025)
     return page
 

@@ -76,7 +76,7 @@ class FramePainter:
         # Widths in pixels of 480: what the neighbours add, and all; the whole frame is a whole number of pixels wide.
         self._shift = round((len(parts) - 1) * layout.PART_PITCH * size / layout.REFERENCE_SIZE) * layout.REFERENCE_SIZE / size
         self._width = layout.REFERENCE_SIZE + self._shift
-        self.figure = Page(self._width / layout.REFERENCE_SIZE * size / FRAME_DPI, size / FRAME_DPI, FRAME_DPI)
+        self.figure = Page(self._width / layout.REFERENCE_SIZE * size / FRAME_DPI, size / FRAME_DPI, dpi=FRAME_DPI)
         self._canvas = cast(Any, FigureCanvasAgg(self.figure))  # its methods have no types
         self._size = size
         # Points per pixel of a 480-pixel frame.
@@ -150,7 +150,7 @@ class FramePainter:
         """Add axes in a rectangle (pixels of 480)."""
         left, right = (x / self._width for x in rect[::2])
         top, bottom = (y / layout.REFERENCE_SIZE for y in rect[1::2])
-        return self.figure.add_axes((left, 1 - bottom, right - left, bottom - top))
+        return self.figure.add_panel((left, 1 - bottom, right - left, bottom - top), grid=None)
 
     def _traced_path(self, path: FloatArray, k: int) -> Lines:
         """Return the part of a path (f, 2) m in the last second of film before frame k."""

@@ -16,7 +16,7 @@ from governor_mechanism.render.figures.page import format_plain_ticks
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.geometry.primitives import Vec2
-from governor_mechanism.render.style import MUTED, PAPER, RULE, SANS_FONT
+from governor_mechanism.render.style import PAPER, RULE
 from governor_mechanism.types import FloatArray
 
 
@@ -31,7 +31,7 @@ class Panel:
 def plot_reading(axes: Axes, colour: str, frame_data: FrameData, values: FloatArray, limits: Vec2, points_per_pixel: float) -> Panel:
     """Return the panel of a curve of values (f,) in the display unit, up to frame k; `points_per_pixel` is that of pixels of 480."""
     start, end = frame_data.time_span
-    axes.set(xlim=(start, max(end, start + 1e-9)), ylim=limits, facecolor=PAPER)
+    axes.set(xlim=(start, max(end, start + 1e-9)), ylim=limits)
     _style_axes(axes, frame_data.time_span, points_per_pixel)
     curve = Line2D([], [], color=colour, linewidth=1.5 * points_per_pixel, solid_joinstyle="round", zorder=3)
     dot = Line2D([], [], color=colour, marker="o", markersize=6 * points_per_pixel, clip_on=False, zorder=4)
@@ -45,16 +45,14 @@ def plot_reading(axes: Axes, colour: str, frame_data: FrameData, values: FloatAr
 
 
 def _style_axes(axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
-    """Style the axes: two spines, few ticks, faint grid lines."""
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8 * points_per_pixel)
+    """Style the axes: thin spines, few ticks, faint grid lines."""
+    axes.spines[:].set_linewidth(0.8 * points_per_pixel)
     low, high = axes.get_ylim()
     ticks = MaxNLocator(3, min_n_ticks=2).tick_values(low, high)
     axes.set_yticks([tick for tick in ticks if low <= tick <= high])
     format_plain_ticks(axes.yaxis, (low, high))
     axes.set_xticks(time_span, labels=[f"{time_span[0]:.4g}", f"{time_span[1]:.4g} s"])
-    axes.tick_params(length=3 * points_per_pixel, width=0.8 * points_per_pixel, color=MUTED, pad=2 * points_per_pixel)
-    axes.tick_params(labelcolor=MUTED, labelsize=8.5 * points_per_pixel, labelfontfamily=SANS_FONT)
+    axes.tick_params(length=3 * points_per_pixel, width=0.8 * points_per_pixel, pad=2 * points_per_pixel, labelsize=8.5 * points_per_pixel)
     axes.grid(axis="y", color=RULE, linewidth=0.7 * points_per_pixel)
     axes.set_axisbelow(True)
     # The time labels stay within the width of the plot, so that they never leave the frame.

@@ -109,7 +109,4 @@ def _plot_printed_points(panel: Panel) -> None:
 
 
 def _new_page(title: str, subtitle: str) -> Page:
-    page = Page(7.6, 5.2, dpi=120)
-    page.write_title(title)
-    page.write_title(subtitle, y=0.89, size=10, colour=MUTED)
-    return page
+    return Page(7.6, 5.2, title, subtitle, dpi=120, subtitle_y=0.89)
