@@ -12,6 +12,9 @@ from governor_mechanism.studies.regulation.fold_jump import FoldJumpStudy
 from governor_mechanism.studies.regulation.settling_time import SettlingStudy
 from governor_mechanism.types import FloatArray
 
+_PAGE_SIZE = 7.2, 5.0
+"""Width and height of a figure, inches."""
+
 _PANEL_RECT = (0.11, 0.14, 0.85, 0.69)
 """Rectangle of the panel in a figure of one panel, in fractions of the figure."""
 
@@ -21,7 +24,7 @@ _ZERO_PLOTTED_AT = 0.1
 
 def cyclic_figure(study: CyclicMotionStudy) -> Page:
     """Draw the sleeve amplitude against speed fluctuation over insensitivity band."""
-    page = Page(7.2, 5.0, "The sleeve moves when the speed fluctuation exceeds the insensitivity band", study.title)
+    page = Page(*_PAGE_SIZE, "The sleeve moves when the speed fluctuation exceeds the insensitivity band", study.title)
     panel = _add_panel(page, _PANEL_RECT, "speed fluctuation / insensitivity band", "sleeve stroke in a turn, mm")
     order = np.argsort(study.fluctuation_ratios)
     fluctuation_ratios, amplitudes = study.fluctuation_ratios[order], study.amplitudes[order] * MM_PER_M
@@ -63,7 +66,7 @@ def clearance_figure(studies: Sequence[ClearanceStudy]) -> Page:
             raise MechanismError(
                 f"{study.title!r} has no sleeve motion without clearance, the reference of the figure; increase the speed fluctuation"
             )
-    page = Page(7.2, 5.0, "Small clearance does not stop cyclic sleeve motion", "large clearance does, if the balls can swing within it")
+    page = Page(*_PAGE_SIZE, "Small clearance does not stop cyclic sleeve motion", "large clearance does, if the balls can swing within it")
     labels = "clearance between links and sleeve, mm", "sleeve stroke / stroke without clearance"
     panel = _add_panel(page, (0.11, 0.19, 0.85, 0.64), *labels)
     for study, colour in zip(studies, SERIES_COLOURS, strict=False):
@@ -87,7 +90,7 @@ def clearance_figure(studies: Sequence[ClearanceStudy]) -> Page:
 
 def settling_figure(study: SettlingStudy) -> Page:
     """Draw the settling time against the dashpot coefficient with the shortest time marked."""
-    page = Page(7.2, 5.0, "Dashpot with the shortest settling time", study.title)
+    page = Page(*_PAGE_SIZE, "Dashpot with the shortest settling time", study.title)
     panel = _add_panel(page, _PANEL_RECT, "dashpot coefficient at the sleeve, N s/m", "settling time, s")
     settled = np.isfinite(study.settling_times)
     times = study.settling_times[settled]
@@ -106,7 +109,7 @@ def settling_figure(study: SettlingStudy) -> Page:
 
 def fold_jump_figure(study: FoldJumpStudy) -> Page:
     """Draw the passage speed and its delay against the rate of the speed ramp."""
-    page = Page(7.2, 5.0, "A faster change of speed delays the jump", study.title)
+    page = Page(*_PAGE_SIZE, "A faster change of speed delays the jump", study.title)
     left = _add_panel(page, (0.105, 0.15, 0.36, 0.66), "rate of the speed ramp, rad/s²", "passage speed, rad/s")
     right = _add_panel(page, (0.60, 0.15, 0.36, 0.66), "rate of the speed ramp, rad/s²", "delay, rad/s")
     order = np.argsort(study.ramp_rates)

@@ -51,8 +51,8 @@ def _format_times(times: FloatArray) -> list[str]:
 class FramePainter:
     """Figure of one film: `update(k)` moves every artist to frame k, `paint(k)` returns the pixels of frame k.
 
-    Of the `parts` of the run, only the last one can have a plan view, and all positions count from its
-    frame. `compared` are those of all runs that share the limits of this frame, by default those of this run alone.
+    Of the `parts` of the run, only the last one can have a plan view, and all positions count from its frame. `compared` are the parts of
+    all runs that share the limits of this frame, by default those of this run alone.
     """
 
     def __init__(
