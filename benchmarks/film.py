@@ -15,7 +15,7 @@ from matplotlib.artist import Artist
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.film.frame_data import interpolate_frame_data
+from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.writer import schedule_frames, write_film
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
@@ -24,7 +24,7 @@ from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 def with_func_animation(run: Trajectory, path: Path) -> int:
     """Write the same film with FuncAnimation and return the number of frames."""
     times, _ = schedule_frames(0.0, float(run.times[-1]), 25)
-    picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, float(run.times[-1])), times), animated=False)
+    picture = FramePainter(run, [FrameData(run, run.scene.part, (0.0, float(run.times[-1])), times)], animated=False)
 
     def update(k: int) -> list[Artist]:
         """Draw one frame."""

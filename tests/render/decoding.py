@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from PIL import Image
 
-from governor_mechanism.render.film.frame_data import interpolate_frame_data
-from governor_mechanism.render.film.side_by_side import SideBySidePainter
-from governor_mechanism.render.film.writer import choose_slow_down, schedule_frames
+from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.film.writer import SideBySidePainter, choose_slow_down, schedule_frames
 
 
 def decode_film(path):
@@ -26,6 +25,6 @@ def paint_frames(run, slow_down=None):
     span = float(run.times[0]), float(run.times[-1])
     slow_factor = slow_down or choose_slow_down(span[1] - span[0])
     times, _ = schedule_frames(*span, 25, slow_factor)
-    data = [interpolate_frame_data(run, part, span, times, slow_factor) for part in run.scene.parts]
+    data = [FrameData(run, part, span, times, slow_factor) for part in run.scene.parts]
     painter = SideBySidePainter([run], None, [data], 480)
     return [painter.paint(k)[..., :3] for k in range(len(times))]

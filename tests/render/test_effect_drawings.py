@@ -20,7 +20,7 @@ from governor_mechanism.model.joints import Point
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.effect_state import effect_state_of
-from governor_mechanism.render.film.frame_data import interpolate_frame_data
+from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.geometry.primitives import Circle, Lines, bounding_box
 from governor_mechanism.render.machines.pendulum.clearance import clearance_magnification
@@ -116,7 +116,7 @@ def test_all_shapes_stay_within_the_view_and_keep_their_types(case, name):
 
 def test_no_texts_overlap_with_every_effect_in_the_frame():
     run = fake_run_with_effects(PORTER, EVERYTHING, duration=1.0)
-    picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 1.0), np.linspace(0, 1, 26)))
+    picture = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 1.0), np.linspace(0, 1, 26))])
     picture.update(25)
     boxes = words_of(picture)
     assert any(words.startswith("clearance, ") for words, _ in boxes)

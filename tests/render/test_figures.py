@@ -12,7 +12,6 @@ from PIL import Image
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.trajectory import Outcome
-from governor_mechanism.render.figures import time_series as figures
 from governor_mechanism.render.figures.time_series import readings_figure
 from governor_mechanism.render.number_format import format_numbers, format_rounded_up
 from render.stub_effects import ListedEvents
@@ -25,7 +24,7 @@ def porter():
 
 
 def test_a_figure_is_a_png_and_equal_for_equal_runs(tmp_path, porter):
-    first, second = (readings_figure(porter, tmp_path / name) for name in ("a.png", "b.png"))
+    first, second = (readings_figure(porter).save_png(tmp_path / name) for name in ("a.png", "b.png"))
     with Image.open(first) as image:
         assert image.format == "PNG"
         assert image.size[0] == 960
@@ -33,7 +32,7 @@ def test_a_figure_is_a_png_and_equal_for_equal_runs(tmp_path, porter):
 
 
 def test_every_reading_stands_in_everyday_units(porter):
-    words = [text.get_text() for axes in figures._draw_readings(porter).axes for text in axes.texts]
+    words = [text.get_text() for axes in readings_figure(porter).axes for text in axes.texts]
     for label in ("arm angle, deg", "ball radius, mm", "sleeve lift, mm", "spindle speed, rpm", "spindle torque, N m"):
         assert label in words
     assert "widest joint gap, mm" in words
@@ -41,22 +40,22 @@ def test_every_reading_stands_in_everyday_units(porter):
 
 
 def test_curves_hold_the_readings(porter):
-    curve = figures._draw_readings(porter).axes[0].lines[0]
+    curve = readings_figure(porter).axes[0].lines[0]
     np.testing.assert_allclose(curve.get_ydata(), np.degrees(porter.readings["arm_angle"]))
 
 
 def test_an_exact_run_can_be_drawn_on_logarithmic_axes(tmp_path, porter):
     nothing = np.zeros(len(porter.times))
     exact = dataclasses.replace(porter, joint_gap=nothing, energy=dataclasses.replace(porter.energy, jacobi=nothing))
-    assert readings_figure(exact, tmp_path / "a.png").exists()
-    last = figures._draw_readings(exact).axes[-2:]
+    assert readings_figure(exact).save_png(tmp_path / "a.png").exists()
+    last = readings_figure(exact).axes[-2:]
     assert all("zero to rounding" in [text.get_text() for text in axes.texts] for axes in last)
 
 
 def test_rounding_noise_is_a_flat_line_and_no_factor_is_printed_over_a_heading(porter):
     noise = 1e-17 * np.sin(50 * porter.times)
     rest = dataclasses.replace(porter, readings={**porter.readings, "spindle_torque": noise})
-    figure = figures._draw_readings(rest)
+    figure = readings_figure(rest)
     FigureCanvasAgg(figure).draw()
     torque = figure.axes[list(rest.readings).index("spindle_torque")]
     low, high = torque.get_ylim()
@@ -66,7 +65,7 @@ def test_rounding_noise_is_a_flat_line_and_no_factor_is_printed_over_a_heading(p
 
 def test_the_cause_of_an_early_end_comes_first_and_stays_within_the_figure(porter):
     for detail in ("arm_angle: the arms are at 90 degrees", 30 * "a cause told at length, "):
-        figure = figures._draw_readings(dataclasses.replace(porter, outcome=Outcome.LEFT_RANGE, detail=detail))
+        figure = readings_figure(dataclasses.replace(porter, outcome=Outcome.LEFT_RANGE, detail=detail))
         renderer = FigureCanvasAgg(figure).get_renderer()
         first, second = figure.texts[-2:]
         assert first.get_text().startswith(detail[:30])
@@ -87,7 +86,7 @@ def test_a_run_of_one_report_can_be_drawn(tmp_path):
         joint_gap=run.joint_gap[:1],
         energy=energy,
     )
-    assert readings_figure(one, tmp_path / "a.png").exists()
+    assert readings_figure(one).save_png(tmp_path / "a.png").exists()
 
 
 def happening(run, count):
@@ -103,7 +102,7 @@ def marks_of(axes):
 
 
 def test_few_events_are_marked_by_a_line_each_and_named(porter):
-    figure = figures._draw_readings(happening(porter, 7))
+    figure = readings_figure(happening(porter, 7))
     marks = marks_of(figure.axes[0])
     assert {kind: len(lines) for kind, lines in marks.items()} == {"sticks": 3, "slips": 2, "strikes its stop": 2}
     np.testing.assert_allclose(marks["slips"][:, 0, 0], 0.01 + 1.9 * np.array([1, 4]) / 7)
@@ -120,21 +119,21 @@ def test_few_events_are_marked_by_a_line_each_and_named(porter):
 def test_named_crossings_are_marked_by_their_names(porter):
     events = [Event(time=0.1 * k, kind=EventKind.CROSSING, subject=("lifted", "lowered")[k % 2]) for k in range(1, 6)]
     run = dataclasses.replace(porter, deferred_results=ListedEvents(tuple(events)))
-    figure = figures._draw_readings(run)
+    figure = readings_figure(run)
     assert {name: len(lines) for name, lines in marks_of(figure.axes[0]).items()} == {"lifted": 2, "lowered": 3}
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["lowered (3)", "lifted (2)"]
 
 
 def test_many_events_are_a_rug_of_ticks(porter):
-    figure = figures._draw_readings(happening(porter, 90))
+    figure = readings_figure(happening(porter, 90))
     assert all(np.ptp(line[:, 1]) < 0.2 for lines in marks_of(figure.axes[2]).values() for line in lines)
     assert sum(len(lines) for lines in marks_of(figure.axes[2]).values()) == 90
 
 
 def test_a_run_without_events_has_no_line_on_them(porter):
-    figure = figures._draw_readings(porter)
+    figure = readings_figure(porter)
     assert not figure.legends
-    assert figure.get_figheight() < figures._draw_readings(happening(porter, 1)).get_figheight()
+    assert figure.get_figheight() < readings_figure(happening(porter, 1)).get_figheight()
 
 
 def test_an_exception_leaves_no_file(tmp_path, porter, monkeypatch):
@@ -145,15 +144,15 @@ def test_an_exception_leaves_no_file(tmp_path, porter, monkeypatch):
 
     monkeypatch.setattr(FigureCanvasAgg, "print_png", fail)
     with pytest.raises(KeyboardInterrupt):
-        readings_figure(porter, tmp_path / "a.png")
+        readings_figure(porter).save_png(tmp_path / "a.png")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_wrong_names_and_empty_runs_are_refused(tmp_path, porter):
     with pytest.raises(MechanismError, match=r"must end in \.png"):
-        readings_figure(porter, tmp_path / "a.jpg")
+        readings_figure(porter).save_png(tmp_path / "a.jpg")
     with pytest.raises(MechanismError, match="no reported time"):
-        readings_figure(dataclasses.replace(porter, times=porter.times[:0]), tmp_path / "a.png")
+        readings_figure(dataclasses.replace(porter, times=porter.times[:0])).save_png(tmp_path / "a.png")
 
 
 @pytest.mark.parametrize(("error", "words"), [(3e-7, "3e-07"), (3.01e-7, "4e-07"), (9.9e-4, "1e-03"), (0.0, "0e+00")])

@@ -13,7 +13,7 @@ from PIL import Image
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Outcome
-from governor_mechanism.render.film.frame_data import interpolate_frame_data
+from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import Palette
 from governor_mechanism.render.film.layout import ELEVATION_RECT
@@ -73,7 +73,7 @@ def test_the_ball_is_drawn_at_its_position(tmp_path, name):
     shown, _ = decode_film(write_film(run, tmp_path / "a.gif"))
     times, _ = schedule_frames(0.0, 1.0, 25)
     assert len(shown) == len(times)
-    view = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 1.0), times)).view
+    view = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 1.0), times)]).view
     middle = round(view.pixel_of(0.0, 0.0)[0])
     colours = [
         parse_rgb(colour)
@@ -95,14 +95,14 @@ def test_poses_between_reports_follow_the_velocities():
     coarse = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, output_interval=0.1)
     fine = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, output_interval=0.001)
     times = np.linspace(0.0, 2.0, 401)
-    between = interpolate_frame_data(coarse, coarse.scene.part, (0.0, 2.0), times).poses
+    between = FrameData(coarse, coarse.scene.part, (0.0, 2.0), times).poses
     exact = fine.poses[np.round(times / 0.001).astype(int)]
     # Cubic: h^4 / 384 times the fourth derivative, about 0.1 m * (2 pi / 1.7 s)^4; straight lines would miss by 1e-3 m.
     assert np.abs(between - exact).max() < 1e-5
 
 
 def test_the_plan_turns_by_the_integral_of_the_speed(porter):
-    shown = interpolate_frame_data(porter, porter.scene.part, (0.0, 2.0), np.array([0.0, 1.0, 2.0]))
+    shown = FrameData(porter, porter.scene.part, (0.0, 2.0), np.array([0.0, 1.0, 2.0]))
     speed = porter.readings["spindle_speed"]
     exact = np.sum((speed[1:] + speed[:-1]) / 2 * np.diff(porter.times))
     assert shown.spindle_angle[-1] == pytest.approx(exact)
@@ -171,7 +171,7 @@ def words_of(picture):
 
 def test_the_numbers_of_a_scale_next_to_wide_arms_are_not_cut_off():
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, mean_angle=60.0, amplitude=25.0)
-    picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51)))
+    picture = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51))])
     right = [box.x1 for words, box in words_of(picture) if words.endswith("00 mm") and box.y0 > 60]
     assert right
     assert max(right) <= ELEVATION_RECT[2]
@@ -184,7 +184,7 @@ def test_no_words_are_cut_off_or_overlap(name, outcome):
     run = fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, mean_angle=30.0, title=title, outcome=outcome)
     if not outcome.ok:
         run = dataclasses.replace(run, detail="arm_angle: " + 20 * "a very long cause, ")
-    picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 1.0), np.linspace(0, 1, 26)))
+    picture = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 1.0), np.linspace(0, 1, 26))])
     picture.update(25)
     boxes = words_of(picture)
     assert len(boxes) > 15
@@ -201,12 +201,12 @@ def test_no_words_are_cut_off_or_overlap(name, outcome):
 
 def test_cached_numbers_look_like_the_text(porter):
     times = np.linspace(0.0, 2.0, 51)
-    shown = interpolate_frame_data(porter, porter.scene.part, (0.0, 2.0), times)
-    regular = FramePainter(porter, shown, animated=False)
+    shown = FrameData(porter, porter.scene.part, (0.0, 2.0), times)
+    regular = FramePainter(porter, [shown], animated=False)
     regular.update(20)
     regular.figure.canvas.draw()
     drawn = np.asarray(regular.figure.canvas.buffer_rgba())
-    cached = FramePainter(porter, shown).paint(20)
+    cached = FramePainter(porter, [shown]).paint(20)
     inks = []
     for pixels in (drawn, cached):
         time = pixels[6:30, 420:456, :3].astype(int)
@@ -222,7 +222,7 @@ def test_cached_numbers_look_like_the_text(porter):
 def test_the_footer_states_accuracy_or_early_end(porter):
     def footer(**changes):
         run = dataclasses.replace(porter, **changes)
-        picture = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 2.0), np.array([0.0, 2.0])))
+        picture = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 2.0), np.array([0.0, 2.0]))])
         return [words for words, _ in words_of(picture)]
 
     assert "accurate to 4e-07, requested 1e-06" in footer(error_estimate=3.1e-7)
@@ -271,7 +271,7 @@ def test_moving_shapes_leave_no_traces(tmp_path, porter):
 
 
 def test_the_palette_keeps_all_film_colours(porter):
-    samples = [FramePainter(porter, interpolate_frame_data(porter, porter.scene.part, (0.0, 2.0), np.array([0.0, 2.0]))).paint(1)]
+    samples = [FramePainter(porter, [FrameData(porter, porter.scene.part, (0.0, 2.0), np.array([0.0, 2.0]))]).paint(1)]
     palette = Palette([parse_rgb(colour) for colour in FILM_COLOURS], samples)
     assert len(palette.colours) <= 31
     film_colours = np.array([parse_rgb(colour) for colour in FILM_COLOURS], dtype=np.uint8)

@@ -12,7 +12,7 @@ import pytest
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.force_elements import Damper, Spring
 from governor_mechanism.model.joints import Distance, Pin, RotationalDriver, TranslationalDriver, Weld
-from governor_mechanism.render.film.frame_data import interpolate_frame_data
+from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.writer import choose_slow_down, schedule_frames, write_film
 from governor_mechanism.render.geometry.body_points import point_path
@@ -251,8 +251,8 @@ def test_short_runs_are_slowed_unless_told_otherwise(tmp_path):
 
 def words_of(run, slow=1.0):
     span = (float(run.times[0]), float(run.times[-1]))
-    shown = interpolate_frame_data(run, run.scene.part, span, np.linspace(*span, 151), slow)
-    picture = FramePainter(run, shown)
+    shown = FrameData(run, run.scene.part, span, np.linspace(*span, 151), slow)
+    picture = FramePainter(run, [shown])
     picture.update(70)
     renderer = picture.figure.canvas.get_renderer()
     texts = (text for text in picture.figure.findobj(lambda artist: hasattr(artist, "get_text")) if text.get_visible())

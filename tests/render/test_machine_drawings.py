@@ -12,7 +12,7 @@ import pytest
 
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.model.part import Part
-from governor_mechanism.render.film.frame_data import interpolate_frame_data
+from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.geometry.free_space import first_free_position, horizontal_extents
 from governor_mechanism.render.geometry.primitives import (
@@ -68,7 +68,7 @@ def test_every_shape_stays_within_the_view(drawn):
 
 def test_the_view_fits_the_extent_into_its_rectangle_without_distortion():
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
-    view = FramePainter(run, interpolate_frame_data(run, run.scene.part, (0.0, 1.0), run.times)).view
+    view = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 1.0), run.times)]).view
     left, top, right, bottom = view.rect
     x0, x1, y0, y1 = drawing_bounds(measure_run_extents(run.scene.part, run.poses, run.times))
     corners = [view.pixel_of(x, y) for x in (x0, x1) for y in (y0, y1)]

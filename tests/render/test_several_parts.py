@@ -13,7 +13,7 @@ from coupled_scenes import coupled_scene, engine_part, porter_part
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.coupling.couplings import GearCoupling
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
-from governor_mechanism.render.film.frame_data import interpolate_frame_data
+from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.geometry.primitives import Circle, Lines
 from governor_mechanism.render.machines.registry import moving_shapes
@@ -38,7 +38,7 @@ def run():
 
 def frame_data(run, name, times=(0.0, 0.7, 1.4)):
     part = next(part for part in run.scene.parts if part.name == name)
-    return interpolate_frame_data(run, part, (0.0, 2.0), np.array(times))
+    return FrameData(run, part, (0.0, 2.0), np.array(times))
 
 
 def test_shafts_are_not_drawn_and_poses_go_to_their_parts(run):
@@ -73,7 +73,7 @@ def test_angles_of_many_turns_are_shown_by_their_rates(run):
 
 def test_every_part_has_a_panel_and_its_first_reading_a_plot(run):
     data = [frame_data(run, name) for name in ("engine", "governor")]
-    painter = FramePainter(run, data[1], 480, neighbours=data[:1])
+    painter = FramePainter(run, data, 480)
     assert painter.paint(1).shape == (480, 766, 4)
     words = [text.get_text() for text in painter.figure.texts] + [
         artist.get_text() for artist in painter.figure.artists if hasattr(artist, "get_text")

@@ -11,8 +11,8 @@ from PIL import Image
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Outcome
-from governor_mechanism.render.film.frame_data import interpolate_frame_data
-from governor_mechanism.render.film.side_by_side import SideBySidePainter
+from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.film.writer import SideBySidePainter
 from render.decoding import decode_film, paint_frames
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 from render.test_film import words_of
@@ -26,7 +26,7 @@ def pair():
 
 
 def side_by_side(runs, titles=TITLES):
-    data = [[interpolate_frame_data(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51))] for run in runs]
+    data = [[FrameData(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51))] for run in runs]
     return SideBySidePainter(runs, titles, data, 480)
 
 

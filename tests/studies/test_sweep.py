@@ -418,21 +418,21 @@ def _noted(tasks, task, indices):
 )
 def test_figures_are_written(scene, vary, tmp_path):
     found = gm.sweep(scene, vary, ["max arm_angle", "max sleeve_lift", "duration"])
-    path = sweep_figure(found, tmp_path / "sweep.png")
+    path = sweep_figure(found).save_png(tmp_path / "sweep.png")
     assert path.read_bytes().startswith(b"\x89PNG")
     first = path.read_bytes()
-    assert sweep_figure(found, tmp_path / "sweep.png").read_bytes() == first
+    assert sweep_figure(found).save_png(tmp_path / "sweep.png").read_bytes() == first
 
 
 def test_figures_of_nothing_and_of_too_many_keys(scene, tmp_path):
     empty = gm.sweep(scene, ["dimensions.link=100mm,110mm", MASSES])
     assert empty.outcomes == {"refused": 6}
-    assert sweep_figure(empty, tmp_path / "empty.png").stat().st_size > 0
+    assert sweep_figure(empty).save_png(tmp_path / "empty.png").stat().st_size > 0
     four = gm.sweep(scene, [REFUSED, "run.output_interval=20ms", "run.duration=0.2", "start.arm_angle=0.7"])
     with pytest.raises(gm.MechanismError, match="at most 3 keys, and this sweep varies 4"):
-        sweep_figure(four, tmp_path / "four.png")
+        sweep_figure(four).save_png(tmp_path / "four.png")
     with pytest.raises(gm.MechanismError, match=r"end in \.png"):
-        sweep_figure(empty, tmp_path / "empty.gif")
+        sweep_figure(empty).save_png(tmp_path / "empty.gif")
 
 
 PLAIN = {**DOCUMENT, "run": {"duration": "2 s", "output_interval": "10 ms", "accuracy": 1e-8, "engine": "reduced"}}

@@ -81,6 +81,6 @@ def _write_figures(hartung_design: HartungDesign, out: Path, *, is_paper_design:
     if is_paper_design:
         drawn_design = design_hartung(dataclasses.replace(hartung_design.inputs, angle=math.radians(132), sleeve_arm=0.170))
     return [
-        spring_lines_figure(drawn_design, out / "hartung_spring_lines.png", with_printed_points=is_paper_design),
-        sleeve_force_figure(hartung_design, out / "hartung_sleeve_force.png"),
+        spring_lines_figure(drawn_design, with_printed_points=is_paper_design).save_png(out / "hartung_spring_lines.png"),
+        sleeve_force_figure(hartung_design).save_png(out / "hartung_sleeve_force.png"),
     ]

@@ -203,9 +203,9 @@ def _write_speed_curve_figures(scene: Scene, curve: SpeedCurve, equilibrium_poin
     from governor_mechanism.render.figures.speed_curve import speed_curve_figure
 
     stem = Path(scene.source).stem
-    files = [speed_curve_figure(scene, curve, out / f"{stem}_characteristic.png", equilibrium_points)]
+    files = [speed_curve_figure(scene, curve, equilibrium_points).save_png(out / f"{stem}_characteristic.png")]
     if has_isochronous_parabolas(scene):
-        files.append(isochronous_figure(scene, out / f"{stem}_parabolas.png"))
+        files.append(isochronous_figure(scene).save_png(out / f"{stem}_parabolas.png"))
     return files
 
 
@@ -223,7 +223,8 @@ def _write_results(result: Trajectory, out: Path, stem: str, film: FilmFormat | 
         with console.show_progress_bar("film") as progress:
             written.append(gm.film(result, out / f"{stem}.{film.value}", progress=progress))
     written += write_machine_figures(result, out, stem)
-    for kind, write in {"csv": save_csv, "nc": save_netcdf, "png": readings_figure, "json": save_json}.items():
+    writers = {"csv": save_csv, "nc": save_netcdf, "png": lambda run, path: readings_figure(run).save_png(path), "json": save_json}
+    for kind, write in writers.items():
         path = out / f"{stem}.{kind}"
         write(result, path)
         written.append(path)

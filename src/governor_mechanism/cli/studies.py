@@ -47,7 +47,7 @@ def accuracy(
     if not no_figure:
         from governor_mechanism.render.figures.work_precision import work_precision_figure
 
-        files.append(work_precision_figure(study, out / f"{stem}.png", wanted if is_measurable else None))
+        files.append(work_precision_figure(study, wanted if is_measurable else None).save_png(out / f"{stem}.png"))
     request = {} if wanted is None else {"for": wanted, "advice": advice, "reached": is_reached}
     return CommandResult(text=[study, *([advice] if advice else [])], values={**study.as_json(), **request}, files=files, ok=is_reached)
 
@@ -69,7 +69,7 @@ def effects(
     if not no_figure:
         from governor_mechanism.render.figures.effect_ablation import effect_ablation_figure
 
-        files.append(effect_ablation_figure(study, out / f"{Path(loaded_scene.source).stem or 'scene'}_effects.png"))
+        files.append(effect_ablation_figure(study).save_png(out / f"{Path(loaded_scene.source).stem or 'scene'}_effects.png"))
     return CommandResult(text=[study], values=study.as_json(), files=files)
 
 
@@ -101,7 +101,7 @@ def regulation(
     from governor_mechanism.studies.regulation import fold_jump, settling_time
 
     # By study: its default scenes, its function, the values of its curve, and its figure, of all results if there are several scenes.
-    studies: dict[RegulationStudy, tuple[Sequence[str], Callable[..., Any], FloatArray, Callable[..., Path]]] = {
+    studies: dict[RegulationStudy, tuple[Sequence[str], Callable[..., Any], FloatArray, Callable[..., Any]]] = {
         RegulationStudy.CYCLIC: (["porter_cyclic"], cyclic.study_cyclic_motion, cyclic.FLUCTUATION_RATIOS, figures.cyclic_figure),
         RegulationStudy.CLEARANCE: (
             ["porter_clearance", "watt_clearance"],
@@ -122,7 +122,7 @@ def regulation(
     default_scenes, make_study, values, draw_figure = studies[study]
     with show_status("running"):
         results = [make_study(rotating_part_alone(gm.load(name)), values) for name in ([scene] if scene else default_scenes)]
-        draw_figure(results if len(default_scenes) > 1 else results[0], path)
+        draw_figure(results if len(default_scenes) > 1 else results[0]).save_png(path)
     conclusions = [result.conclusion for result in results]
     return CommandResult(text=conclusions, values={"study": study, "conclusions": conclusions}, files=[path])
 
@@ -171,7 +171,7 @@ def sweep(
     if not no_figure:
         from governor_mechanism.render.figures.sweep import sweep_figure
 
-        files.append(sweep_figure(result, journal_file.with_suffix(".png")))
+        files.append(sweep_figure(result).save_png(journal_file.with_suffix(".png")))
     return CommandResult(text=[result], values=result.as_json(), files=files, ok=result.ok)
 
 

@@ -1,8 +1,6 @@
 """Figure of effect ablation: the change that each effect causes, and its cost."""
 
-import os
 from functools import partial
-from pathlib import Path
 
 from governor_mechanism.render.figures.page import Page, Panel
 from governor_mechanism.render.number_format import format_name
@@ -16,22 +14,18 @@ _MIN_PLOTTED_CHANGE = 1e-16
 """Left end of the bars of changes; smaller changes are not visible."""
 
 
-def effect_ablation_figure(study: EffectsStudy, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG with the largest change of any reading by each effect, the requested accuracy, and the time of each effect.
-
-    An exception leaves no file behind.
+def effect_ablation_figure(study: EffectsStudy) -> Page:
+    """Draw the largest change of any reading by each effect, the requested accuracy, and the time of each effect.
 
     Parameters
     ----------
     study
         Result of an effect study.
-    path
-        File to write; another ending than .png raises MechanismError.
 
     Returns
     -------
-    Path
-        The path of the file.
+    Page
+        The figure; `save_png` writes it.
     """
     rows_height = _ROW_HEIGHT * max(len(study.rows), 1)
     height = _HEADER_HEIGHT + rows_height
@@ -44,7 +38,7 @@ def effect_ablation_figure(study: EffectsStudy, path: str | os.PathLike[str]) ->
     costs.sharey(changes)
     _draw_costs(costs, study)
     page.write_title(f"{study.scene.title}: cost of its effects", y=1 - 0.3 / height, size=14)
-    return page.save_png(path)
+    return page
 
 
 def _draw_changes(panel: Panel, study: EffectsStudy) -> None:

@@ -1,46 +1,63 @@
-"""Common parts of all figures: pages with titles and notes, panels with quiet axes, PNG files."""
+"""Common parts of all figures: pages with titles and notes, framed plates in the style of old engravings, panels, PNG files."""
 
 import os
+import textwrap
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
+from matplotlib.patches import Rectangle
+from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import FormatStrFormatter, FuncFormatter, NullFormatter, ScalarFormatter
+from numpy.typing import ArrayLike
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.render.style import INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT
+from governor_mechanism.types import FloatArray
 
 FIGURE_DPI = 100
 """Resolution of figures, dots per inch."""
+
+PLATE_WIDTH, PLATE_HEIGHT, PLATE_DPI = 13.0, 8.6, 120
+"""Width and height of a plate, inches, and its resolution, dots per inch."""
+
+_MAX_TITLE_LETTERS = 80
+"""Number of letters of a title that fit on the line under the heading of a plate."""
+
+MM_PER_M = 1e3
+DASHED, CHAIN_DOTTED, DOTTED = (0, (5, 2.5)), (0, (10, 2.5, 1.5, 2.5)), (0, (1, 1.8))
+"""Lengths of dashes and gaps, in line widths."""
+
+_TEXT_HALO = withStroke(linewidth=3.0, foreground=PAPER)
+
+AxesPoint = tuple[Any, Any]
+"""Coordinates x and y: numbers or arrays of them."""
+
+READING_NOISE_RATIO = 1e-6
+"""Change relative to the scale of a reading below which it is drawn as constant."""
 
 PanelRect = tuple[float, float, float, float]
 """Left and lower edge, width and height of a panel, in fractions of the figure."""
 
 
-def require_png(path: str | os.PathLike[str]) -> Path:
-    """Return the path of a figure; raise MechanismError unless the name ends in .png."""
-    target = Path(path)
-    if target.suffix.lower() != ".png":
-        raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
-    return target
-
-
 class Panel(Axes):
-    """Axes with quiet lines, serif labels, and notes in a small font."""
+    """Axes with quiet lines, serif labels, notes in a small font, and labels of points with formulas between dollars."""
+
+    @property
+    def aspect_ratio(self) -> float:
+        """Width over height of the panel."""
+        return self.bbox.width / self.bbox.height
 
     def style(
-        self,
-        *,
-        tick_colour: str = MUTED,
-        tick_size: float = 8.0,
-        which: Literal["major", "both"] = "major",
-        grid: Literal["both", "x"] | None = "both",
-        is_grid_below: bool = True,
+        self, *, tick_colour: str = MUTED, tick_size: float = 8.0, which: str = "major", grid: Literal["both", "x"] | None = "both"
     ) -> None:
         """Style the panel with two spines, small tick labels of a colour, and a grid."""
         self.set_facecolor(PAPER)
@@ -49,12 +66,11 @@ class Panel(Axes):
         self.tick_params(which=which, color=MUTED, labelcolor=tick_colour, labelsize=tick_size, labelfontfamily=SANS_FONT)
         if grid:
             self.grid(axis=grid, color=RULE, linewidth=0.6)
-            if is_grid_below:
-                self.set_axisbelow(True)
+            self.set_axisbelow(True)
 
     def label(self, x_label: str = "", y_label: str = "", *, size: float = 10.0, **style: Any) -> None:
         """Write serif labels of the axes."""
-        style = {"color": INK, "fontsize": size, "fontfamily": SERIF_FONT, **style}
+        style = {"color": INK, "fontsize": size, "fontfamily": SERIF_FONT, "math_fontfamily": "stix", **style}
         self.set_xlabel(x_label, **style)
         self.set_ylabel(y_label, **style)
 
@@ -66,16 +82,31 @@ class Panel(Axes):
         note.set(**{"fontsize": 8.5, "fontfamily": SANS_FONT, "parse_math": False, **style})
         return note
 
+    def annotate_point(self, point: AxesPoint, label: str, offset: AxesPoint = (0, 0), **properties: Any) -> None:
+        """Write a label at `offset` points from a point of the panel, with a halo."""
+        annotation = self.annotate(label, point, offset, textcoords="offset points", annotation_clip=False)
+        text_style = {"color": INK, "fontsize": 10.5, "fontfamily": SERIF_FONT, "math_fontfamily": "stix", "zorder": 9, **properties}
+        annotation.set(**text_style, path_effects=[_TEXT_HALO])
+
+    def show_region(self, centre: AxesPoint, half_width: float) -> None:
+        """Show the region of a half width around a centre, to one scale on both axes."""
+        half_height = half_width / self.aspect_ratio
+        self.set(xlim=(centre[0] - half_width, centre[0] + half_width), ylim=(centre[1] - half_height, centre[1] + half_height))
+
     def write_heading(self, heading: str, *, y: float, size: float = 11.0) -> None:
         """Write a heading above the left end of the panel, at a height in fractions of the panel."""
         self.text(0.0, y, heading, transform=self.transAxes, color=INK, fontsize=size, fontfamily=SERIF_FONT, parse_math=False)
 
 
 class Page(Figure):
-    """Figure of a width and height in inches, with titles, footnotes and panels."""
+    """Figure of a width and height in inches, with title, subtitle, footnotes and panels."""
 
-    def __init__(self, width: float, height: float, dpi: float = FIGURE_DPI) -> None:
+    def __init__(
+        self, width: float, height: float, title: str = "", subtitle: str = "", *, dpi: float = FIGURE_DPI, subtitle_y: float = 0.895
+    ) -> None:
         super().__init__(figsize=(width, height), dpi=dpi, facecolor=PAPER)
+        self.write_title(title)
+        self.write_title(subtitle, y=subtitle_y, size=10, colour=MUTED)
 
     def add_panel(
         self, place: PanelRect | SubplotSpec, x_label: str = "", y_label: str = "", *, label_size: float = 10.0, **style: Any
@@ -100,7 +131,9 @@ class Page(Figure):
 
         Raises MechanismError unless the name ends in .png.
         """
-        target = require_png(path)
+        target = Path(path)
+        if target.suffix.lower() != ".png":
+            raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
         with atomic_write(target) as temporary:
             # Without the program name in the metadata, equal figures give equal files.
             canvas: Any = FigureCanvasAgg(self)
@@ -108,10 +141,65 @@ class Page(Figure):
         return target
 
 
+class Plate(Page):
+    """Framed page with a heading above a scene title and the source, and captions by their positions."""
+
+    def __init__(self, heading: str, title: str, source: str, captions: Mapping[tuple[float, float], str]) -> None:
+        super().__init__(PLATE_WIDTH, PLATE_HEIGHT, dpi=PLATE_DPI)
+        for inches, width in ((0.14, 1.8), (0.21, 0.6)):
+            corner = inches / PLATE_WIDTH, inches / PLATE_HEIGHT
+            box = Rectangle(corner, 1 - 2 * corner[0], 1 - 2 * corner[1], fill=False, edgecolor=INK, linewidth=width)
+            self.add_artist(box)
+        self.write_text(0.5, 0.937, heading, 22, ha="center", va="center")
+        short_title = textwrap.shorten(title, _MAX_TITLE_LETTERS, placeholder=" …")
+        self.write_text(0.5, 0.901, f"{short_title}; {source}", 11.5, ha="center", va="center", color=MUTED, parse_math=False)
+        for (x, y), caption in captions.items():
+            self.write_text(x, y, caption, 11.5, fontstyle="italic")
+
+    def write_text(self, x: float, y: float, text: str, size: float, **properties: Any) -> Text:
+        """Write serif text with formulas between dollars at a position in fractions of the plate."""
+        text_style = {"color": INK, "fontfamily": SERIF_FONT, "math_fontfamily": "stix", **properties}
+        return self.text(x, y, text, fontsize=size, **text_style)
+
+    def write_dimensions(self, text: str, x: float = 0.5, y: float = 0.043) -> None:
+        """Write dimensions centred at a position below the panels, with typographic minus signs."""
+        self.write_text(x, y, text.replace(" -", " −"), 10.5, ha="center", color=MUTED)
+
+    def add_plate_panel(self, rect: PanelRect, x_label: str = "", y_label: str = "") -> Panel:
+        """Add a panel with labelled axes, or without axes if it has no labels."""
+        panel = self.add_panel(rect, x_label, y_label, label_size=10.5, grid=None)
+        panel.axison = bool(x_label)
+        return panel
+
+
+def polar_points(angles: ArrayLike, lengths: ArrayLike, centre: AxesPoint = (0.0, 0.0)) -> AxesPoint:
+    """Return points (n,), (n,) at lengths and angles (rad) from a centre."""
+    return centre[0] + np.multiply(lengths, np.cos(angles)), centre[1] + np.multiply(lengths, np.sin(angles))
+
+
 def add_legend(parent: Axes | Figure, text_style: dict[str, Any] | None = None, **properties: Any) -> None:
     """Add a legend without a frame to a panel or a page, with its texts in a style."""
     for text in parent.legend(**{"frameon": False, **properties}).get_texts():
         text.set(**(text_style or {}))
+
+
+def axis_limits_for(values: FloatArray, noise: float = 0.0) -> tuple[float, float]:
+    """Return the limits of an axis: the values with a margin, wide enough that changes up to `noise` do not look like motion.
+
+    Changes far below the value itself do not fill the axis either.
+    """
+    low, high = float(values.min()), float(values.max())
+    half = max(0.58 * (high - low), 0.02 * max(abs(low), abs(high)), 25 * noise, 1e-9)
+    middle = (low + high) / 2
+    return middle - half, middle + half
+
+
+def format_plain_ticks(axis: Axis, limits: tuple[float, float]) -> None:
+    """Write tick labels as whole numbers, without a common factor above the axis."""
+    largest = max(map(abs, limits))
+    plain = ScalarFormatter(useOffset=False)
+    plain.set_scientific(False)
+    axis.set_major_formatter(plain if 1e-3 <= largest < 1e6 else FormatStrFormatter("%.4g"))
 
 
 def use_plain_decades(*axes: Any) -> None:

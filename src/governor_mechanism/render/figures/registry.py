@@ -1,12 +1,9 @@
 """Additional figures of a run by machine."""
 
-import math
 from pathlib import Path
 
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.figures.slide_valve.marks_plate import marks_figure
-from governor_mechanism.render.figures.slide_valve.zeuner_plate import zeuner_figure
-from governor_mechanism.render.figures.slider_crank.bearing_loads import bearing_loads_figure, bearing_loads_refusal
+from governor_mechanism.render.figures.page import Plate
 
 
 def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path]:
@@ -29,12 +26,18 @@ def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path
     list[Path]
         The paths of the files.
     """
-    scene = run.scene
-    if len(scene.parts) != 1:
-        return []
-    if scene.part.machine == "slide_valve":
-        files = [zeuner_figure(scene, folder / f"{stem}_zeuner.png")]
-        if math.isfinite(scene.part.dimensions["eccentric_rod"]):
-            files.append(marks_figure(scene, folder / f"{stem}_marks.png"))
-        return files
-    return [] if bearing_loads_refusal(run) else [bearing_loads_figure(run, folder / f"{stem}_bearings.png")]
+    plates: dict[str, Plate] = {}
+    machine = run.scene.part.machine if len(run.scene.parts) == 1 else ""
+    if machine == "slide_valve":
+        from governor_mechanism.render.figures.slide_valve import marks_plate, valve_diagram, zeuner_plate
+
+        diagram = valve_diagram.ValveDiagram(run.scene)
+        plates["zeuner"] = zeuner_plate.draw_zeuner_plate(diagram)
+        if not diagram.eccentric.has_infinite_rod:
+            plates["marks"] = marks_plate.draw_marks_plate(diagram)
+    elif machine == "slider_crank":
+        from governor_mechanism.render.figures.slider_crank import bearing_loads
+
+        if not bearing_loads.bearing_loads_refusal(run):
+            plates["bearings"] = bearing_loads.bearing_loads_figure(run)
+    return [plate.save_png(folder / f"{stem}_{name}.png") for name, plate in plates.items()]

@@ -1,20 +1,19 @@
 """Figures of the regulation studies: cyclic sleeve motion, clearance, settling time, and jump through a fold."""
 
-import os
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.render.figures.page import Page, Panel, PanelRect, add_legend, use_plain_decades
+from governor_mechanism.render.figures.page import MM_PER_M, Page, Panel, PanelRect, add_legend, use_plain_decades
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.studies.regulation.cyclic_irregularity import ClearanceStudy, CyclicMotionStudy
 from governor_mechanism.studies.regulation.fold_jump import FoldJumpStudy
 from governor_mechanism.studies.regulation.settling_time import SettlingStudy
 from governor_mechanism.types import FloatArray
 
-_MM_PER_M = 1e3
+_PAGE_SIZE = 7.2, 5.0
+"""Width and height of a figure, inches."""
 
 _PANEL_RECT = (0.11, 0.14, 0.85, 0.69)
 """Rectangle of the panel in a figure of one panel, in fractions of the figure."""
@@ -23,12 +22,12 @@ _ZERO_PLOTTED_AT = 0.1
 """Ordinate of zero on the logarithmic scale."""
 
 
-def cyclic_figure(study: CyclicMotionStudy, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of the sleeve amplitude against speed fluctuation over insensitivity band, and return its path."""
-    page = _new_page("The sleeve moves when the speed fluctuation exceeds the insensitivity band", study.title)
+def cyclic_figure(study: CyclicMotionStudy) -> Page:
+    """Draw the sleeve amplitude against speed fluctuation over insensitivity band."""
+    page = Page(*_PAGE_SIZE, "The sleeve moves when the speed fluctuation exceeds the insensitivity band", study.title)
     panel = _add_panel(page, _PANEL_RECT, "speed fluctuation / insensitivity band", "sleeve stroke in a turn, mm")
     order = np.argsort(study.fluctuation_ratios)
-    fluctuation_ratios, amplitudes = study.fluctuation_ratios[order], study.amplitudes[order] * _MM_PER_M
+    fluctuation_ratios, amplitudes = study.fluctuation_ratios[order], study.amplitudes[order] * MM_PER_M
     panel.axvspan(0.0, study.threshold, color=SKY, alpha=0.18, linewidth=0)
     panel.plot(fluctuation_ratios, amplitudes, "o-", color=BLUE, linewidth=1.6, markersize=4)
     highest = float(amplitudes.max())
@@ -42,7 +41,7 @@ def cyclic_figure(study: CyclicMotionStudy, path: str | os.PathLike[str]) -> Pat
     if np.sum(above_threshold) > 2:
         _draw_onset(page, study, excess[above_threshold], np.sort(amplitudes[above_threshold]))
     page.write_footnote(f"band {study.insensitivity_band:.4f} of the mean speed; last of {study.n_turns + 1} turns")
-    return page.save_png(path)
+    return page
 
 
 def _draw_onset(page: Page, study: CyclicMotionStudy, excess: FloatArray, amplitudes: FloatArray) -> None:
@@ -57,8 +56,8 @@ def _draw_onset(page: Page, study: CyclicMotionStudy, excess: FloatArray, amplit
         inset.write_note(f"exponent {exponent}", (0.97, 0.06), xycoords="axes fraction", ha="right", color=VERMILLION, fontsize=7.5)
 
 
-def clearance_figure(studies: Sequence[ClearanceStudy], path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of the sleeve amplitude over that without clearance, against clearance, one line per study, and return its path.
+def clearance_figure(studies: Sequence[ClearanceStudy]) -> Page:
+    """Draw the sleeve amplitude over that without clearance, against clearance, one line per study.
 
     Raises MechanismError if a scene has no cyclic sleeve motion without clearance.
     """
@@ -67,12 +66,12 @@ def clearance_figure(studies: Sequence[ClearanceStudy], path: str | os.PathLike[
             raise MechanismError(
                 f"{study.title!r} has no sleeve motion without clearance, the reference of the figure; increase the speed fluctuation"
             )
-    page = _new_page("Small clearance does not stop cyclic sleeve motion", "large clearance does, if the balls can swing within it")
+    page = Page(*_PAGE_SIZE, "Small clearance does not stop cyclic sleeve motion", "large clearance does, if the balls can swing within it")
     labels = "clearance between links and sleeve, mm", "sleeve stroke / stroke without clearance"
     panel = _add_panel(page, (0.11, 0.19, 0.85, 0.64), *labels)
     for study, colour in zip(studies, SERIES_COLOURS, strict=False):
         order = np.argsort(study.clearances)
-        clearances, ratio = study.clearances[order] * _MM_PER_M, study.amplitudes[order] / study.amplitude_without_clearance
+        clearances, ratio = study.clearances[order] * MM_PER_M, study.amplitudes[order] / study.amplitude_without_clearance
         is_stationary = ratio == 0
         plotted = np.where(is_stationary, _ZERO_PLOTTED_AT, ratio)
         panel.plot(clearances, plotted, color=colour, linewidth=1.0)
@@ -86,12 +85,12 @@ def clearance_figure(studies: Sequence[ClearanceStudy], path: str | os.PathLike[
     use_plain_decades(panel.xaxis, panel.yaxis)
     panel.set_ylim(0.7 * _ZERO_PLOTTED_AT, 30)
     page.write_footnote("\n".join(study.conclusion for study in studies))
-    return page.save_png(path)
+    return page
 
 
-def settling_figure(study: SettlingStudy, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of the settling time against the dashpot coefficient with the shortest time marked, and return its path."""
-    page = _new_page("Dashpot with the shortest settling time", study.title)
+def settling_figure(study: SettlingStudy) -> Page:
+    """Draw the settling time against the dashpot coefficient with the shortest time marked."""
+    page = Page(*_PAGE_SIZE, "Dashpot with the shortest settling time", study.title)
     panel = _add_panel(page, _PANEL_RECT, "dashpot coefficient at the sleeve, N s/m", "settling time, s")
     settled = np.isfinite(study.settling_times)
     times = study.settling_times[settled]
@@ -105,12 +104,12 @@ def settling_figure(study: SettlingStudy, path: str | os.PathLike[str]) -> Path:
         panel.write_note(text, (x, 0.30), xycoords="axes fraction", ha="center", color=MUTED)
     band = f"{study.tolerance:.0%} of their travel around the new equilibrium"
     page.write_footnote(f"from the load change until the arms stay within {band}")
-    return page.save_png(path)
+    return page
 
 
-def fold_jump_figure(study: FoldJumpStudy, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of the passage speed and its delay against the rate of the speed ramp, and return its path."""
-    page = _new_page("A faster change of speed delays the jump", study.title)
+def fold_jump_figure(study: FoldJumpStudy) -> Page:
+    """Draw the passage speed and its delay against the rate of the speed ramp."""
+    page = Page(*_PAGE_SIZE, "A faster change of speed delays the jump", study.title)
     left = _add_panel(page, (0.105, 0.15, 0.36, 0.66), "rate of the speed ramp, rad/s²", "passage speed, rad/s")
     right = _add_panel(page, (0.60, 0.15, 0.36, 0.66), "rate of the speed ramp, rad/s²", "delay, rad/s")
     order = np.argsort(study.ramp_rates)
@@ -137,13 +136,6 @@ def fold_jump_figure(study: FoldJumpStudy, path: str | os.PathLike[str]) -> Path
     passage = f"passage at {np.degrees(study.fold_position):.4g} deg, the minimum of the equilibrium speed"
     growth = f"divergence rate at the stop {study.divergence_rate:.4g} 1/s, from the delays {study.rising_divergence_rate}"
     page.write_footnote(f"{passage}; {growth}")
-    return page.save_png(path)
-
-
-def _new_page(title: str, subtitle: str) -> Page:
-    page = Page(7.2, 5.0)
-    page.write_title(title)
-    page.write_title(subtitle, y=0.895, size=10, colour=MUTED)
     return page
 
 

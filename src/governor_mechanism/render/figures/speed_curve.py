@@ -1,8 +1,6 @@
 """Figure of the characteristic of a governor: its equilibrium speed over the travel."""
 
-import os
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +18,8 @@ _MAX_SHOWN_SPEED_RATIO = 1.6
 """Largest shown speed over the median speed; the curve is unbounded towards a dead centre."""
 
 
-def speed_curve_figure(scene: Scene, curve: SpeedCurve, path: str | os.PathLike[str], equilibria: Sequence[Equilibrium] = ()) -> Path:
-    """Write a PNG of speed against travel: stable solid, unstable dashed, folds and equilibria marked.
-
-    An exception leaves no file behind.
+def speed_curve_figure(scene: Scene, curve: SpeedCurve, equilibria: Sequence[Equilibrium] = ()) -> Page:
+    """Draw speed against travel: stable solid, unstable dashed, folds and equilibria marked.
 
     Parameters
     ----------
@@ -31,20 +27,19 @@ def speed_curve_figure(scene: Scene, curve: SpeedCurve, path: str | os.PathLike[
         Scene of the governor.
     curve
         Its equilibrium speed over the travel.
-    path
-        File to write; another ending than .png raises MechanismError.
     equilibria
         Equilibria to mark.
 
     Returns
     -------
-    Path
-        The path of the file.
+    Page
+        The figure; `save_png` writes it.
     """
     unit, factor = display_unit_of("rad" if _is_angle(scene, curve.coordinate_name) else "m")
-    page = Page(7.2, 5.0)
+    page = Page(7.2, 5.0, scene.title)
     x_label = f"{curve.coordinate_name.replace('_', ' ')}, {unit.replace('°', 'deg')}"
-    panel = page.add_panel((0.11, 0.13, 0.85, 0.72), x_label, "equilibrium speed, rpm", is_grid_below=False)
+    panel = page.add_panel((0.11, 0.13, 0.85, 0.72), x_label, "equilibrium speed, rpm")
+    panel.set_axisbelow("line")
     low, high = _speed_limits(curve)
     _draw_curve(panel, curve, factor)
     if curve.insensitivity_band is not None:
@@ -54,9 +49,8 @@ def speed_curve_figure(scene: Scene, curve: SpeedCurve, path: str | os.PathLike[
     panel.set(xlim=(curve.coordinate[0] * factor, curve.coordinate[-1] * factor), ylim=(low, high))
     if panel.get_legend_handles_labels()[0]:
         add_legend(panel, fontsize=8.5, loc="upper center")
-    page.write_title(scene.title)
     page.write_footnote(f"low end: {curve.low_end_message};  high end: {curve.high_end_message}", y=0.025)
-    return page.save_png(path)
+    return page
 
 
 def _is_angle(scene: Scene, reading: str) -> bool:

@@ -1,19 +1,16 @@
 """Figure of a sweep: curves over one key, heat maps over two, rows of heat maps over three."""
 
-import os
 import textwrap
 from collections.abc import Sequence
 from itertools import cycle
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.lines import Line2D
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.render.figures.page import Page, Panel, add_legend, require_png
+from governor_mechanism.render.figures.page import Page, Panel, add_legend, axis_limits_for, format_plain_ticks
 from governor_mechanism.render.figures.sweep_heatmaps import SweepAxisScale, draw_heatmaps, failure_counts, label_with_unit
-from governor_mechanism.render.film.reading_panel import axis_limits_for, format_plain_ticks
 from governor_mechanism.render.number_format import format_name
 from governor_mechanism.render.style import INK, SANS_FONT, SERIES_COLOURS, VERMILLION
 from governor_mechanism.studies.sweep.quantities import RunQuantity
@@ -31,8 +28,8 @@ _MAX_NAME_LETTERS = 20
 _MAX_SWEEP_AXES = 3
 
 
-def sweep_figure(sweep: Sweep, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of every quantity of a sweep over the varied keys, in everyday units.
+def sweep_figure(sweep: Sweep) -> Page:
+    """Draw every quantity of a sweep over the varied keys, in everyday units.
 
     Failed rows are marked by their outcomes. An exception leaves no file behind.
 
@@ -40,30 +37,27 @@ def sweep_figure(sweep: Sweep, path: str | os.PathLike[str]) -> Path:
     ----------
     sweep
         Result of a sweep over one to three keys.
-    path
-        File to write; another ending than .png raises MechanismError.
 
     Returns
     -------
-    Path
-        The path of the file.
+    Page
+        The figure; `save_png` writes it.
 
     Raises
     ------
     MechanismError
         If the sweep has more than three keys.
     """
-    require_png(path)
     if len(sweep.axes) > _MAX_SWEEP_AXES:
         raise MechanismError(
             f"a figure shows at most {_MAX_SWEEP_AXES} keys, and this sweep varies {len(sweep.axes)}; sweep over fewer keys"
         )
-    return (_draw_curves(sweep) if len(sweep.axes) == 1 else draw_heatmaps(sweep)).save_png(path)
+    return _draw_curves(sweep) if len(sweep.axes) == 1 else draw_heatmaps(sweep)
 
 
 def _draw_curves(sweep: Sweep) -> Page:
     """Draw a panel for the quantities of each unit, with a curve for each quantity."""
-    axis_scale = SweepAxisScale.from_axis(sweep.axes[0])
+    axis_scale = SweepAxisScale(sweep.axes[0])
     groups: dict[str, list[RunQuantity]] = {}
     for quantity in sweep.quantities:
         groups.setdefault(quantity.display_unit[1] or quantity.name, []).append(quantity)

@@ -1,8 +1,5 @@
 """Heat maps of a sweep over two keys, and rows of heat maps over three keys."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass
 from itertools import cycle
 from typing import Any, Literal
 
@@ -12,8 +9,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from governor_mechanism.render.figures.page import Page, Panel, PanelRect, add_legend
-from governor_mechanism.render.film.reading_panel import axis_limits_for, format_plain_ticks
+from governor_mechanism.render.figures.page import Page, Panel, PanelRect, add_legend, axis_limits_for, format_plain_ticks
 from governor_mechanism.render.number_format import format_name
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SKY, STEEL
 from governor_mechanism.studies.sweep.parameters import SweepAxis
@@ -52,27 +48,20 @@ _MIN_LOGARITHMIC_RATIO = 100.0
 """Ratio of the largest to the smallest positive value from which an axis is logarithmic."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class SweepAxisScale:
     """Axis of a sweep on an axis of a figure: positions of its values in ascending order.
 
     Numbers are in everyday units; text values are at integer positions in the given order.
     """
 
-    axis: SweepAxis
-    positions: FloatArray
-    order: NDArray[np.intp]
-    is_logarithmic: bool
-
-    @classmethod
-    def from_axis(cls, axis: SweepAxis) -> SweepAxisScale:
-        """Create the scale of a sweep axis."""
+    def __init__(self, axis: SweepAxis) -> None:
+        self.axis = axis
         factor, _ = axis.display_unit
         values = np.array(axis.values, dtype=float) * factor if axis.is_numeric else np.arange(float(len(axis.values)))
-        order = np.argsort(values, kind="stable")
-        positions = values[order]
-        is_logarithmic = axis.is_numeric and positions[0] > 0 and positions[-1] >= _MIN_LOGARITHMIC_RATIO * positions[0]
-        return cls(axis=axis, positions=positions, order=order, is_logarithmic=is_logarithmic)
+        self.order = np.argsort(values, kind="stable")
+        self.positions: FloatArray = values[self.order]
+        first, last = self.positions[[0, -1]]
+        self.is_logarithmic = axis.is_numeric and first > 0 and last >= _MIN_LOGARITHMIC_RATIO * first
 
     @property
     def label(self) -> str:
@@ -131,22 +120,21 @@ def failure_counts(sweep: Sweep) -> dict[str, int]:
 def draw_heatmaps(sweep: Sweep) -> Page:
     """Draw a row of maps for each quantity: one map, or one for each shown value of the third key."""
     third_indices = _shown_third_indices(sweep)
-    scales = [SweepAxisScale.from_axis(axis) for axis in sweep.axes]
+    scales = [SweepAxisScale(axis) for axis in sweep.axes]
     is_two_dimensional, n_quantities = len(sweep.axes) == 2, len(sweep.quantities)
     map_scale = _SINGLE_MAP_RATIO if is_two_dimensional and n_quantities == 1 else 1.2 if is_two_dimensional else 1.0
     columns = min(n_quantities, 2) if is_two_dimensional else len(third_indices)
     rows = -(-n_quantities // columns) if is_two_dimensional else n_quantities
     map_width, map_height = _MAP_WIDTH * map_scale, _MAP_HEIGHT * map_scale
-    spacing_x = _MAP_SPACING_X + (_RIGHT_MARGIN + 0.55 if is_two_dimensional else 0.0)
+    spacing_x, spacing_y = _MAP_SPACING_X + (_RIGHT_MARGIN + 0.55 if is_two_dimensional else 0.0), _MAP_SPACING_Y + 0.1
     header, footer = _TOP_MARGIN + 0.25, _BOTTOM_MARGIN + (0.3 if failure_counts(sweep) or _n_hidden_maps(sweep) else 0.0)
     width = _LEFT_MARGIN + columns * map_width + (columns - 1) * spacing_x + _RIGHT_MARGIN
-    height = header + rows * map_height + (rows - 1) * (_MAP_SPACING_Y + 0.1) + footer
+    height = header + rows * map_height + (rows - 1) * spacing_y + footer
     page = Page(width, height)
     for k, quantity in enumerate(sweep.quantities):
-        cells = [divmod(k, columns)] if is_two_dimensional else [(k, column) for column in range(columns)]
         rects = []
-        for row, column in cells:
-            left, top = _LEFT_MARGIN + column * (map_width + spacing_x), header + row * (map_height + _MAP_SPACING_Y + 0.1)
+        for row, column in [divmod(k, columns)] if is_two_dimensional else [(k, column) for column in range(columns)]:
+            left, top = _LEFT_MARGIN + column * (map_width + spacing_x), header + row * (map_height + spacing_y)
             rects.append((left / width, 1 - (top + map_height) / height, map_width / width, map_height / height))
         x_label = scales[0].label if is_two_dimensional or k == rows - 1 else ""
         _draw_map_row(page, sweep, quantity, scales, dict(zip(third_indices, rects, strict=True)), x_label)

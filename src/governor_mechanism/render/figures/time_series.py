@@ -1,21 +1,21 @@
 """Figure of all readings of a run over time."""
 
 import math
-import os
-from pathlib import Path
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.gridspec import SubplotSpec
+from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullLocator
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.figures.event_markers import draw_event_legend, draw_event_markers
-from governor_mechanism.render.figures.page import Page, Panel, require_png
-from governor_mechanism.render.film.reading_panel import READING_NOISE_RATIO, axis_limits_for, format_plain_ticks
+from governor_mechanism.render.figures.page import READING_NOISE_RATIO, Page, Panel, add_legend, axis_limits_for, format_plain_ticks
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_name, format_rounded_up
 from governor_mechanism.render.shown_readings import ShownReading, shown_readings
-from governor_mechanism.render.style import BLUE, GREEN, MUTED, PAPER, SANS_FONT, VERMILLION
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.types import FloatArray
 
 _FIGURE_WIDTH, _ROW_HEIGHT, _BORDER_HEIGHT = 9.6, 1.9, 0.85
@@ -27,37 +27,46 @@ _MIN_PLOTTED_ERROR = 1e-18
 _MAX_FOOTER_LETTERS = 140
 """Largest number of letters in a footer line."""
 
+_MAX_EVENT_LINES = 30
+"""Largest number of events with a line each."""
+_RUG_HEIGHT_RATIO = 0.09
+"""Height of the rug ticks, as a fraction of the plot."""
+_MAX_NAMED_KINDS = 6
+"""Largest number of event kinds in the legend."""
 
-def readings_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of every reading over time, in everyday units, with the joint gap and the energy drift below.
+_EVENT_STYLES: dict[EventKind, tuple[str, Any]] = {
+    EventKind.STICK: (VERMILLION, (0, (4, 2))),
+    EventKind.REST: (SERIES_COLOURS[3], (0, (1, 1.5))),
+    EventKind.SLIP: (GREEN, (0, (4, 2))),
+    EventKind.SEPARATION: (SKY, (0, (1, 1.5))),
+    EventKind.IMPACT: (INK, (0, (1, 2))),
+}
+_OTHER_EVENT_STYLE = (MUTED, (0, (5, 2, 1, 2)))
+"""Colour and dashes of the lines of other event kinds."""
+
+
+def readings_figure(run: Trajectory) -> Page:
+    """Draw every reading over time, in everyday units, with the joint gap and the energy drift below.
 
     Events such as impacts against stops are marked in the plots: few by a line each, many by a rug of ticks.
-    An exception leaves no file behind.
 
     Parameters
     ----------
     run
         Finished run with at least one reported time.
-    path
-        File to write; another ending than .png raises MechanismError.
 
     Returns
     -------
-    Path
-        The path of the file.
+    Page
+        The figure; `save_png` writes it.
 
     Raises
     ------
     MechanismError
         If the run has no reported time.
     """
-    require_png(path)
     if not len(run.times):
         raise MechanismError(f"the run has no reported time, so there is nothing to plot; its message: {run.message}")
-    return _draw_readings(run).save_png(path)
-
-
-def _draw_readings(run: Trajectory) -> Page:
     readings = shown_readings(run)
     events = [event for event in run.events if run.times[0] <= event.time <= run.times[-1]]
     rows = math.ceil(len(readings) / 2) + 1
@@ -67,9 +76,9 @@ def _draw_readings(run: Trajectory) -> Page:
     margins = {"left": 0.075, "right": 0.975, "top": 1 - header_height / height, "bottom": 0.75 / height}
     grid = page.add_gridspec(rows, 2, hspace=0.62, wspace=0.17, **margins)
     for k, (name, reading) in enumerate(readings.items()):
-        draw_event_markers(_plot_reading(page, grid[divmod(k, 2)], run.times, name, reading), events)
+        _draw_event_markers(_plot_reading(page, grid[divmod(k, 2)], run.times, name, reading), events)
     if events:
-        draw_event_legend(page, events, 1 - 0.55 / height)
+        _draw_event_legend(page, events, 1 - 0.55 / height)
     drift = np.abs(run.energy.jacobi - run.energy.jacobi[0]) / run.energy.scale
     unit, factor = display_unit_of("m")
     size_in_units = max(part.mechanism.length_scale for part in run.scene.parts) * factor
@@ -118,7 +127,44 @@ def _write_side_note(panel: Panel, text: str) -> None:
 
 
 def _add_panel(page: Page, cell: SubplotSpec, heading: str) -> Panel:
-    panel = page.add_panel(cell, is_grid_below=False)
+    panel = page.add_panel(cell)
+    panel.set_axisbelow("line")
     panel.margins(x=0)
     panel.write_heading(heading, y=1.06)
     return panel
+
+
+def _draw_event_markers(panel: Panel, events: Sequence[Event]) -> None:
+    """Draw a marker at the time of each event."""
+    height = 1.0 if len(events) <= _MAX_EVENT_LINES else _RUG_HEIGHT_RATIO
+    for (label, colour, dashes), times in _times_by_style(events).items():
+        lines = panel.vlines(times, 0.0, height, transform=panel.get_xaxis_transform(), colors=colour)
+        lines.set(linewidth=0.8, zorder=1, linestyle=dashes, gid=label)
+
+
+def _draw_event_legend(page: Page, events: Sequence[Event], height: float) -> None:
+    """Draw a one-line legend of the event kinds and named crossings with their numbers at a height, as a fraction of the figure."""
+    handles = [
+        Line2D([], [], color=colour, linestyle=dashes, linewidth=1.2, label=name if len(times) == 1 else f"{name} ({len(times)})")
+        for (name, colour, dashes), times in list(_times_by_style(events).items())[:_MAX_NAMED_KINDS]
+    ]
+    position: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (0.02, height), "ncols": len(handles)}
+    spacing = {"borderpad": 0.0, "borderaxespad": 0.0, "handlelength": 2.2, "columnspacing": 1.6}
+    add_legend(page, {"color": MUTED}, handles=handles, prop={"family": SANS_FONT, "size": 8}, **position, **spacing)
+
+
+def _times_by_style(events: Sequence[Event]) -> dict[tuple[str, str, Any], list[float]]:
+    """Return the times, s, of the events by label, colour and dashes: those of the kind, and of each named crossing its own.
+
+    Many events have solid lines.
+    """
+    names = list(dict.fromkeys(event.subject for event in events if event.kind == EventKind.CROSSING))
+    times: dict[tuple[str, str, Any], list[float]] = {}
+    for event in events:
+        if event.kind == EventKind.CROSSING:
+            style = event.subject, SERIES_COLOURS[names.index(event.subject) % len(SERIES_COLOURS)], "solid"
+        else:
+            colour, dashes = _EVENT_STYLES.get(event.kind, _OTHER_EVENT_STYLE)
+            style = event.kind.value, colour, dashes if len(events) <= _MAX_EVENT_LINES else "solid"
+        times.setdefault(style, []).append(event.time)
+    return times

@@ -1,9 +1,7 @@
 """Work-precision diagram: error against time, one line per engine variant, both axes logarithmic."""
 
-import os
 from collections.abc import Sequence
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter
@@ -36,24 +34,20 @@ _VARIANT_STYLES = {
 """Colour and marker of each variant."""
 
 
-def work_precision_figure(study: AccuracyStudy, path: str | os.PathLike[str], requested_error: float | None = None) -> Path:
-    """Write a PNG of error against time for every setting.
-
-    An exception leaves no file behind.
+def work_precision_figure(study: AccuracyStudy, requested_error: float | None = None) -> Page:
+    """Draw error against time for every setting.
 
     Parameters
     ----------
     study
         Result of a work-precision study.
-    path
-        File to write; another ending than .png raises MechanismError.
     requested_error
         Relative error to mark, with the cheapest setting of each variant that reaches it.
 
     Returns
     -------
-    Path
-        The path of the file.
+    Page
+        The figure; `save_png` writes it.
     """
     page = Page(8.4, 5.6)
     panel = _add_panel(page, study, requested_error)
@@ -74,7 +68,7 @@ def work_precision_figure(study: AccuracyStudy, path: str | os.PathLike[str], re
     reference = study.reference
     accuracy_text = f"against {reference.engine} at tolerance {reference.tolerance:g}, error {reference.error:.0e}"
     page.write_footnote(f"{accuracy_text}; {reference.confirmation}", y=0.895, size=8, va="center")
-    return page.save_png(path)
+    return page
 
 
 def _position(point: WorkPrecisionPoint, study: AccuracyStudy) -> tuple[float, float]:

@@ -1,7 +1,7 @@
-"""A run interpolated to the frame times of a film."""
+"""A run interpolated to the frame times of a film, and what the frames of several runs share."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -10,29 +10,54 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.effect_state import effect_state_of
+from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
+from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2
+from governor_mechanism.render.machines.registry import drawing_bounds
+from governor_mechanism.render.number_format import display_unit_of
 from governor_mechanism.render.part_entries import part_poses_and_velocities, select_part_entries
-from governor_mechanism.render.run_extents import RunExtents, measure_run_extents
-from governor_mechanism.render.shown_readings import ShownReading, shown_readings
+from governor_mechanism.render.run_extents import measure_run_extents
+from governor_mechanism.render.shown_readings import shown_readings
 from governor_mechanism.types import FloatArray
 
 
-@dataclass(frozen=True, kw_only=True)
 class FrameData:
     """One part of a run at the frame times (f,) s, all within `time_span` (s), the shown part of the run.
 
-    `poses` (f, bodies, 3) are those of the part; `readings` are by plain name, with values (f,); `spindle_angle` (f,) rad counts from
-    the start and is zero without a spindle speed. `extents` are those of the whole run. A second of the run takes `slow_down` seconds
-    of film.
+    `poses` (f, bodies, 3) are those of the part, by cubic Hermite polynomials; `readings` are by plain name, with values (f,) interpolated
+    linearly; `spindle_angle` (f,) rad counts from the start and is zero without a spindle speed. `extents` are those of the whole run.
+    A second of the run takes `slow_down` seconds of film.
     """
 
-    part: Part
-    time_span: tuple[float, float]
-    times: FloatArray
-    poses: FloatArray
-    readings: Mapping[str, ShownReading]
-    spindle_angle: FloatArray
-    extents: RunExtents
-    slow_down: float
+    def __init__(self, run: Trajectory, part: Part, time_span: Vec2, times: FloatArray, slow_down: float = 1.0) -> None:
+        self.part, self.time_span, self.times, self.slow_down = part, time_span, times, slow_down
+        poses, velocities = part_poses_and_velocities(run, part)
+        self.extents = measure_run_extents(part, poses, run.times, effect_state_of(run, part, slow_down))
+        self.poses = poses.repeat(len(times), axis=0)
+        if len(run.times) > 1:
+            self.poses = np.asarray(CubicHermiteSpline(run.times, poses, velocities)(times))
+        readings = select_part_entries(run, part, shown_readings(run))
+        speed = readings["spindle_speed"].values if "spindle_speed" in readings else np.zeros(len(run.times))
+        spindle_angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(run.times))])
+        self.spindle_angle = np.interp(times, run.times, spindle_angle)
+        self.readings = {name: replace(one, values=np.interp(times, run.times, one.values)) for name, one in readings.items()}
+
+
+ShownParts = Sequence[FrameData]
+"""Shown parts of a run, from left to right."""
+
+
+def enclosing_box(column: Sequence[FrameData]) -> BoundingBox:
+    """Return the smallest bounding box (m) that contains a part in several runs."""
+    left, right, bottom, top = zip(*(drawing_bounds(data.extents) for data in column), strict=True)
+    return min(left), max(right), min(bottom), max(top)
+
+
+def common_axis_limits(column: Sequence[FrameData], name: str) -> Vec2:
+    """Return the limits of the axis, in the display unit, of a reading of a part in several runs."""
+    readings = [data.readings[name] for data in column if name in data.readings]
+    factor = display_unit_of(readings[0].unit)[1]
+    values = np.concatenate([reading.values for reading in readings])
+    return axis_limits_for(values * factor, READING_NOISE_RATIO * max(reading.scale for reading in readings) * factor)
 
 
 def find_parts(run: Trajectory, name: str | None) -> tuple[Part, ...]:
@@ -44,30 +69,3 @@ def find_parts(run: Trajectory, name: str | None) -> tuple[Part, ...]:
     if name not in names:
         raise MechanismError(f"the scene has no part {name!r}; its parts are {names}.{did_you_mean(name, names)}")
     return (parts[names.index(name)],)
-
-
-def interpolate_frame_data(
-    run: Trajectory, part: Part, time_span: tuple[float, float], times: FloatArray, slow_down: float = 1.0
-) -> FrameData:
-    """Interpolate one part to `times` (f,) s: poses by cubic Hermite polynomials, readings linearly."""
-    poses, velocities = part_poses_and_velocities(run, part)
-    readings = select_part_entries(run, part, shown_readings(run))
-    speed = readings["spindle_speed"].values if "spindle_speed" in readings else np.zeros(len(run.times))
-    spindle_angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(run.times))])
-    return FrameData(
-        part=part,
-        time_span=time_span,
-        times=times,
-        poses=_interpolate_hermite(run.times, poses, velocities, times),
-        readings={name: replace(one, values=np.interp(times, run.times, one.values)) for name, one in readings.items()},
-        spindle_angle=np.interp(times, run.times, spindle_angle),
-        extents=measure_run_extents(part, poses, run.times, effect_state_of(run, part, slow_down)),
-        slow_down=slow_down,
-    )
-
-
-def _interpolate_hermite(times: FloatArray, values: FloatArray, rates: FloatArray, query_times: FloatArray) -> FloatArray:
-    """Interpolate along the first axis by cubic Hermite polynomials; times (n,) increase, `query_times` (f,) lie within them."""
-    if len(times) == 1:
-        return np.repeat(values, len(query_times), axis=0)
-    return np.asarray(CubicHermiteSpline(times, values, rates)(query_times))

@@ -11,24 +11,22 @@ from typing import Any, cast
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text as Words
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.film import layout
-from governor_mechanism.render.film.digit_cache import CachedNumber
-from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.film.frame_data import FrameData, ShownParts, common_axis_limits, enclosing_box
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import PixelView, fit_view, reading_rects, shift_rect
-from governor_mechanism.render.film.reading_panel import Panel, plot_reading
-from governor_mechanism.render.film.shared_limits import SharedLimits, shared_limits
+from governor_mechanism.render.film.moving_parts import CachedNumber, Panel, plot_reading
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, round_step
-from governor_mechanism.render.machines.registry import SWEEP_ARC_CAPTION, background_shapes, drawing_of, moving_shapes, plan_shapes
+from governor_mechanism.render.machines import registry
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_film_speed, format_name, format_numbers
-from governor_mechanism.render.style import GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION, Brush
+from governor_mechanism.render.style import GREEN, INK, MUTED, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION, Brush
 from governor_mechanism.types import FloatArray
 
 FRAME_DPI = 64
@@ -53,32 +51,32 @@ def _format_times(times: FloatArray) -> list[str]:
 class FramePainter:
     """Figure of one film: `update(k)` moves every artist to frame k, `paint(k)` returns the pixels of frame k.
 
-    The neighbours are further parts of the run, to the left of the one with the plan view; all positions count from the frame of this one.
+    Of the `parts` of the run, only the last one can have a plan view, and all positions count from its frame. `compared` are the parts of
+    all runs that share the limits of this frame, by default those of this run alone.
     """
 
     def __init__(
         self,
         run: Trajectory,
-        frame_data: FrameData,
+        parts: ShownParts,
         size: int = 480,
         *,
         title: str | None = None,
-        limits: SharedLimits | None = None,
+        compared: Sequence[ShownParts] = (),
         animated: bool = True,
-        neighbours: Sequence[FrameData] = (),
     ) -> None:
         if size < MIN_FRAME_SIZE:
             raise MechanismError(f"size of a film must be at least {MIN_FRAME_SIZE} pixels; got {size}")
-        self.frame_data = frame_data
-        self._shown_parts = (*neighbours, frame_data)
+        self._shown_parts = parts
+        self.frame_data = frame_data = parts[-1]
         # Whether the plan of the turning plane is shown.
         self._has_dial = frame_data.part.plane == TURNING_PLANE and "spindle_speed" in frame_data.readings
-        self._limits = limits or shared_limits([self._shown_parts])
+        # By part, its data in all runs.
+        self._columns = list(zip(*(compared or [parts]), strict=True))
         # Widths in pixels of 480: what the neighbours add, and all; the whole frame is a whole number of pixels wide.
-        self._shift = round(len(neighbours) * layout.PART_PITCH * size / layout.REFERENCE_SIZE) * layout.REFERENCE_SIZE / size
+        self._shift = round((len(parts) - 1) * layout.PART_PITCH * size / layout.REFERENCE_SIZE) * layout.REFERENCE_SIZE / size
         self._width = layout.REFERENCE_SIZE + self._shift
-        figure_size = (self._width / layout.REFERENCE_SIZE * size / FRAME_DPI, size / FRAME_DPI)
-        self.figure = Figure(figsize=figure_size, dpi=FRAME_DPI, facecolor=PAPER)
+        self.figure = Page(self._width / layout.REFERENCE_SIZE * size / FRAME_DPI, size / FRAME_DPI, dpi=FRAME_DPI)
         self._canvas = cast(Any, FigureCanvasAgg(self.figure))  # its methods have no types
         self._size = size
         # Points per pixel of a 480-pixel frame.
@@ -124,17 +122,17 @@ class FramePainter:
             x, y = layout.PART_NAME_POSITION
             self._add_text(format_name(frame_data.part.name), (x + shift, y), 12.5, fontfamily=SERIF_FONT, max_width=260)
             name_height = layout.PART_NAME_HEIGHT
-        self.view = fit_view(self._limits.boxes[position], shift_rect(layout.ELEVATION_RECT, shift + self._shift, name_height))
+        self.view = fit_view(enclosing_box(self._columns[position]), shift_rect(layout.ELEVATION_RECT, shift + self._shift, name_height))
         self._add_scale_bar(frame_data, self.view, shift)
         part, poses, extents = frame_data.part, frame_data.poses, frame_data.extents
-        traced = drawing_of(part).traced_path
+        traced = registry.drawing_of(part).traced_path
         path = None if traced is None else traced(part, poses)
 
         def shapes_at(k: int) -> Sequence[DrawnShape]:
-            shapes = moving_shapes(part, poses[k], extents.at_time(float(frame_data.times[k])))
+            shapes = registry.moving_shapes(part, poses[k], extents.at_time(float(frame_data.times[k])))
             return shapes if path is None else (self._traced_path(path, k), *shapes)
 
-        return self._make_shape_panel(self.view, background_shapes(part, extents.poses, extents), shapes_at)
+        return self._make_shape_panel(self.view, registry.background_shapes(part, extents.poses, extents), shapes_at)
 
     def _make_shape_panel(
         self, view: PixelView, static_shapes: Sequence[DrawnShape], shapes_at: Callable[[int], Sequence[DrawnShape]]
@@ -152,7 +150,7 @@ class FramePainter:
         """Add axes in a rectangle (pixels of 480)."""
         left, right = (x / self._width for x in rect[::2])
         top, bottom = (y / layout.REFERENCE_SIZE for y in rect[1::2])
-        return self.figure.add_axes((left, 1 - bottom, right - left, bottom - top))
+        return self.figure.add_panel((left, 1 - bottom, right - left, bottom - top), grid=None)
 
     def _traced_path(self, path: FloatArray, k: int) -> Lines:
         """Return the part of a path (f, 2) m in the last second of film before frame k."""
@@ -162,20 +160,19 @@ class FramePainter:
 
     def _make_plan(self) -> Panel:
         """Return the panel of the turning plane seen from above, and write its caption."""
-        frame_data = self.frame_data
-        ring_radius = self._limits.ring_radius
+        frame_data, part = self.frame_data, self.frame_data.part
+        ring_radius = max(registry.plan_ring_radius(data.extents) for data in self._columns[-1])
         half_width = 1.06 * ring_radius
         view = fit_view((-half_width, half_width, -half_width, half_width), shift_rect(layout.DIAL_RECT, self._shift))
         angle_steps = np.diff(frame_data.spindle_angle, prepend=frame_data.spindle_angle[0])
 
         def shapes_at(k: int) -> Sequence[DrawnShape]:
             angle, angle_step = float(frame_data.spindle_angle[k]), float(angle_steps[k])
-            return plan_shapes(frame_data.part, frame_data.poses[k], angle, angle_step, ring_radius, frame_data.extents.effect_state)
+            return registry.plan_shapes(part, frame_data.poses[k], angle, angle_step, ring_radius, frame_data.extents.effect_state)
 
-        lines = [(text, MUTED) for text in drawing_of(frame_data.part).plan_caption]
-        lines += [(text, GREEN) for text in SWEEP_ARC_CAPTION]
-        for line, (text, colour) in enumerate(reversed(lines)):
-            self._add_text(text, (398, 446 - 13.5 * line), 9.5, color=colour)
+        caption = registry.drawing_of(part).plan_caption
+        for line, text in enumerate(reversed((*caption, *registry.SWEEP_ARC_CAPTION))):
+            self._add_text(text, (398, 446 - 13.5 * line), 9.5, color=GREEN if line < len(registry.SWEEP_ARC_CAPTION) else MUTED)
         return self._make_shape_panel(view, (Circle("ring", 0.0, 0.0, ring_radius),), shapes_at)
 
     def _make_reading_plots(self) -> list[Panel]:
@@ -190,7 +187,7 @@ class FramePainter:
             left, top, right, bottom = rect
             plot_rect = (left + layout.LABEL_WIDTH, top + layout.HEADING_HEIGHT, right - 3.0, bottom - layout.TIME_LABEL_HEIGHT)
             axes = self._add_axes(shift_rect(plot_rect, self._shift))
-            limits = self._limits.axis_limits[frame_data.part.name, name]
+            limits = common_axis_limits(self._columns[self._shown_parts.index(frame_data)], name)
             plots.append(plot_reading(axes, reading_colour, frame_data, values, limits, self._points_per_pixel))
             number_left = self._add_number(format_numbers(values), unit, (right, top + 7), 12, color=reading_colour, fontweight="bold")
             self._add_text(format_name(name), (left, top + 7), 12.5, fontfamily=SERIF_FONT, max_width=number_left - left - 8)
@@ -205,7 +202,7 @@ class FramePainter:
     def _readings_of_part(self, frame_data: FrameData, max_readings: int) -> list[str]:
         """Return the readings that the drawing lists, or else the leading coordinate, another reading and the spindle speed."""
         readings = frame_data.readings
-        names = drawing_of(frame_data.part).panel_readings
+        names = registry.drawing_of(frame_data.part).panel_readings
         if not names:
             machine_readings = [name for name in readings if not name.startswith("spindle")]
             names = (frame_data.part.mechanism.coordinate, *machine_readings)
@@ -219,10 +216,10 @@ class FramePainter:
         Return the left edge of the longest number.
         """
         gap = 0.0 if unit == "°" else 0.35 * height
-        width = self._add_text(unit, position, height, ha="right", **style).get_window_extent(self._canvas.get_renderer()).width
+        width = self._add_text(unit, position, height, ha="right", **style).get_window_extent().width
         number_position = (position[0] - width * layout.REFERENCE_SIZE / self._size - gap, position[1])
         text = self._add_text(max(texts, key=len), number_position, height, ha="right", **style)
-        max_width = float(text.get_window_extent(self._canvas.get_renderer()).width) * layout.REFERENCE_SIZE / self._size
+        max_width = float(text.get_window_extent().width) * layout.REFERENCE_SIZE / self._size
         self._counters.append(CachedNumber(text, texts))
         return float(number_position[0]) - max_width
 
@@ -275,10 +272,9 @@ class FramePainter:
 
     def _shrink_to_width(self, text: Words, max_width: float) -> None:
         """Shrink a text by at most a quarter, then cut off its end, until it fits into `max_width` pixels."""
-        renderer = self._canvas.get_renderer()
-        width = text.get_window_extent(renderer).width
+        width = text.get_window_extent().width
         text.set_fontsize(float(text.get_fontsize()) * min(1.0, max(0.75, max_width / max(width, 1.0))))
         content = text.get_text()
-        while len(content) > 1 and text.get_window_extent(renderer).width > max_width:
+        while len(content) > 1 and text.get_window_extent().width > max_width:
             content = content[:-1]
             text.set_text(content.rstrip() + "…")

@@ -71,8 +71,7 @@ class Palette:
 
     def indices_of(self, colours: NDArray[np.uint8]) -> PaletteIndices:
         """Return the palette indices (...) of colours (..., 3 or 4)."""
-        indices: PaletteIndices = self._nearest_index[_pack_rgb(colours, 5)]
-        return indices
+        return np.asarray(self._nearest_index[_pack_rgb(colours, 5)])
 
 
 def _pack_rgb(colours: NDArray[np.uint8], bits: int = 8) -> NDArray[np.intp]:
@@ -130,10 +129,9 @@ class GifWriter:
 
     def _write_header(self, width: int, height: int) -> None:
         """Write the header with the palette and endless repetition."""
-        table = np.zeros((2**BITS_PER_PIXEL, 3), dtype=np.uint8)
-        table[: len(self._palette.colours)] = self._palette.colours
+        table = self._palette.colours.tobytes().ljust(3 * 2**BITS_PER_PIXEL, b"\x00")
         # 0xF0: a palette for all frames, eight bits per channel; the low bits are its size.
-        self._file.write(b"GIF89a" + struct.pack("<HHBBB", width, height, 0xF0 | BITS_PER_PIXEL - 1, 0, 0) + table.tobytes())
+        self._file.write(b"GIF89a" + struct.pack("<HHBBB", width, height, 0xF0 | BITS_PER_PIXEL - 1, 0, 0) + table)
         # Loop count 0: repeat for ever.
         self._file.write(b"\x21\xff\x0bNETSCAPE2.0\x03\x01" + struct.pack("<H", 0) + b"\x00")
 

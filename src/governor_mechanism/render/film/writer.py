@@ -17,17 +17,16 @@ import numpy as np
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.film.frame_data import find_parts, interpolate_frame_data
+from governor_mechanism.render.film.frame_data import FrameData, ShownParts, find_parts
+from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette, RgbaPixels
-from governor_mechanism.render.film.side_by_side import SideBySidePainter, check_run_pair
-from governor_mechanism.render.geometry.primitives import round_step
-from governor_mechanism.render.style import FILM_COLOURS, parse_rgb
+from governor_mechanism.render.film.layout import ELEVATION_RECT, HEADER_RULE_Y, REFERENCE_SIZE
+from governor_mechanism.render.geometry.primitives import Vec2, round_step
+from governor_mechanism.render.style import FILM_COLOURS, RULE, parse_rgb
 from governor_mechanism.types import FloatArray
 
 FilmProgress = Callable[[int, int], None]
 """Called with the number of frames done and in total."""
-TimeSpan = tuple[float, float]
-"""Start and end (s) of the shown part of a run."""
 FrameSchedule = tuple[FloatArray, list[int]]
 """Times of the frames (s) and the display time of each in hundredths of a second."""
 AddFrame = Callable[[RgbaPixels, int], None]
@@ -43,6 +42,30 @@ MIN_FILM_DURATION, MAX_FILM_DURATION = 4.0, 20.0
 """Range of film durations (s) for all other runs."""
 MAX_SLOWED_FILM_DURATION = 3600.0
 """Longest film (s) with a requested slow-down."""
+
+
+class SideBySidePainter:
+    """Frames of runs side by side, with a thin rule between them; `paint(k)` returns the pixels of frame k.
+
+    `frame_data` are the shown parts of each run. Each run stands under its title or that of its scene.
+    """
+
+    def __init__(self, runs: Sequence[Trajectory], titles: Sequence[str] | None, frame_data: Sequence[ShownParts], size: int) -> None:
+        if len({len(data) for data in frame_data}) > 1:
+            raise MechanismError("two runs side by side must have equally many parts; choose one part with part=..., or write two films")
+        self.painters = [
+            FramePainter(run, data, size, title=title, compared=frame_data)
+            for run, data, title in zip(runs, frame_data, titles if titles is not None else [None] * len(runs), strict=True)
+        ]
+        factor = size / REFERENCE_SIZE
+        self._rule_rows = slice(round((HEADER_RULE_Y + 7) * factor), round(ELEVATION_RECT[3] * factor))
+
+    def paint(self, k: int) -> RgbaPixels:
+        """Return frame k as opaque RGBA pixels (size, number of runs * width of one, 4)."""
+        pixels = np.concatenate([painter.paint(k) for painter in self.painters], axis=1)
+        for index in range(1, len(self.painters)):
+            pixels[self._rule_rows, index * pixels.shape[1] // len(self.painters), :3] = parse_rgb(RULE)
+        return pixels
 
 
 def write_film(
@@ -102,14 +125,12 @@ def write_film(
         require_video_writer()
     schedule, open_encoder = FILM_FORMATS[suffix]
     runs = (run,) if isinstance(run, Trajectory) else tuple(run)
-    check_run_pair(runs, titles)
+    _check_run_pair(runs, titles)
     time_span = _select_time_span(runs[0], start, stop)
     slow_factor = _select_slow_down(runs[0], time_span, slow_down)
     with atomic_write(target) as temporary:
         times, delays = schedule(*time_span, frames_per_second, slow_factor)
-        frame_data = [
-            [interpolate_frame_data(one, shown, time_span, times, slow_factor) for shown in find_parts(one, part)] for one in runs
-        ]
+        frame_data = [[FrameData(one, shown, time_span, times, slow_factor) for shown in find_parts(one, part)] for one in runs]
         painter = SideBySidePainter(runs, titles, frame_data, size)
         with open_encoder(temporary, painter, len(delays), frames_per_second) as add_frame:
             for k, delay in enumerate(delays):
@@ -169,7 +190,32 @@ def schedule_video_frames(start: float, stop: float, frames_per_second: float, s
     return start + (stop - start) * (np.arange(count) + 0.5) / count, [round(100 * duration / count)] * count
 
 
-def _select_time_span(run: Trajectory, start: float | None, stop: float | None) -> TimeSpan:
+def _check_run_pair(runs: Sequence[Trajectory], titles: Sequence[str] | None) -> None:
+    """Raise MechanismError unless there is one run, or two that report the same times."""
+    if len(runs) not in (1, 2):
+        raise MechanismError(f"a film shows one run, or two side by side; got {len(runs)}")
+    if titles is not None and len(runs) == 1:
+        raise MechanismError("titles are for a film of two runs; one run takes the title of its scene")
+    if titles is not None and (isinstance(titles, str) or len(titles) != 2):
+        raise MechanismError(f"titles must be a list of two, one for each run; got {titles!r}")
+    times, other_times = runs[0].times, runs[-1].times
+    if len(times) != len(other_times) or not np.allclose(times, other_times, rtol=1e-9, atol=1e-12):
+        first, second = (_describe_times(run) for run in runs)
+        raise MechanismError(
+            f"two runs side by side must report the same times; the first reports {first}, the second {second}; "
+            "use the same duration and output interval for both"
+        )
+
+
+def _describe_times(run: Trajectory) -> str:
+    """Return a phrase for the reported times of a run."""
+    if not len(run.times):
+        return "none"
+    suffix = "" if run.outcome.ok else " and ended early" if run.times[-1] < run.scene.run.duration else ""
+    return f"{len(run.times)} times from {run.times[0]:g} to {run.times[-1]:g} s{suffix}"
+
+
+def _select_time_span(run: Trajectory, start: float | None, stop: float | None) -> Vec2:
     """Return the validated start and end (s) of the shown part of a run."""
     if not len(run.times):
         raise MechanismError(f"the run has no reported time, so there is nothing to show; its message: {run.message}")
@@ -180,7 +226,7 @@ def _select_time_span(run: Trajectory, start: float | None, stop: float | None) 
     return begin, end
 
 
-def _select_slow_down(run: Trajectory, time_span: TimeSpan, requested: float | None) -> float:
+def _select_slow_down(run: Trajectory, time_span: Vec2, requested: float | None) -> float:
     """Return the validated slow-down factor, as requested or chosen from the duration."""
     begin, end = time_span
     if requested is None:

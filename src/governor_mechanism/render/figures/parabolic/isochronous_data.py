@@ -1,10 +1,7 @@
 """Data of Zehnder's plate: the start point, its parabola and circles, and the speed deviations near it."""
 
-from __future__ import annotations
-
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,8 +28,7 @@ _SPEED_STEP_RATIO = 0.085
 """Target step between the speeds of neighbouring parabolas, as a fraction of the middle speed."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class SpeedDeviationCurve:
+class SpeedDeviationCurve(NamedTuple):
     """Relative speed changes (n,) against changes of the arm angle (n,) (rad).
 
     `equilibrium_speed_changes` are those of the equilibrium speed, `parabola_speed_changes` those of the parabola through the ball,
@@ -44,62 +40,41 @@ class SpeedDeviationCurve:
     parabola_speed_changes: FloatArray
 
 
-@dataclass(frozen=True, kw_only=True)
 class IsochronousPlateData:
-    """Data of the plate in SI and radians: x from the spindle axis, y up, both zero at the common vertex of all parabolas.
+    """Data of the plate of a scene, in SI and radians: x from the spindle axis, y up, both zero at the common vertex of all parabolas.
 
     The start point is the osculation point of crossed arms (`starts_at_osculation`), otherwise an equilibrium. `start_speed` is its
     equilibrium speed. `radius_of_curvature` and `centre_of_curvature` are those of the parabola of this speed there. `suspension` is the
     suspension point of the arm, `travel` the lowest and highest arm angle. `speeds` are seven speeds of the family, with `start_speed` in
     the middle.
+
+    Raises MechanismError unless the governor is a rhombus with the balls at its joints, with gravity and centrifugal force.
     """
 
-    governor: PendulumGovernor
-    travel: tuple[float, float]
-    start_angle: float
-    start_point: Vec2
-    start_speed: float
-    starts_at_osculation: bool
-    suspension: Vec2
-    radius_of_curvature: float
-    centre_of_curvature: Vec2
-    speeds: tuple[float, ...]
-
-    @classmethod
-    def from_scene(cls, scene: Scene) -> IsochronousPlateData:
-        """Return the plate data of a scene.
-
-        Raises MechanismError unless the governor is a rhombus with the balls at its joints, with gravity and centrifugal force.
-        """
+    def __init__(self, scene: Scene) -> None:
         if not has_isochronous_parabolas(scene):
             raise MechanismError(
                 "isochronous parabolas need machine 'pendulum_governor' with gravity and centrifugal, balls at the joints of arms "
                 f"and links, links as long as the arms, and lugs below the suspensions; the scene {scene.title!r} differs"
             )
-        governor = _closed_form_governor(scene)
-        travel = next((limit.low, limit.high) for limit in scene.part.mechanism.limits if limit.reading == "arm_angle")
-        angle = _start_angle(governor, travel, scene)
-        speed = float(pendulum.equilibrium_speed(governor, arm_angle=angle))
-        parameter = _double_parameter(governor, speed)
-        x = float(pendulum.ball_radius(governor, arm_angle=angle))
+        self.governor = PendulumGovernor(**scene.part.dimensions, gravity=scene.gravity)
+        self.travel = next((limit.low, limit.high) for limit in scene.part.mechanism.limits if limit.reading == "arm_angle")
+        self.start_angle = angle = _start_angle(self.governor, self.travel, scene)
+        self.start_speed = float(pendulum.equilibrium_speed(self.governor, arm_angle=angle))
+        self.starts_at_osculation = self.governor.offset < 0
+        self.speeds = _speed_family(self.start_speed)
+        parameter = self.double_parameter(self.start_speed)
+        x = float(pendulum.ball_radius(self.governor, arm_angle=angle))
         y = float(isochronous.parabola_height(abscissa=x, double_parameter=parameter))
-        radius = float(isochronous.radius_of_curvature(abscissa=x, double_parameter=parameter))
-        return cls(
-            governor=governor,
-            travel=travel,
-            start_angle=angle,
-            start_point=(x, y),
-            start_speed=speed,
-            starts_at_osculation=governor.offset < 0,
-            suspension=(governor.offset, y + governor.arm * math.cos(angle)),
-            radius_of_curvature=radius,
-            centre_of_curvature=(x - radius * math.sin(angle), y + radius * math.cos(angle)),
-            speeds=_speed_family(speed),
-        )
+        self.radius_of_curvature = radius = float(isochronous.radius_of_curvature(abscissa=x, double_parameter=parameter))
+        self.start_point: Vec2 = x, y
+        self.suspension: Vec2 = self.governor.offset, y + self.governor.arm * math.cos(angle)
+        self.centre_of_curvature: Vec2 = x - radius * math.sin(angle), y + radius * math.cos(angle)
 
     def double_parameter(self, speed: float) -> float:
         """Return the double parameter (m) of the parabola of one spindle speed (rad/s)."""
-        return _double_parameter(self.governor, speed)
+        ratio = self.governor.sleeve_mass / self.governor.ball_mass
+        return float(isochronous.double_parameter(spindle_speed=speed, mass_ratio=ratio, gravity=self.governor.gravity))
 
     def point_at_45_degrees(self, speed: float) -> Vec2:
         """Return the point (m) with x = 2 y, where the parabola of one spindle speed (rad/s) has a slope of 45 degrees."""
@@ -119,15 +94,11 @@ class IsochronousPlateData:
         abscissa_ratio = 1 + arm / x * (np.sin(angles) - math.sin(angle))
         height_ratio = 1 + arm / y * (math.cos(angle) - np.cos(angles))
         min_angle = math.radians(0.5)
-        valid_changes = requested_changes[
-            (angles > min_angle) & (angles < math.pi / 2 - min_angle) & (abscissa_ratio > 0.1) & (height_ratio > 0.05)
-        ]
+        valid = (angles > min_angle) & (angles < math.pi / 2 - min_angle) & (abscissa_ratio > 0.1) & (height_ratio > 0.05)
+        valid_changes = requested_changes[valid]
         arguments: dict[str, Any] = {"start_angle": angle, "start_abscissa": x, "arm": arm, "angle_change": valid_changes}
-        return SpeedDeviationCurve(
-            angle_changes=valid_changes,
-            equilibrium_speed_changes=np.asarray(equilibrium_speed_change(**arguments)),
-            parabola_speed_changes=np.asarray(parabola_speed_change(**arguments)),
-        )
+        changes = (np.asarray(change(**arguments)) for change in (equilibrium_speed_change, parabola_speed_change))
+        return SpeedDeviationCurve(valid_changes, *changes)
 
 
 def has_isochronous_parabolas(scene: Scene) -> bool:
@@ -145,17 +116,8 @@ def has_isochronous_parabolas(scene: Scene) -> bool:
     """
     if len(scene.parts) != 1 or scene.part.machine != "pendulum_governor" or not (scene.gravity and scene.has_centrifugal):
         return False
-    governor = _closed_form_governor(scene)
+    governor = PendulumGovernor(**scene.part.dimensions, gravity=scene.gravity)
     return governor.is_rhombus and math.isclose(governor.joint_length, governor.arm, rel_tol=1e-12)
-
-
-def _closed_form_governor(scene: Scene) -> PendulumGovernor:
-    return PendulumGovernor(**scene.part.dimensions, gravity=scene.gravity)
-
-
-def _double_parameter(governor: PendulumGovernor, speed: float) -> float:
-    ratio = governor.sleeve_mass / governor.ball_mass
-    return float(isochronous.double_parameter(spindle_speed=speed, mass_ratio=ratio, gravity=governor.gravity))
 
 
 def _start_angle(governor: PendulumGovernor, travel: tuple[float, float], scene: Scene) -> float:

@@ -1,19 +1,15 @@
 """Zehnder's plate: isochronous parabolas with the circle of the ball, and the speed deviations near the start point."""
 
 import math
-import os
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.text import Text
 
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.figures.engraving_sheet import CHAIN_DOTTED, DASHED, DOTTED, MM_PER_M, Plate, PlatePanel, polar_points
-from governor_mechanism.render.figures.page import add_legend, require_png
+from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, DOTTED, MM_PER_M, Panel, Plate, add_legend, polar_points
 from governor_mechanism.render.figures.parabolic.isochronous_data import MARKED_ANGLE_CHANGES, MAX_ANGLE_CHANGE, IsochronousPlateData
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, SKY, VERMILLION
@@ -49,40 +45,31 @@ _REASON = (
 )
 
 
-def isochronous_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of Zehnder's plate for a scene with isochronous parabolas (`has_isochronous_parabolas`).
-
-    An exception leaves no file behind.
+def isochronous_figure(scene: Scene) -> Plate:
+    """Draw Zehnder's plate for a scene with isochronous parabolas (`has_isochronous_parabolas`).
 
     Parameters
     ----------
     scene
         Scene of a rhombic pendulum governor; another scene raises MechanismError.
-    path
-        File to write; another ending than .png raises MechanismError.
 
     Returns
     -------
-    Path
-        The path of the file.
+    Plate
+        The figure; `save_png` writes it.
     """
-    require_png(path)
-    return draw_isochronous_plate(IsochronousPlateData.from_scene(scene), scene.title).save_png(path)
-
-
-def draw_isochronous_plate(data: IsochronousPlateData, title: str) -> Plate:
-    """Return the plate as a figure of PLATE_WIDTH by PLATE_HEIGHT inches."""
-    plate = Plate("The isochronous parabolas and the governor’s circle", title, _SOURCE, _CAPTIONS)
+    data = IsochronousPlateData(scene)
+    plate = Plate("The isochronous parabolas and the governor’s circle", scene.title, _SOURCE, _CAPTIONS)
     family_labels = "distance from the spindle axis, mm", "height above the vertex, mm"
-    _draw_parabola_family(plate.add_plate_panel(_FAMILY_RECT, family_labels), data)
+    _draw_parabola_family(plate.add_plate_panel(_FAMILY_RECT, *family_labels), data)
     deviation_labels = "change of the arm angle, deg", "change of the equilibrium speed, %"
-    _draw_speed_deviations(plate.add_plate_panel(_DEVIATION_RECT, deviation_labels), data)
+    _draw_speed_deviations(plate.add_plate_panel(_DEVIATION_RECT, *deviation_labels), data)
     _write_dimensions(plate, data)
     _write_verdicts(plate)
     return plate
 
 
-def _show_family(panel: PlatePanel, data: IsochronousPlateData) -> None:
+def _show_family(panel: Panel, data: IsochronousPlateData) -> None:
     """Set limits (mm), to one scale, that contain both centres, the horizontal arm and the 45-degree point."""
     (x45, y45), centre, suspension = data.point_at_45_degrees(data.start_speed), data.centre_of_curvature, data.suspension
     xs = (0.0, centre[0], suspension[0], suspension[0] + data.governor.arm, 1.5 * x45)
@@ -98,11 +85,11 @@ def _show_family(panel: PlatePanel, data: IsochronousPlateData) -> None:
     panel.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
 
 
-def _larger_side(panel: PlatePanel) -> float:
+def _larger_side(panel: Panel) -> float:
     return float(max(np.ptp(panel.get_xlim()), np.ptp(panel.get_ylim())))
 
 
-def _draw_parabola_family(panel: PlatePanel, data: IsochronousPlateData) -> None:
+def _draw_parabola_family(panel: Panel, data: IsochronousPlateData) -> None:
     """Draw the left panel: parabolas, the ball path and the circle of curvature, in mm and to one scale on both axes."""
     _show_family(panel, data)
     bottom, top = panel.get_ylim()
@@ -116,7 +103,7 @@ def _draw_parabola_family(panel: PlatePanel, data: IsochronousPlateData) -> None
     _draw_circle_of_curvature(panel, data)
 
 
-def _draw_parabola(panel: PlatePanel, data: IsochronousPlateData, speed: float) -> None:
+def _draw_parabola(panel: Panel, data: IsochronousPlateData, speed: float) -> None:
     """Draw one parabola of the family on both sides, with its speed at the edge of the panel."""
     is_start_speed = speed == data.start_speed
     colour, width = (INK, 2.0) if is_start_speed else (MUTED, 0.8)
@@ -131,7 +118,7 @@ def _draw_parabola(panel: PlatePanel, data: IsochronousPlateData, speed: float) 
     panel.annotate_point((end, end**2 / c), text, offset, ha=ha, va=va, color=colour, weight="bold" if is_start_speed else "normal")
 
 
-def _draw_45_degree_line(panel: PlatePanel, data: IsochronousPlateData) -> None:
+def _draw_45_degree_line(panel: Panel, data: IsochronousPlateData) -> None:
     """Draw the line x = 2 y, and the 45-degree tangents of the parabolas on it."""
     right, top = panel.get_xlim()[1], panel.get_ylim()[1]
     end = min(right, 2 * top)
@@ -140,12 +127,12 @@ def _draw_45_degree_line(panel: PlatePanel, data: IsochronousPlateData) -> None:
     for x, y in (_to_mm(data.point_at_45_degrees(speed)) for speed in data.speeds):
         if x + half_length < right and y + half_length < top:
             panel.plot([x - half_length, x + half_length], [y - half_length, y + half_length], color=GREEN, linewidth=1.4, zorder=4)
-            panel.draw_point(x, y, color=GREEN, markersize=3.5, zorder=4)
+            panel.plot(x, y, "o", color=GREEN, markersize=3.5, zorder=4)
     text = "on $x = 2y$ all slopes are 45°\nand the spacing is largest:\nZehnder's start point"
     panel.annotate_point((right, panel.get_ylim()[0]), text, (0, 5), color=GREEN, ha="right", va="bottom", linespacing=1.4)
 
 
-def _draw_circle_of_curvature(panel: PlatePanel, data: IsochronousPlateData) -> None:
+def _draw_circle_of_curvature(panel: Panel, data: IsochronousPlateData) -> None:
     """Draw the osculating circle of the parabola at the start point, its centre and radius."""
     centre, start, radius = _to_mm(data.centre_of_curvature), _to_mm(data.start_point), data.radius_of_curvature * MM_PER_M
     circle = polar_points(_DOWN + np.linspace(-math.pi / 6, math.pi / 2 + 0.1, 400), radius, centre)
@@ -160,7 +147,7 @@ def _draw_circle_of_curvature(panel: PlatePanel, data: IsochronousPlateData) -> 
     panel.annotate_point(centre, text, (-9, -9), color=BLUE, ha="right", va="top")
 
 
-def _draw_governor(panel: PlatePanel, data: IsochronousPlateData) -> None:
+def _draw_governor(panel: Panel, data: IsochronousPlateData) -> None:
     """Draw suspension, arm, arm angle and ball at the start point, and the path of the ball, wide over the travel."""
     suspension, start, arm = _to_mm(data.suspension), _to_mm(data.start_point), data.governor.arm * MM_PER_M
     low, high = data.travel
@@ -170,8 +157,8 @@ def _draw_governor(panel: PlatePanel, data: IsochronousPlateData) -> None:
     panel.plot(*zip(suspension, start, strict=True), color=INK, linewidth=1.8, zorder=6)
     ball = ROLE_STYLES["ball"]
     panel.add_patch(Circle(start, 0.02 * _larger_side(panel), facecolor=ball.fill, edgecolor=ball.stroke, linewidth=1.2, zorder=7))
-    panel.draw_point(*start, color=PAPER, markersize=2.5, zorder=8)
-    panel.draw_point(*suspension, color=INK, markerfacecolor=PAPER, markersize=8, zorder=7)
+    panel.plot(*start, "o", color=PAPER, markersize=2.5, zorder=8)
+    panel.plot(*suspension, "o", color=INK, markerfacecolor=PAPER, markersize=8, zorder=7)
     arm_ratio_text = "= \\rho$" if data.starts_at_osculation else f"= {data.governor.arm / data.radius_of_curvature:.2f}\\,\\rho$"
     _label_along_arm(panel, data, suspension, start, f"$l {arm_ratio_text} = {arm:.4g} mm", INK)
     if not data.starts_at_osculation:
@@ -183,7 +170,7 @@ def _draw_governor(panel: PlatePanel, data: IsochronousPlateData) -> None:
     panel.annotate_point(middle, "$\\alpha_1$", (2, -8), ha="center", va="center", color=MUTED)
 
 
-def _draw_start_point(panel: PlatePanel, data: IsochronousPlateData) -> None:
+def _draw_start_point(panel: Panel, data: IsochronousPlateData) -> None:
     """Draw a leader from the start point to its name below the parabolas."""
     (x, y), (left, right) = _to_mm(data.start_point), panel.get_xlim()
     label_ordinate = 0.5 * x**2 / (data.double_parameter(data.speeds[0]) * MM_PER_M)
@@ -196,7 +183,7 @@ def _start_point_name(data: IsochronousPlateData) -> str:
     return f"{'osculation' if data.starts_at_osculation else 'start'} point"
 
 
-def _label_along_arm(panel: PlatePanel, data: IsochronousPlateData, first: Vec2, second: Vec2, text: str, colour: str) -> None:
+def _label_along_arm(panel: Panel, data: IsochronousPlateData, first: Vec2, second: Vec2, text: str, colour: str) -> None:
     """Write a label along the arm, above it, between two points."""
     middle = (first[0] + second[0]) / 2, (first[1] + second[1]) / 2
     offset, rotation = polar_points(data.start_angle, 10), math.degrees(data.start_angle) - 90
@@ -207,16 +194,15 @@ def _to_mm(point: Vec2) -> Vec2:
     return MM_PER_M * point[0], MM_PER_M * point[1]
 
 
-def _draw_speed_deviations(panel: PlatePanel, data: IsochronousPlateData) -> None:
+def _draw_speed_deviations(panel: Panel, data: IsochronousPlateData) -> None:
     """Draw the right panel: changes of the equilibrium speed (percent) against changes of the arm angle (deg) for three arms."""
-    curves = {arm_ratio: data.speed_deviations(arm_ratio) for arm_ratio in ARM_STYLES}
-    limit = 1.5 * 100 * float(np.abs(curves[0.7].equilibrium_speed_changes).max())
+    limit = 1.5 * 100 * float(np.abs(data.speed_deviations(0.7).equilibrium_speed_changes).max())
     axis_limit = 1.05 * math.degrees(MAX_ANGLE_CHANGE)
     panel.set(xlim=(-axis_limit, axis_limit), ylim=(-limit, limit))
     panel.axhline(0, color=MUTED, linewidth=0.8, zorder=1)
     panel.axvline(0, color=MUTED, linewidth=0.8, zorder=1)
     for arm_ratio, (name, colour) in ARM_STYLES.items():
-        curve = curves[arm_ratio]
+        curve = data.speed_deviations(arm_ratio)
         degrees, percent = np.degrees(curve.angle_changes), 100 * curve.equilibrium_speed_changes
         parabola_percent = 100 * curve.parabola_speed_changes
         is_rising = np.gradient(percent, degrees) > 0
@@ -231,7 +217,7 @@ def _draw_speed_deviations(panel: PlatePanel, data: IsochronousPlateData) -> Non
     _add_line_style_legend(panel)
 
 
-def _add_line_style_legend(panel: PlatePanel) -> None:
+def _add_line_style_legend(panel: Panel) -> None:
     cross = {"marker": "x", "markersize": 7, "markeredgewidth": 1.6, "markeredgecolor": VERMILLION}
     entries: dict[str, dict[str, Any]] = {
         "stable": {"linewidth": 2.2},
@@ -275,7 +261,6 @@ def _write_verdicts(plate: Plate) -> None:
 
 def _strike_out(plate: Plate, text: Text) -> None:
     """Draw a line through a text, as on a corrected proof."""
-    canvas: Any = FigureCanvasAgg(plate)
-    box = text.get_window_extent(canvas.get_renderer()).transformed(plate.transFigure.inverted())
+    box = text.get_window_extent().transformed(plate.transFigure.inverted())
     middle = box.y0 + 0.45 * box.height
     plate.add_artist(Line2D([box.x0 - 0.003, box.x1 + 0.003], [middle, middle], color=VERMILLION, linewidth=1.2))

@@ -1,18 +1,14 @@
 """Marks' plate: the error term of the eccentric rod as parabola, circle and hyperbola, and three other diagrams."""
 
 import math
-import os
-from pathlib import Path
 
 import numpy as np
 from matplotlib.patches import Circle
 
 from governor_mechanism.closed_form import slide_valve as closed
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.figures.engraving_sheet import CHAIN_DOTTED, DASHED, MM_PER_M, Plate, PlatePanel, polar_points
-from governor_mechanism.render.figures.page import require_png
-from governor_mechanism.render.figures.slide_valve.valve_diagram import CYLINDER_ENDS, EventLabelStyle, ValveDiagram, event_kind_and_colour
+from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Panel, Plate, polar_points
+from governor_mechanism.render.figures.slide_valve.valve_diagram import CYLINDER_ENDS, SOURCE, EventLabelStyle, ValveDiagram
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, VERMILLION
 
 _CAPTIONS = {
@@ -39,26 +35,17 @@ _SAMPLE_RAY_ANGLE = math.radians(33.0)
 _LABEL_STYLE = EventLabelStyle(size=9.5, offset=(5, 3), centred=(0.0, 0.5), margins=(0.0, 0.0, 12.0, 12.0))
 
 
-def marks_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of Marks' plate for the scene of a slide valve with a finite eccentric rod, and return its path.
-
-    Raises MechanismError for another machine and for an infinite eccentric rod. An exception leaves no file behind.
-    """
-    require_png(path)
-    return draw_marks_plate(ValveDiagram.from_scene(scene)).save_png(path)
-
-
 def draw_marks_plate(data: ValveDiagram) -> Plate:
-    """Return the plate as a figure; raise MechanismError for an infinite eccentric rod, which has no error term."""
+    """Return Marks' plate for a slide valve; raise MechanismError for an infinite eccentric rod, which has no error term."""
     eccentric, r = data.eccentric, data.eccentric.radius
     if eccentric.has_infinite_rod:
         raise MechanismError("Marks' construction needs a finite eccentric_rod; an infinite one has no error term")
-    plate = data.new_plate("Marks’ construction of the error term", _CAPTIONS)
+    plate = Plate("Marks’ construction of the error term", data.timing.title, SOURCE, _CAPTIONS)
     _draw_error_construction(plate.add_plate_panel(_CONSTRUCTION_RECT), data)
     error_labels = "theoretical displacement $\\xi_0 = r\\,\\sin(\\omega+\\delta)$, mm", "deviation from the exact error, µm"
-    _draw_approximation_errors(plate.add_plate_panel(_ERRORS_RECT, error_labels), data)
+    _draw_approximation_errors(plate.add_plate_panel(_ERRORS_RECT, *error_labels), data)
     ellipse_labels = "piston travel from the crank end, % of the stroke", "valve’s displacement $\\xi$, mm"
-    _draw_valve_ellipse(plate.add_plate_panel(_ELLIPSE_RECT, ellipse_labels), data)
+    _draw_valve_ellipse(plate.add_plate_panel(_ELLIPSE_RECT, *ellipse_labels), data)
     _draw_reuleaux_diagram(plate.add_plate_panel(_REULEAUX_RECT), data)
     plate.write_dimensions(
         f"eccentric $r$ = {r:.4g} mm,  rod $l$ = {eccentric.rod:.5g} mm,  advance $\\delta$ = {math.degrees(eccentric.advance):.4g}°;  "
@@ -67,7 +54,7 @@ def draw_marks_plate(data: ValveDiagram) -> Plate:
     return plate
 
 
-def _draw_error_construction(panel: PlatePanel, data: ValveDiagram) -> None:
+def _draw_error_construction(panel: Panel, data: ValveDiagram) -> None:
     """Draw the construction to scale (mm): valve circles on their line of centres, Marks' curves over it, one ray."""
     eccentric, r = data.eccentric, data.eccentric.radius
     panel.set(xlim=(-1.66 * r, 1.22 * r), ylim=(-0.66 * r, 0.66 * r), aspect="equal")
@@ -82,7 +69,7 @@ def _draw_error_construction(panel: PlatePanel, data: ValveDiagram) -> None:
     _draw_sample_ray(panel, data)
     for side, text in ((1, "$m$"), (-1, "$m'$")):
         position = side * r * math.sin(eccentric.advance)
-        panel.draw_point(position, 0, color=INK, markerfacecolor=PAPER, markersize=5, zorder=6)
+        panel.plot(position, 0, "o", color=INK, markerfacecolor=PAPER, markersize=5, zorder=6)
         panel.annotate_point((position, 0), text, (0, -14), ha="center", fontsize=11)
     panel.annotate_point((0, 0), "$O$", (-9, -13), fontsize=11)
     text = "Marks’ circle\nof radius $l$ and\nhis parabola\n(dashed), both\nthrough $m$, $m'$"
@@ -90,7 +77,7 @@ def _draw_error_construction(panel: PlatePanel, data: ValveDiagram) -> None:
     panel.annotate_point((-1.62 * r, -0.58 * r), "thin: theory\nbold: mechanism", va="bottom", fontsize=9.5, linespacing=1.4)
 
 
-def _draw_sample_ray(panel: PlatePanel, data: ValveDiagram) -> None:
+def _draw_sample_ray(panel: Panel, data: ValveDiagram) -> None:
     """Draw one ray: its chord in the valve circle, transferred to the line of centres; there the error, transferred to the ray."""
     angle, r = _SAMPLE_RAY_ANGLE, data.eccentric.radius
     x = r * math.cos(angle)
@@ -99,12 +86,12 @@ def _draw_sample_ray(panel: PlatePanel, data: ValveDiagram) -> None:
     panel.plot(*polar_points(np.linspace(0.0, angle, 40), x), color=MUTED, linewidth=0.8, linestyle=DASHED, zorder=3)
     for line in (([x, x], [0.0, z]), polar_points(angle, [x, x + z])):
         panel.plot(*line, color=VERMILLION, linewidth=3.0, zorder=7, solid_capstyle="butt")
-    panel.draw_point(*polar_points(angle, x), color=INK, markerfacecolor=PAPER, markersize=5, zorder=8)
+    panel.plot(*polar_points(angle, x), "o", color=INK, markerfacecolor=PAPER, markersize=5, zorder=8)
     panel.annotate_point(polar_points(angle, x), "$P$", (-4, 9), fontsize=11)
     panel.annotate_point(polar_points(angle, 1.1 * r), f"$z$ = {z:.2f} mm", (4, -9), color=VERMILLION)
 
 
-def _draw_approximation_errors(panel: PlatePanel, data: ValveDiagram) -> None:
+def _draw_approximation_errors(panel: Panel, data: ValveDiagram) -> None:
     """Draw the errors of parabola and circle relative to the exact curve (um), with points of the mechanism on the exact curve."""
     eccentric, r = data.eccentric, data.eccentric.radius
     centre_shift = data.timing.centre * MM_PER_M - closed.equal_lead_centre(eccentric)
@@ -125,18 +112,17 @@ def _draw_approximation_errors(panel: PlatePanel, data: ValveDiagram) -> None:
     panel.annotate_point((0, 0), text, (0, -7), ha="center", va="top", color=BLUE, linespacing=1.4, fontsize=9.5)
 
 
-def _draw_valve_ellipse(panel: PlatePanel, data: ValveDiagram) -> None:
+def _draw_valve_ellipse(panel: Panel, data: ValveDiagram) -> None:
     """Draw the valve displacement over the piston travel: the theoretical ellipse, and the curve with two finite rods."""
     panel.plot(100 * data.theoretical_piston_travel, data.theoretical_displacement, color=INK, linewidth=0.9, zorder=3)
     panel.plot(100 * data.piston_travel, data.displacement, color=BLUE, linewidth=2.4, zorder=4)
     for lap, text in ((data.outside_lap, "$e$"), (-data.outside_lap, "$−e$"), (data.inside_lap, "$i$"), (-data.inside_lap, "$−i$")):
         panel.axhline(lap, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=2)
         panel.annotate_point((104, lap), text, (5, 0), va="center", color=MUTED, fontsize=10)
-    for event in data.timing.rows:
+    for event, _, colour in data.events:
         piston_travel = event.simulated_stroke if event.name.startswith("crank end") else 1 - event.simulated_stroke
         lap = float(np.interp(event.simulated, data.angles, data.displacement))
-        style = {"color": event_kind_and_colour(event)[1], "markeredgecolor": PAPER, "markersize": 7, "zorder": 6}
-        panel.draw_point(100 * piston_travel, lap, **style)
+        panel.plot(100 * piston_travel, lap, "o", color=colour, markeredgecolor=PAPER, markersize=7, zorder=6)
     panel.set_xlim(-4, 104)
     for end, side, colour in CYLINDER_ENDS:
         position = 50 - 23 * side, 0.68 * side * float(np.max(side * data.displacement))
@@ -144,7 +130,7 @@ def _draw_valve_ellipse(panel: PlatePanel, data: ValveDiagram) -> None:
     panel.annotate_point((0, 0.86 * float(data.theoretical_displacement.min())), "thin: both rods infinite", fontsize=9.5)
 
 
-def _draw_reuleaux_diagram(panel: PlatePanel, data: ValveDiagram) -> None:
+def _draw_reuleaux_diagram(panel: Panel, data: ValveDiagram) -> None:
     """Draw Reuleaux's circle: the distance of the crank pin from a diameter inclined by the advance, with lines at the laps."""
     r, advance = data.eccentric.radius, data.eccentric.advance
     panel.set(xlim=(-1.75 * r, 1.75 * r), ylim=(-1.1 * r, 1.1 * r), aspect="equal")
@@ -153,15 +139,14 @@ def _draw_reuleaux_diagram(panel: PlatePanel, data: ValveDiagram) -> None:
     diameter_direction = np.array([math.cos(advance), -math.sin(advance)])
     normal_direction = np.array([math.sin(advance), math.cos(advance)])
     panel.plot(*np.outer(diameter_direction, [-1.12 * r, 1.12 * r]), color=INK, linewidth=0.9, linestyle=CHAIN_DOTTED, zorder=2)
-    for event in data.timing.rows:
-        event_kind, colour = event_kind_and_colour(event)
-        if event_kind in ("admission", "release"):
+    for event, kind, colour in data.events:
+        if kind in ("admission", "release"):
             lap_distance = closed.event_threshold(event.name, outside_lap=data.outside_lap, inside_lap=data.inside_lap)
             half_chord = math.sqrt(max(r**2 - lap_distance**2, 0.0))
             line = lap_distance * normal_direction[:, None] + np.outer(diameter_direction, [-half_chord, half_chord])
             panel.plot(*line, color=colour, linewidth=1.2, zorder=3)
         panel.plot(*polar_points(event.theory, [0, r]), color=colour, linewidth=0.7, zorder=2.5)
-        panel.draw_point(*polar_points(event.theory, r), color=colour, markeredgecolor=PAPER, markersize=6, zorder=6)
+        panel.plot(*polar_points(event.theory, r), "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=6)
     data.label_events(panel, [event.theory for event in data.timing.rows], r, _LABEL_STYLE)
     start, arrow = 0.1 * r * diameter_direction, 0.62 * r * normal_direction
     panel.annotate("", tuple(start + arrow), tuple(start), arrowprops={"arrowstyle": "<->", "color": MUTED, "linewidth": 0.7})

@@ -4,18 +4,14 @@ The crank rotates anticlockwise from the dead centre at the crank end, at the ri
 """
 
 import math
-import os
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, Circle, Rectangle
 
-from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.figures.engraving_sheet import CHAIN_DOTTED, DASHED, MM_PER_M, Plate, PlatePanel, polar_points
-from governor_mechanism.render.figures.page import add_legend, require_png
-from governor_mechanism.render.figures.slide_valve.valve_diagram import CYLINDER_ENDS, EventLabelStyle, ValveDiagram, event_kind_and_colour
+from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Panel, Plate, add_legend, polar_points
+from governor_mechanism.render.figures.slide_valve.valve_diagram import CYLINDER_ENDS, SOURCE, EventLabelStyle, ValveDiagram
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SERIF_FONT, VERMILLION
 from governor_mechanism.studies.slide_valve.valve_timing import ValveEvent
 
@@ -56,26 +52,17 @@ _MIN_LABEL_DISTANCE_DEG = 4.5
 """Smallest distance (deg) of an angle label from an event."""
 
 
-def zeuner_figure(scene: Scene, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of Zeuner's plate for the scene of a slide valve, and return its path.
-
-    Raises MechanismError for another machine. An exception leaves no file behind.
-    """
-    require_png(path)
-    return draw_zeuner_plate(ValveDiagram.from_scene(scene)).save_png(path)
-
-
 def draw_zeuner_plate(data: ValveDiagram) -> Plate:
-    """Return the plate as a figure."""
-    plate = data.new_plate("Zeuner’s diagram of the slide valve", _CAPTIONS)
+    """Return Zeuner's plate for a slide valve."""
+    plate = Plate("Zeuner’s diagram of the slide valve", data.timing.title, SOURCE, _CAPTIONS)
     _draw_polar_diagram(plate.add_plate_panel(_POLAR_RECT), data)
     _write_event_table(plate, data)
-    _draw_stroke_diagram(plate.add_plate_panel(_STROKES_RECT, ("stroke from the dead centre of each end, %", "")), data)
+    _draw_stroke_diagram(plate.add_plate_panel(_STROKES_RECT, "stroke from the dead centre of each end, %"), data)
     _write_dimensions(plate, data)
     return plate
 
 
-def _draw_polar_diagram(panel: PlatePanel, data: ValveDiagram) -> None:
+def _draw_polar_diagram(panel: Panel, data: ValveDiagram) -> None:
     """Draw the polar diagram, in mm of the valve displacement, with the crank circle outside all curves."""
     rim_radius = max(_RIM_RATIO * data.eccentric.radius, _RIM_CLEARANCE_RATIO * float(np.max(np.abs(data.displacement))))
     panel.show_region((0.0, 0.0), panel.aspect_ratio * _HALF_HEIGHT_RATIO * rim_radius)
@@ -83,8 +70,8 @@ def _draw_polar_diagram(panel: PlatePanel, data: ValveDiagram) -> None:
     _draw_rim(panel, data, rim_radius)
     _draw_steam_areas(panel, data)
     _draw_circles(panel, data)
-    for event in data.timing.rows:
-        _draw_event_ray(panel, event, rim_radius)
+    for event, _, colour in data.events:
+        _draw_event_ray(panel, event, rim_radius, colour)
     data.label_events(panel, [event.simulated for event in data.timing.rows], 1.06 * rim_radius, _LABEL_STYLE)
     data.draw_displacement_curves(panel, linewidth=2.4, zorder=5, solid_capstyle="round")
     _label_diagram(panel, data, rim_radius)
@@ -92,7 +79,7 @@ def _draw_polar_diagram(panel: PlatePanel, data: ValveDiagram) -> None:
     _add_legend(panel)
 
 
-def _draw_rim(panel: PlatePanel, data: ValveDiagram, rim_radius: float) -> None:
+def _draw_rim(panel: Panel, data: ValveDiagram, rim_radius: float) -> None:
     """Draw the crank circle with a degree scale, and the axes."""
     panel.add_patch(Circle((0, 0), rim_radius, fill=False, edgecolor=INK, linewidth=1.1, zorder=3))
     panel.add_patch(Circle((0, 0), 1.025 * rim_radius, fill=False, edgecolor=MUTED, linewidth=0.5, zorder=3))
@@ -108,7 +95,7 @@ def _draw_rim(panel: PlatePanel, data: ValveDiagram, rim_radius: float) -> None:
         panel.plot(*ends, color=MUTED, linewidth=0.7, linestyle=CHAIN_DOTTED, zorder=1)
 
 
-def _draw_steam_areas(panel: PlatePanel, data: ValveDiagram) -> None:
+def _draw_steam_areas(panel: Panel, data: ValveDiagram) -> None:
     """Draw the admission areas between the circle of the outside lap and the valve curve."""
     lap = max(data.outside_lap, 0.0)
     for _, side, colour in CYLINDER_ENDS:
@@ -123,27 +110,26 @@ def _draw_steam_areas(panel: PlatePanel, data: ValveDiagram) -> None:
         panel.fill(*edge, color=_STEAM_COLOURS[colour], linewidth=0, zorder=0.5)
 
 
-def _draw_circles(panel: PlatePanel, data: ValveDiagram) -> None:
+def _draw_circles(panel: Panel, data: ValveDiagram) -> None:
     """Draw the two theoretical valve circles, their line of centres, and the lap circles."""
     r, advance = data.eccentric.radius, data.eccentric.advance
     x, y = math.sin(advance) * r / 2, math.cos(advance) * r / 2
     for sign in (1, -1):
         panel.add_patch(Circle((sign * x, sign * y), r / 2, fill=False, edgecolor=INK, linewidth=0.9, zorder=4))
-        panel.draw_point(sign * x, sign * y, color=INK, markersize=3, zorder=5)
+        panel.plot(sign * x, sign * y, "o", color=INK, markersize=3, zorder=5)
     panel.plot([-2.3 * x, 2.3 * x], [-2.3 * y, 2.3 * y], color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=2)
     for lap in (data.outside_lap, data.inside_lap):
         panel.add_patch(Circle((0, 0), abs(lap), fill=False, edgecolor=MUTED, linewidth=0.9, zorder=3))
 
 
-def _draw_event_ray(panel: PlatePanel, event: ValveEvent, rim_radius: float) -> None:
+def _draw_event_ray(panel: Panel, event: ValveEvent, rim_radius: float, colour: str) -> None:
     """Draw the crank at an event, solid for the mechanism and dashed for the theory."""
-    _, colour = event_kind_and_colour(event)
     for angle, width, line_colour, style in ((event.simulated, 1.1, colour, "-"), (event.theory, 0.6, INK, DASHED)):
         panel.plot(*polar_points(angle, [0, rim_radius]), linewidth=width, color=line_colour, linestyle=style, zorder=3.5)
-    panel.draw_point(*polar_points(event.simulated, rim_radius), color=colour, markeredgecolor=PAPER, markersize=6, zorder=6)
+    panel.plot(*polar_points(event.simulated, rim_radius), "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=6)
 
 
-def _label_diagram(panel: PlatePanel, data: ValveDiagram, rim_radius: float) -> None:
+def _label_diagram(panel: Panel, data: ValveDiagram, rim_radius: float) -> None:
     """Label the curves, circles and dead centres."""
     r, line_of_centres_angle = data.eccentric.radius, math.pi / 2 - data.eccentric.advance
     text_style: dict[str, Any] = {"ha": "center", "va": "center", "fontstyle": "italic", "linespacing": 1.4}
@@ -160,7 +146,7 @@ def _label_diagram(panel: PlatePanel, data: ValveDiagram, rim_radius: float) -> 
         panel.annotate_point((side * 0.985 * rim_radius, 0), f"dead centre, {end}", (0, height), **note_style)
 
 
-def _draw_advance_angle(panel: PlatePanel, rim_radius: float, advance: float) -> None:
+def _draw_advance_angle(panel: Panel, rim_radius: float, advance: float) -> None:
     """Draw the angle of advance at the rim."""
     low, high = sorted((math.pi / 2 - advance, math.pi / 2))
     arc = Arc((0, 0), 1.84 * rim_radius, 1.84 * rim_radius, theta1=math.degrees(low), theta2=math.degrees(high))
@@ -170,7 +156,7 @@ def _draw_advance_angle(panel: PlatePanel, rim_radius: float, advance: float) ->
     panel.annotate_point(middle, "$\\delta$", color=MUTED, ha="center", va="center", fontsize=12)
 
 
-def _add_legend(panel: PlatePanel) -> None:
+def _add_legend(panel: Panel) -> None:
     """Add the legend of mechanism and theory in the corner."""
     entries: dict[str, dict[str, Any]] = {
         "displacement": {"color": BLUE, "linewidth": 2.4},
@@ -183,13 +169,13 @@ def _add_legend(panel: PlatePanel) -> None:
     add_legend(panel, text_style, handles=handles, loc="lower left", bbox_to_anchor=(-0.005, -0.01), handlelength=2.4)
 
 
-def _draw_stroke_diagram(panel: PlatePanel, data: ValveDiagram) -> None:
+def _draw_stroke_diagram(panel: Panel, data: ValveDiagram) -> None:
     """Draw the phases of the steam at each end, as the piston goes out and back, over the stroke."""
     panel.set(xlim=(0, 100), ylim=(-0.2, 3.75))
     panel.spines["left"].set_visible(False)
     panel.tick_params(left=False, labelleft=False)
     for (end, _, colour), base in zip(CYLINDER_ENDS, (2.0, 0.0), strict=True):
-        events_by_name = {event_kind_and_colour(row)[0]: row for row in data.timing.rows if row.name.startswith(end)}
+        events_by_name = {kind: row for row, kind, _ in data.events if row.name.startswith(end)}
         stroke_percent = {"start": 0.0, "end": 100.0, **{name: 100 * row.simulated_stroke for name, row in events_by_name.items()}}
         for left_event, right_event, height, phase in _STEAM_PHASES:
             left, right, floor = stroke_percent[left_event], stroke_percent[right_event], base + height
@@ -217,18 +203,17 @@ def _write_event_table(plate: Plate, data: ValveDiagram) -> None:
     y = top - 0.09
     for end, _, colour in CYLINDER_ENDS:
         plate.write_text(_COLUMN_POSITIONS[0], y, end, 11, color=colour, fontstyle="italic")
-        for event in data.timing.rows:
+        for event, kind, _ in data.events:
             if event.name.startswith(end):
                 y -= row_height
-                _write_event_row(plate, y, event)
+                plate.write_text(_COLUMN_POSITIONS[0] + 0.012, y, kind, 11.5, color=colour)
+                _write_event_numbers(plate, y, event)
         y -= row_height + 0.008
     for rule in (top - 0.064, y + row_height - 0.006):
         plate.add_artist(Line2D([_COLUMN_POSITIONS[0], _COLUMN_POSITIONS[-1]], [rule, rule], color=RULE, linewidth=1.0))
 
 
-def _write_event_row(plate: Plate, y: float, event: ValveEvent) -> None:
-    kind, colour = event_kind_and_colour(event)
-    plate.write_text(_COLUMN_POSITIONS[0] + 0.012, y, kind, 11.5, color=colour)
+def _write_event_numbers(plate: Plate, y: float, event: ValveEvent) -> None:
     simulated, theory, shift = (math.degrees(angle) for angle in (event.simulated, event.theory, event.shift))
     strokes = (f"{100 * stroke:.2f}" for stroke in (event.simulated_stroke, event.theory_stroke))
     numbers = (f"{simulated:.3f}", f"{theory:.3f}", f"{shift:+.3f}".replace("-", "−"), *strokes)

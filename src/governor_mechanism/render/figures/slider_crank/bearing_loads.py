@@ -1,8 +1,6 @@
 """Plate of the bearing loads of a slider crank over a turn, from a run and from the closed form."""
 
 import math
-import os
-from pathlib import Path
 
 import numpy as np
 from matplotlib.lines import Line2D
@@ -13,8 +11,7 @@ from governor_mechanism.closed_form.slider_crank import BearingLoads, CrankTrain
 from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.figures.engraving_sheet import CHAIN_DOTTED, DASHED, Plate, PlatePanel, polar_points
-from governor_mechanism.render.figures.page import add_legend, require_png
+from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, Panel, Plate, add_legend, polar_points
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SERIF_FONT, STEEL, VERMILLION
 from governor_mechanism.types import FloatArray
 from governor_mechanism.verification.slider_crank import build_crank_train
@@ -47,17 +44,8 @@ _MAX_ARROW_LENGTH = 1.3
 """Length of the longest arrow, in crank radii."""
 
 
-def bearing_loads_figure(run: Trajectory, path: str | os.PathLike[str]) -> Path:
-    """Write a PNG of the bearing loads of a slider crank, from a run of at least one turn with masses, and return its path.
-
-    Raises MechanismError for other runs. An exception leaves no file behind.
-    """
-    require_png(path)
-    return draw_bearing_loads(run).save_png(path)
-
-
-def draw_bearing_loads(run: Trajectory) -> Plate:
-    """Return the plate as a figure; raise MechanismError for a run that it cannot show."""
+def bearing_loads_figure(run: Trajectory) -> Plate:
+    """Return the plate of the bearing loads of a slider crank; raise MechanismError for a run without masses or a whole turn."""
     if refusal := bearing_loads_refusal(run):
         raise MechanismError(refusal)
     crank_train, speed = build_crank_train(run.scene), run.scene.part.dimensions["crank_speed"]
@@ -66,16 +54,14 @@ def draw_bearing_loads(run: Trajectory) -> Plate:
     first_turn = run.readings["crank_angle"] <= run.scene.part.dimensions["crank_start"] + math.tau
     plate = Plate("Bearing loads of a slider crank", run.scene.title, "from inertia and weight, at constant crank speed", _CAPTIONS)
     force_labels = "force along the line of the crosshead, kN", "force across it, kN"
-    _draw_force_loci(plate.add_plate_panel(_FORCES_RECT, force_labels), run, exact, first_turn)
+    _draw_force_loci(plate.add_plate_panel(_FORCES_RECT, *force_labels), run, exact, first_turn)
     _draw_engine(plate.add_plate_panel(_ENGINE_RECT), crank_train, exact)
     angles = np.degrees(run.readings["crank_angle"][first_turn] % math.tau)
     drive, guide = run.reactions["drive"].moment[first_turn], run.reactions["crosshead guide"].force[first_turn, 1]
-    for rect, label, simulated, load in (
-        (_TORQUE_RECT, "torque, N m", drive, exact.torque),
-        (_GUIDE_RECT, "force upward, kN", guide * _KILO_PER_UNIT, exact.guide * _KILO_PER_UNIT),
-    ):
-        panel = plate.add_plate_panel(rect, ("crank angle from the outer dead centre, deg", label))
-        _draw_load_curve(panel, (angles, simulated), (np.degrees(crank_angles), load))
+    degrees, angle_label = np.degrees(crank_angles), "crank angle from the outer dead centre, deg"
+    _draw_load_curve(plate.add_plate_panel(_TORQUE_RECT, angle_label, "torque, N m"), (angles, drive), (degrees, exact.torque))
+    guide_panel = plate.add_plate_panel(_GUIDE_RECT, angle_label, "force upward, kN")
+    _draw_load_curve(guide_panel, (angles, guide * _KILO_PER_UNIT), (degrees, exact.guide * _KILO_PER_UNIT))
     plate.write_dimensions(
         f"crank $R$ = {crank_train.crank * 1e3:.4g} mm, {crank_train.crank_mass:.4g} kg at {crank_train.crank_centre * 1e3:.4g} mm;  rod "
         f"$L$ = {crank_train.rod * 1e3:.5g} mm, {crank_train.rod_mass:.4g} kg at {crank_train.rod_centre * 1e3:.4g} mm;  crosshead "
@@ -99,12 +85,16 @@ def bearing_loads_refusal(run: Trajectory) -> str:
     return ""
 
 
-def _draw_force_loci(panel: PlatePanel, run: Trajectory, exact: BearingLoads, first_turn: NDArray[np.bool_]) -> None:
+def _bearing_forces(exact: BearingLoads) -> tuple[tuple[str, FloatArray, str], ...]:
+    """Return the name of each bearing, the force on its loaded part over a turn, and its colour."""
+    return ("shaft", exact.main, BLUE), ("crank pin", exact.crank_pin, VERMILLION), ("gudgeon", exact.gudgeon, GREEN)
+
+
+def _draw_force_loci(panel: Panel, run: Trajectory, exact: BearingLoads, first_turn: NDArray[np.bool_]) -> None:
     """Draw each force over a turn as a locus in the plane (kN): points of the run on the curve of the closed form."""
     panel.axhline(0, color=MUTED, linewidth=0.7, zorder=1)
     panel.axvline(0, color=MUTED, linewidth=0.7, zorder=1)
-    bearings = (("shaft", exact.main, BLUE), ("crank pin", exact.crank_pin, VERMILLION), ("gudgeon", exact.gudgeon, GREEN))
-    curves = {name: (force * _KILO_PER_UNIT, colour) for name, force, colour in bearings if name in run.reactions}
+    curves = {name: (force * _KILO_PER_UNIT, colour) for name, force, colour in _bearing_forces(exact) if name in run.reactions}
     middle = _show_forces(panel, np.concatenate([force for force, _ in curves.values()]))
     handles = []
     for name, (force, colour) in curves.items():
@@ -113,7 +103,7 @@ def _draw_force_loci(panel: PlatePanel, run: Trajectory, exact: BearingLoads, fi
         panel.plot(simulated[::4, 0], simulated[::4, 1], "o", color=colour, markersize=2.6, zorder=4)
         for degree in range(0, 360, _LABEL_INTERVAL_DEG):
             point = force[2 * degree]
-            panel.draw_point(*point, color=colour, markeredgecolor=PAPER, markersize=6, zorder=5)
+            panel.plot(*point, "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=5)
             if name == "shaft":
                 offset = 11 * (point - middle) / max(float(np.hypot(*(point - middle))), 1e-12)
                 panel.annotate_point(tuple(point), f"{degree}°", tuple(offset), ha="center", va="center", fontsize=8.5, color=MUTED)
@@ -121,7 +111,7 @@ def _draw_force_loci(panel: PlatePanel, run: Trajectory, exact: BearingLoads, fi
     add_legend(panel, {"fontfamily": SERIF_FONT, "fontsize": 10.5}, handles=handles, loc="upper right", handlelength=2.2)
 
 
-def _show_forces(panel: PlatePanel, forces: FloatArray) -> FloatArray:
+def _show_forces(panel: Panel, forces: FloatArray) -> FloatArray:
     """Set limits around forces (n, 2) (kN), to one scale on both axes, and return their middle (2,)."""
     margin = 0.12 * max(*np.ptp(forces, axis=0), _MIN_FORCE_SCALE_KN)
     low, high = forces.min(axis=0) - margin, forces.max(axis=0) + margin
@@ -134,7 +124,7 @@ def _show_forces(panel: PlatePanel, forces: FloatArray) -> FloatArray:
     return middle
 
 
-def _draw_engine(panel: PlatePanel, crank_train: CrankTrain, exact: BearingLoads) -> None:
+def _draw_engine(panel: Panel, crank_train: CrankTrain, exact: BearingLoads) -> None:
     """Draw the slider crank at one angle, with each force as an arrow at its bearing."""
     angle_index, angle, r = 2 * _SHOWN_ANGLE_DEG, math.radians(_SHOWN_ANGLE_DEG), crank_train.crank
     shaft, pin = (0.0, 0.0), polar_points(angle, r)
@@ -152,20 +142,17 @@ def _draw_engine(panel: PlatePanel, crank_train: CrankTrain, exact: BearingLoads
     box = Rectangle((crosshead[0] - 0.3 * r, -block), 0.6 * r, 2 * block, facecolor=STEEL, edgecolor=INK, linewidth=0.9, zorder=4)
     panel.add_patch(box)
     for point in (shaft, pin, crosshead):
-        panel.draw_point(*point, color=INK, markerfacecolor=PAPER, markersize=7, zorder=5)
-    forces = (
-        (shaft, exact.main[angle_index], BLUE),
-        (pin, exact.crank_pin[angle_index], VERMILLION),
-        (crosshead, exact.gudgeon[angle_index], GREEN),
-        (crosshead, np.array([0.0, exact.guide[angle_index]]), SERIES_COLOURS[3]),
-    )
+        panel.plot(*point, "o", color=INK, markerfacecolor=PAPER, markersize=7, zorder=5)
+    bearings = zip((shaft, pin, crosshead), _bearing_forces(exact), strict=True)
+    forces = [(point, force[angle_index], colour) for point, (_, force, colour) in bearings]
+    forces.append((crosshead, np.array([0.0, exact.guide[angle_index]]), SERIES_COLOURS[3]))
     largest = max(*(float(np.hypot(*force)) for _, force, _ in forces), _MIN_FORCE_SCALE_KN / _KILO_PER_UNIT)
     for point, force, colour in forces:
         arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 2.2, "shrinkA": 0, "shrinkB": 0}
         panel.annotate("", tuple(np.add(point, _MAX_ARROW_LENGTH * r * force / largest)), point, arrowprops=arrow, zorder=8)
 
 
-def _draw_load_curve(panel: PlatePanel, simulated: tuple[FloatArray, FloatArray], exact: tuple[FloatArray, FloatArray]) -> None:
+def _draw_load_curve(panel: Panel, simulated: tuple[FloatArray, FloatArray], exact: tuple[FloatArray, FloatArray]) -> None:
     """Draw a load over the crank angle (deg): points of the run, the curve of the closed form, and its mean."""
     panel.axhline(0, color=MUTED, linewidth=0.7, zorder=1)
     panel.plot(*exact, color=SERIES_COLOURS[3], linewidth=1.8, zorder=3)

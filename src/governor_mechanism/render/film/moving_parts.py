@@ -1,0 +1,117 @@
+"""Moving parts of a frame: panels of artists, plots of readings, and numbers whose characters are drawn once and then copied."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
+from matplotlib.ticker import MaxNLocator
+
+from governor_mechanism.render.figures.page import format_plain_ticks
+from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.film.gif_encoder import RgbaPixels
+from governor_mechanism.render.geometry.primitives import Vec2
+from governor_mechanism.render.style import PAPER, RULE
+from governor_mechanism.types import FloatArray
+
+
+@dataclass(frozen=True)
+class Panel:
+    """The moving artists on one pair of axes; `update(k)` moves them to frame k."""
+
+    artists: Sequence[Artist]
+    update: Callable[[int], None]
+
+
+def plot_reading(axes: Axes, colour: str, frame_data: FrameData, values: FloatArray, limits: Vec2, points_per_pixel: float) -> Panel:
+    """Return the panel of a curve of values (f,) in the display unit, up to frame k; `points_per_pixel` is that of pixels of 480."""
+    start, end = frame_data.time_span
+    axes.set(xlim=(start, max(end, start + 1e-9)), ylim=limits)
+    _style_axes(axes, frame_data.time_span, points_per_pixel)
+    curve = Line2D([], [], color=colour, linewidth=1.5 * points_per_pixel, solid_joinstyle="round", zorder=3)
+    dot = Line2D([], [], color=colour, marker="o", markersize=6 * points_per_pixel, clip_on=False, zorder=4)
+    dot.set(markeredgecolor=PAPER, markeredgewidth=0.8 * points_per_pixel)
+
+    def update(k: int) -> None:
+        for line, first in ((curve, 0), (dot, k)):
+            line.set_data(frame_data.times[first : k + 1], values[first : k + 1])
+
+    return Panel([axes.add_line(line) for line in (curve, dot)], update)
+
+
+def _style_axes(axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
+    """Style the axes: thin spines, few ticks, faint grid lines."""
+    axes.spines[:].set_linewidth(0.8 * points_per_pixel)
+    low, high = axes.get_ylim()
+    ticks = MaxNLocator(3, min_n_ticks=2).tick_values(low, high)
+    axes.set_yticks([tick for tick in ticks if low <= tick <= high])
+    format_plain_ticks(axes.yaxis, (low, high))
+    axes.set_xticks(time_span, labels=[f"{time_span[0]:.4g}", f"{time_span[1]:.4g} s"])
+    axes.tick_params(length=3 * points_per_pixel, width=0.8 * points_per_pixel, pad=2 * points_per_pixel, labelsize=8.5 * points_per_pixel)
+    axes.grid(axis="y", color=RULE, linewidth=0.7 * points_per_pixel)
+    axes.set_axisbelow(True)
+    # The time labels stay within the width of the plot, so that they never leave the frame.
+    first, last = axes.get_xticklabels()
+    first.set_horizontalalignment("left")
+    last.set_horizontalalignment("right")
+
+
+class CachedNumber:
+    """Right-aligned text with one value per frame.
+
+    `update` changes the artist. After `cache_glyphs`, `blit` only copies pixels.
+    """
+
+    def __init__(self, artist: Text, texts: Sequence[str]) -> None:
+        self.artist = artist
+        # A minus sign is as wide as a digit; a hyphen is not.
+        self._texts = [text.replace("-", "\N{MINUS SIGN}") for text in texts]
+        self._glyphs: dict[str, RgbaPixels] = {}
+        self._right_edge = self._top_edge = 0
+
+    def update(self, k: int) -> None:
+        """Set the text of frame k."""
+        self.artist.set_text(self._texts[k])
+
+    def cache_glyphs(self, canvas: Any) -> None:
+        """Store the pixels of every character that occurs; the Agg canvas must show only the static background."""
+        text, renderer = self.artist, canvas.get_renderer()
+        background = canvas.copy_from_bbox(canvas.figure.bbox)
+        buffer = np.asarray(canvas.buffer_rgba())
+        position, to_pixels = text.get_position(), text.get_transform()
+        right, middle = to_pixels.transform(position)
+        half_height = round(0.8 * float(text.get_fontsize()) * canvas.figure.dpi / 72)
+        self._right_edge, self._top_edge = round(right), int(buffer.shape[0] - middle) - half_height
+        text.set_horizontalalignment("center")
+        for character in sorted(set("".join(self._texts))):
+            width = self._glyph_width(character)
+            left = self._right_edge - 3 * width
+            text.set(text=character, position=to_pixels.inverted().transform((left + width / 2, middle)))
+            canvas.restore_region(background)
+            text.draw(renderer)
+            rows = slice(self._top_edge, self._top_edge + 2 * half_height)
+            self._glyphs[character] = buffer[rows, left : left + width].copy()
+        text.set(position=position, horizontalalignment="right")
+        canvas.restore_region(background)
+
+    def _glyph_width(self, character: str) -> int:
+        """Return the advance of a character in whole pixels, at least the width of its ink."""
+        widths = []
+        for count in (1, 11):
+            self.artist.set_text(count * character)
+            widths.append(float(self.artist.get_window_extent().width))
+        return max(round((widths[1] - widths[0]) / 10), math.ceil(widths[0]))
+
+    def blit(self, pixels: RgbaPixels, k: int) -> None:
+        """Copy the text of frame k into a frame (size, size, 4)."""
+        right = self._right_edge
+        for character in reversed(self._texts[k]):
+            patch = self._glyphs[character]
+            height, width = patch.shape[:2]
+            pixels[self._top_edge : self._top_edge + height, right - width : right] = patch
+            right -= width
