@@ -9,9 +9,8 @@ from scipy.interpolate import CubicHermiteSpline
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.effect_state import effect_state_of
-from governor_mechanism.render.part_entries import part_poses_and_velocities, select_part_entries
-from governor_mechanism.render.run_extents import RunExtents, measure_run_extents
+from governor_mechanism.render.machines.machine_drawing import MachineDrawing
+from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.shown_readings import ShownReading, shown_readings
 from governor_mechanism.types import FloatArray
 
@@ -21,7 +20,7 @@ class FrameData:
     """One part of a run at the frame times (f,) s, all within `time_span` (s), the shown part of the run.
 
     `poses` (f, bodies, 3) are those of the part; `readings` are by plain name, with values (f,); `spindle_angle` (f,) rad counts from
-    the start and is zero without a spindle speed. `extents` are those of the whole run. A second of the run takes `slow_down` seconds
+    the start and is zero without a spindle speed. `drawing` is that of the whole run. A second of the run takes `slow_down` seconds
     of film.
     """
 
@@ -31,7 +30,7 @@ class FrameData:
     poses: FloatArray
     readings: Mapping[str, ShownReading]
     spindle_angle: FloatArray
-    extents: RunExtents
+    drawing: MachineDrawing
     slow_down: float
 
 
@@ -50,18 +49,18 @@ def interpolate_frame_data(
     run: Trajectory, part: Part, time_span: tuple[float, float], times: FloatArray, slow_down: float = 1.0
 ) -> FrameData:
     """Interpolate one part to `times` (f,) s: poses by cubic Hermite polynomials, readings linearly."""
-    poses, velocities = part_poses_and_velocities(run, part)
-    readings = select_part_entries(run, part, shown_readings(run))
+    drawing = drawing_of(run, part, slow_down)
+    readings = drawing.select_entries(shown_readings(run))
     speed = readings["spindle_speed"].values if "spindle_speed" in readings else np.zeros(len(run.times))
     spindle_angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(run.times))])
     return FrameData(
         part=part,
         time_span=time_span,
         times=times,
-        poses=_interpolate_hermite(run.times, poses, velocities, times),
+        poses=_interpolate_hermite(run.times, drawing.poses, drawing.select_bodies(run.velocities), times),
         readings={name: replace(one, values=np.interp(times, run.times, one.values)) for name, one in readings.items()},
         spindle_angle=np.interp(times, run.times, spindle_angle),
-        extents=measure_run_extents(part, poses, run.times, effect_state_of(run, part, slow_down)),
+        drawing=drawing,
         slow_down=slow_down,
     )
 

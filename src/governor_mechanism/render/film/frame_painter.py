@@ -26,7 +26,7 @@ from governor_mechanism.render.film.layout import PixelView, fit_view, reading_r
 from governor_mechanism.render.film.reading_panel import Panel, plot_reading
 from governor_mechanism.render.film.shared_limits import SharedLimits, shared_limits
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, round_step
-from governor_mechanism.render.machines.registry import SWEEP_ARC_CAPTION, background_shapes, drawing_of, moving_shapes, plan_shapes
+from governor_mechanism.render.machines.machine_drawing import SWEEP_ARC_CAPTION
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_film_speed, format_name, format_numbers
 from governor_mechanism.render.style import GREEN, INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION, Brush
 from governor_mechanism.types import FloatArray
@@ -126,15 +126,14 @@ class FramePainter:
             name_height = layout.PART_NAME_HEIGHT
         self.view = fit_view(self._limits.boxes[position], shift_rect(layout.ELEVATION_RECT, shift + self._shift, name_height))
         self._add_scale_bar(frame_data, self.view, shift)
-        part, poses, extents = frame_data.part, frame_data.poses, frame_data.extents
-        traced = drawing_of(part).traced_path
-        path = None if traced is None else traced(part, poses)
+        drawing, poses = frame_data.drawing, frame_data.poses
+        path = drawing.traced_path(poses)
 
         def shapes_at(k: int) -> Sequence[DrawnShape]:
-            shapes = moving_shapes(part, poses[k], extents.at_time(float(frame_data.times[k])))
-            return shapes if path is None else (self._traced_path(path, k), *shapes)
+            trace = () if path is None else (self._traced_path(path, k),)
+            return (*trace, *drawing.moving_shapes(poses[k], float(frame_data.times[k])))
 
-        return self._make_shape_panel(self.view, background_shapes(part, extents.poses, extents), shapes_at)
+        return self._make_shape_panel(self.view, tuple(drawing.background_shapes()), shapes_at)
 
     def _make_shape_panel(
         self, view: PixelView, static_shapes: Sequence[DrawnShape], shapes_at: Callable[[int], Sequence[DrawnShape]]
@@ -170,9 +169,9 @@ class FramePainter:
 
         def shapes_at(k: int) -> Sequence[DrawnShape]:
             angle, angle_step = float(frame_data.spindle_angle[k]), float(angle_steps[k])
-            return plan_shapes(frame_data.part, frame_data.poses[k], angle, angle_step, ring_radius, frame_data.extents.effect_state)
+            return frame_data.drawing.dial_shapes(frame_data.poses[k], angle, angle_step, ring_radius)
 
-        lines = [(text, MUTED) for text in drawing_of(frame_data.part).plan_caption]
+        lines = [(text, MUTED) for text in frame_data.drawing.plan_caption]
         lines += [(text, GREEN) for text in SWEEP_ARC_CAPTION]
         for line, (text, colour) in enumerate(reversed(lines)):
             self._add_text(text, (398, 446 - 13.5 * line), 9.5, color=colour)
@@ -205,7 +204,7 @@ class FramePainter:
     def _readings_of_part(self, frame_data: FrameData, max_readings: int) -> list[str]:
         """Return the readings that the drawing lists, or else the leading coordinate, another reading and the spindle speed."""
         readings = frame_data.readings
-        names = drawing_of(frame_data.part).panel_readings
+        names = frame_data.drawing.panel_readings
         if not names:
             machine_readings = [name for name in readings if not name.startswith("spindle")]
             names = (frame_data.part.mechanism.coordinate, *machine_readings)

@@ -8,7 +8,6 @@ import numpy as np
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.reading_panel import READING_NOISE_RATIO, axis_limits_for
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2
-from governor_mechanism.render.machines.registry import drawing_bounds, plan_ring_radius
 from governor_mechanism.render.number_format import display_unit_of
 
 
@@ -30,7 +29,7 @@ def shared_limits(frame_data: Sequence[Sequence[FrameData]]) -> SharedLimits:
     columns = list(zip(*frame_data, strict=True))
     return SharedLimits(
         boxes=tuple(_enclosing_box(column) for column in columns),
-        ring_radius=max(plan_ring_radius(data.extents) for data in columns[-1]),
+        ring_radius=max(data.drawing.dial_ring_radius() for data in columns[-1]),
         axis_limits={
             (data.part.name, name): _axis_limits([one for one in column if name in one.readings], name)
             for column in columns
@@ -42,7 +41,7 @@ def shared_limits(frame_data: Sequence[Sequence[FrameData]]) -> SharedLimits:
 
 def _enclosing_box(column: Sequence[FrameData]) -> BoundingBox:
     """Return the smallest box that contains a part in several runs."""
-    boxes = [drawing_bounds(data.extents) for data in column]
+    boxes = [data.drawing.bounds() for data in column]
     left, right, bottom, top = zip(*boxes, strict=True)
     return min(left), max(right), min(bottom), max(top)
 
