@@ -19,14 +19,11 @@ from governor_mechanism.model.events import Event
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.render.effect_state import effect_state_of
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.geometry.primitives import Circle, Lines, bounding_box
-from governor_mechanism.render.machines.pendulum.clearance import clearance_magnification
-from governor_mechanism.render.machines.pendulum.proportions import PendulumProportions
-from governor_mechanism.render.machines.registry import background_shapes, drawing_bounds, moving_shapes, plan_shapes
-from governor_mechanism.render.run_extents import measure_run_extents
+from governor_mechanism.render.machines.pendulum.sleeve import clearance_magnification
+from governor_mechanism.render.machines.registry import drawing_of
 from render.decoding import paint_frames
 from render.stub_effects import ListedEvents, fake_run_with_effects
 from render.stub_machines import fake_machine_run
@@ -74,9 +71,9 @@ EVERYTHING = [
 
 def shapes_of(run):
     """Return the static shapes, and the moving shapes at every reported time."""
-    part, extents = run.scene.part, measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run, run.scene.part))
-    moving = [moving_shapes(part, pose, extents.at_time(float(t))) for pose, t in zip(run.poses, run.times, strict=True)]
-    return background_shapes(part, run.poses, extents), moving
+    drawing = drawing_of(run, run.scene.part)
+    moving = [list(drawing.moving_shapes(pose, float(time))) for pose, time in zip(run.poses, run.times, strict=True)]
+    return list(drawing.background_shapes()), moving
 
 
 def roles(run):
@@ -105,9 +102,7 @@ def test_all_shapes_stay_within_the_view_and_keep_their_types(case, name):
              if isinstance(each, Stops)]  # fmt: skip
     run = fake_run_with_effects(GOVERNOR_DIMENSIONS[case], effects, impacts, duration=1.0, mean_angle=35.0, amplitude=8.0)
     still, moving = shapes_of(run)
-    left, right, bottom, top = drawing_bounds(
-        measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run, run.scene.part))
-    )
+    left, right, bottom, top = drawing_of(run, run.scene.part).bounds()
     x0, x1, y0, y1 = bounding_box([*still, *itertools.chain(*moving)])
     assert left < x0 < x1 < right
     assert bottom < y0 < y1 < top
@@ -127,13 +122,12 @@ def test_no_texts_overlap_with_every_effect_in_the_frame():
 def test_a_ball_on_a_heavy_arm_is_drawn_at_the_arms_end_and_in_its_own_size():
     run, bare = fake_run_with_effects(PORTER, [RODS], duration=1.0), fake_run(PORTER, duration=1.0)
     assert not np.allclose(run.poses[7, 0, :2], bare.poses[7, 0, :2], atol=1e-3)  # the mass centres differ
-    effect_state = effect_state_of(run, run.scene.part)
     seen = {s.role: s for s in shapes_of(run)[1][7]}
     ball = of_role(shapes_of(run)[1][7], "ball")[1]
     assert (ball.x, ball.y) == pytest.approx(tuple(bare.poses[7, 0, :2]), abs=1e-12)
     assert ball.radius == 0.05
     assert seen["ball"].radius == 0.05
-    mark = of_role(plan_shapes(run.scene.part, run.poses[7], 0.0, 0.1, 1.0, effect_state), "mark")[0]
+    mark = of_role(drawing_of(run, run.scene.part).dial_shapes(run.poses[7], 0.0, 0.1, 1.0), "mark")[0]
     assert mark.x == pytest.approx(bare.poses[7, 0, 0], abs=1e-12)
 
 
@@ -167,7 +161,7 @@ def test_a_shoe_is_coloured_while_it_sticks():
 def test_the_initial_hold_follows_from_motion_and_events(swing, events, held):
     friction = [DryFriction(reading="sleeve_lift", force=FRICTION_FORCE)]
     run = fake_run_with_effects(PORTER, friction, events, duration=1.0, amplitude=swing)
-    assert effect_state_of(run, run.scene.part).is_held("sleeve_lift", 0.1) == held
+    assert drawing_of(run, run.scene.part).is_held("sleeve_lift", 0.1) == held
 
 
 @pytest.mark.parametrize(("zero", "sign"), [(0.0, -1), (0.3, 1)])
@@ -241,14 +235,15 @@ def rays_at(shapes):
 def test_a_slowed_film_flashes_for_the_same_film_time():
     impact = Event(time=0.1, kind="strikes its stop", subject="arm_angle")
     run = fake_run_with_effects(PORTER, [ARM_STOPS], [impact], duration=1.0)
-    assert effect_state_of(run, run.scene.part, slow_down=10.0).recent_impact("arm_angle", 0.12)
-    assert not effect_state_of(run, run.scene.part, slow_down=10.0).recent_impact("arm_angle", 0.13)
+    drawing = drawing_of(run, run.scene.part, slow_down=10.0)
+    assert drawing.struck_side("arm_angle", 0.12)
+    assert not drawing.struck_side("arm_angle", 0.13)
 
 
 def test_the_clearance_is_drawn_with_the_stated_magnification():
     run = fake_run_with_effects(PORTER, [Clearance(width=5e-4)], duration=1.0)
     _, moving = shapes_of(run)
-    magnification = clearance_magnification(PendulumProportions.from_part(run.scene.part, effect_state_of(run, run.scene.part)))
+    magnification = clearance_magnification(drawing_of(run, run.scene.part))
     assert magnification == 50.0
     eyes = np.array([of_role(shapes, "eyelet")[0].y for shapes in moving])
     # A sleeve high in its clearance has the eye low in its slot.
@@ -293,9 +288,7 @@ def test_effects_on_a_point_coordinate_are_drawn_for_any_mechanism():
     added = roles(run) - roles(bare)
     assert added == {"shoe", "held shoe", "burst", "damper"}
     still, moving = shapes_of(run)
-    left, right, bottom, top = drawing_bounds(
-        measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run, run.scene.part))
-    )
+    left, right, bottom, top = drawing_of(run, run.scene.part).bounds()
     x0, x1, y0, y1 = bounding_box([*still, *itertools.chain(*moving)])
     assert left < x0 < x1 < right
     assert bottom < y0 < y1 < top

@@ -15,12 +15,11 @@ from governor_mechanism.model.joints import Distance, Pin, RotationalDriver, Tra
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.writer import choose_slow_down, schedule_frames, write_film
-from governor_mechanism.render.geometry.body_points import point_path
+from governor_mechanism.render.geometry.body_points import point_path, wheel_radii
 from governor_mechanism.render.geometry.outlines import convex_hull, make_arrow, make_band, make_plate_outline
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
-from governor_mechanism.render.machines.registry import background_shapes, drawing_bounds, moving_shapes
+from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.number_format import format_film_speed
-from governor_mechanism.render.run_extents import measure_run_extents, wheel_radii
 from render.decoding import decode_film, paint_frames
 from render.stub_machines import MACHINES, fake_machine_run
 
@@ -33,9 +32,12 @@ def drawn(request):
 
 
 def shapes_of(run):
-    part = run.scene.part
-    stage = measure_run_extents(part, run.poses, run.times)
-    return [moving_shapes(part, pose, stage.at_time(float(time))) for pose, time in zip(run.poses, run.times, strict=True)]
+    drawing = drawing_of(run, run.scene.part)
+    return [list(drawing.moving_shapes(pose, float(time))) for pose, time in zip(run.poses, run.times, strict=True)]
+
+
+def background_of(run):
+    return list(drawing_of(run, run.scene.part).background_shapes())
 
 
 def of_role(shapes, role):
@@ -57,24 +59,24 @@ def test_every_shape_stays_within_the_view_of_a_long_run(drawn):
     run, part, shown = drawn
     # Fewer reports than the run has are looked at for the box.
     long = fake_machine_run(run.scene.title.lower(), count=1001)
-    left, right, bottom, top = drawing_bounds(measure_run_extents(part, long.poses, long.times))
-    shapes = [*background_shapes(part, long.poses, measure_run_extents(part, long.poses, long.times)), *itertools.chain(*shown)]
+    left, right, bottom, top = drawing_of(long, part).bounds()
+    shapes = [*background_of(long), *itertools.chain(*shown)]
     x0, x1, y0, y1 = bounding_box(shapes)
     assert left < x0 < x1 < right
     assert bottom < y0 < y1 < top
 
 
 def test_shapes_are_finite_and_keep_their_kinds_and_roles(drawn):
-    run, part, shown = drawn
-    still = background_shapes(part, run.poses)
+    run, _, shown = drawn
+    still = background_of(run)
     for shape in itertools.chain(still, *shown):
         assert np.isfinite(np.array(points_of(shape), dtype=float)).all(), shape
     assert len({tuple((type(s), s.role) for s in shapes) for shapes in shown}) == 1
 
 
 def test_a_fixed_plane_has_no_axis(drawn):
-    run, part, _ = drawn
-    assert not of_role(background_shapes(part, run.poses), "axis")
+    run, _, _ = drawn
+    assert not of_role(background_of(run), "axis")
 
 
 @pytest.mark.parametrize("name", ["slider-crank", "hung mass"])
@@ -147,7 +149,7 @@ def test_a_rack_touches_its_pinion_where_it_goes_the_same_way():
 @pytest.mark.parametrize("name", ["bead", "arc"])
 def test_what_runs_in_a_slot_is_seen_within_it(name):
     run = fake_machine_run(name, count=41)
-    slot = np.array(of_role(background_shapes(run.scene.part, run.poses), "slot")[0].points)
+    slot = np.array(of_role(background_of(run), "slot")[0].points)
     width = 2 * np.hypot(*(slot - slot.mean(axis=0)).T).max()
     for shapes in shapes_of(run):
         rider = of_role(shapes, "ball" if name == "bead" else "pivot")[0]
@@ -208,7 +210,7 @@ def test_links_are_drawn_in_their_true_length():
     (link,) = (joint for joint in part.mechanism.joints if isinstance(joint, Distance))
     for shapes in shapes_of(run):
         far = max(math.dist(p, q) for p, q in itertools.combinations(of_role(shapes, "link")[0].points, 2))
-        assert far - link.length == pytest.approx(0.040 * measure_run_extents(part, run.poses, run.times).length_scale, rel=1e-6)
+        assert far - link.length == pytest.approx(0.040 * drawing_of(run, part).length_scale, rel=1e-6)
 
 
 def test_hulls_plates_and_bands():
@@ -281,5 +283,5 @@ def test_a_body_held_by_nothing_is_drawn():
     run = fake_machine_run("hung mass")
     part = run.scene.part
     free = dataclasses.replace(part, mechanism=dataclasses.replace(part.mechanism, joints=(), force_elements=()))
-    shapes = moving_shapes(free, run.poses[0])
+    shapes = list(drawing_of(run, free).moving_shapes(run.poses[0], 0.0))
     assert [(s.x, s.y) for s in of_role(shapes, "ball")] == [tuple(pose[:2]) for pose in run.poses[0].tolist()]

@@ -15,10 +15,8 @@ from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.render.effect_state import effect_state_of
 from governor_mechanism.render.geometry.primitives import Lines, Polygon, bounding_box
-from governor_mechanism.render.machines.registry import background_shapes, drawing_bounds, moving_shapes, plan_shapes
-from governor_mechanism.render.run_extents import measure_run_extents
+from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.style import ROLE_STYLES
 from hartung_scenes import PAPER_DIMENSIONS, hartung_scene
 
@@ -42,16 +40,15 @@ def drawn(request: pytest.FixtureRequest) -> Any:
     dimensions, more = CASES[request.param]
     scene = hartung_scene(dimensions, speed=21.6, angle=0.12, rate=-0.6, more_effects=more, duration=1.0, output_interval=0.02)
     run = gm.run(scene, engine="multibody", accuracy=1e-5)
-    return run, measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run, run.scene.part))
+    return run, drawing_of(run, run.scene.part)
 
 
 def test_every_shape_stays_within_the_view_and_has_a_style(drawn: Any) -> None:
-    run, stage = drawn
-    part = run.scene.part
-    left, right, bottom, top = drawing_bounds(stage)
-    shapes = list(background_shapes(part, run.poses, stage))
+    run, drawing = drawn
+    left, right, bottom, top = drawing.bounds()
+    shapes = list(drawing.background_shapes())
     for pose, time in zip(run.poses, run.times, strict=True):
-        shapes += moving_shapes(part, pose, stage.at_time(float(time)))
+        shapes += drawing.moving_shapes(pose, float(time))
     x0, x1, y0, y1 = bounding_box(shapes)
     assert left < x0 < x1 < right
     assert bottom < y0 < y1 < top
@@ -59,19 +56,19 @@ def test_every_shape_stays_within_the_view_and_has_a_style(drawn: Any) -> None:
 
 
 def test_shapes_keep_their_kinds_and_roles_at_every_pose(drawn: Any) -> None:
-    run, stage = drawn
+    run, drawing = drawn
     kinds = {
-        tuple((type(shape), shape.role) for shape in moving_shapes(run.scene.part, pose, stage.at_time(float(time))))
+        tuple((type(shape), shape.role) for shape in drawing.moving_shapes(pose, float(time)))
         for pose, time in zip(run.poses, run.times, strict=True)
     }
     assert len(kinds) == 1
 
 
 def test_springs_shorten_by_as_much_as_the_weights_move_out(drawn: Any) -> None:
-    run, stage = drawn
+    run, drawing = drawn
     lengths = []
     for pose in run.poses:
-        (coil,) = (s for s in moving_shapes(run.scene.part, pose, stage) if isinstance(s, Lines) and s.role == "coil")
+        (coil,) = (s for s in drawing.moving_shapes(pose, 0.0) if isinstance(s, Lines) and s.role == "coil")
         xs = [x for line in coil.lines for x, _ in line if x > 0]
         lengths.append(max(xs) - min(xs))
     # From the first strand's beginning to the last one's middle: (8 - 0.1 - 0.45) of 8 pitches.
@@ -80,10 +77,10 @@ def test_springs_shorten_by_as_much_as_the_weights_move_out(drawn: Any) -> None:
 
 
 def test_bell_cranks_keep_their_arms_and_hangers_their_length(drawn: Any) -> None:
-    run, stage = drawn
+    run, drawing = drawn
     dimensions = run.scene.part.dimensions
     for pose in run.poses[:: len(run.poses) // 5]:
-        shapes = moving_shapes(run.scene.part, pose, stage)
+        shapes = list(drawing.moving_shapes(pose, 0.0))
         bars = [shape for shape in shapes if isinstance(shape, Polygon) and shape.role == "arm"]
         found = sorted(round(length_of(one), 9) for one in bars)
         assert found == pytest.approx(sorted([0.115, 0.17] * 2), abs=1e-9)
@@ -105,9 +102,9 @@ def length_of(shape: Polygon) -> float:
 def test_vertical_hangers_stay_within_the_slot_of_the_sleeve() -> None:
     scene = hartung_scene({**PAPER_DIMENSIONS, "sleeve_arm": 0.4}, speed=21.6, angle=0.12, rate=-0.6, duration=0.5, output_interval=0.02)
     run = gm.run(scene, engine="multibody", accuracy=1e-5)
-    stage = measure_run_extents(run.scene.part, run.poses, run.times, effect_state_of(run, run.scene.part))
+    drawing = drawing_of(run, run.scene.part)
     for pose, time in zip(run.poses, run.times, strict=True):
-        shapes = moving_shapes(run.scene.part, pose, stage.at_time(float(time)))
+        shapes = list(drawing.moving_shapes(pose, float(time)))
         (slot,) = (shape for shape in shapes if isinstance(shape, Polygon) and shape.role == "slot")
         left, right, _, _ = bounding_box([slot])
         turn = PAPER_DIMENSIONS["bell_crank_angle"] + float(pose[0, 2])
@@ -116,15 +113,16 @@ def test_vertical_hangers_stay_within_the_slot_of_the_sleeve() -> None:
 
 
 def test_both_halves_are_drawn_alike(drawn: Any) -> None:
-    run, stage = drawn
-    left, right, _, _ = bounding_box(s for s in moving_shapes(run.scene.part, run.poses[0], stage) if s.role in ("ball", "rod"))
+    run, drawing = drawn
+    left, right, _, _ = bounding_box(s for s in drawing.moving_shapes(run.poses[0], 0.0) if s.role in ("ball", "rod"))
     assert left == pytest.approx(-right, abs=1e-12)
 
 
 def test_the_plan_turns_with_the_spindle() -> None:
-    part = hartung_scene(PAPER_DIMENSIONS).part
-    pose = np.array(part.mechanism.initial_guess)
-    upright, turned = (plan_shapes(part, pose, angle, 0.0, 0.3) for angle in (0.0, math.pi / 2))
+    run = gm.run(hartung_scene(PAPER_DIMENSIONS, duration=0.01), engine="multibody", accuracy=1e-5)
+    pose = np.array(run.scene.part.mechanism.initial_guess)
+    drawing = drawing_of(run, run.scene.part)
+    upright, turned = (drawing.dial_shapes(pose, angle, 0.0, 0.3) for angle in (0.0, math.pi / 2))
     for before, after in zip(upright, turned, strict=True):
         if isinstance(before, Polygon) and isinstance(after, Polygon):
             found = np.array(before.points) @ np.array([[0.0, 1.0], [-1.0, 0.0]])

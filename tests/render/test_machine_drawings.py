@@ -26,15 +26,8 @@ from governor_mechanism.render.geometry.primitives import (
     make_hatching,
     round_step,
 )
-from governor_mechanism.render.machines.registry import (
-    MACHINE_DRAWINGS,
-    background_shapes,
-    drawing_bounds,
-    moving_shapes,
-    plan_ring_radius,
-    plan_shapes,
-)
-from governor_mechanism.render.run_extents import measure_run_extents
+from governor_mechanism.render.machines.generic.drawing import GenericDrawing
+from governor_mechanism.render.machines.registry import MACHINE_DRAWINGS, drawing_of
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run, sleeve_height
 
 
@@ -48,7 +41,7 @@ def drawn(request):
     name, known = request.param
     run = fake_run(GOVERNOR_DIMENSIONS[name], duration=2.0, output_interval=0.02, mean_angle=30.0)
     part = run.scene.part
-    return run, part if known else as_unknown(part)
+    return run, drawing_of(run, part if known else as_unknown(part))
 
 
 def test_shapes_do_not_import_a_plotting_library():
@@ -58,9 +51,9 @@ def test_shapes_do_not_import_a_plotting_library():
 
 
 def test_every_shape_stays_within_the_view(drawn):
-    run, part = drawn
-    left, right, bottom, top = drawing_bounds(measure_run_extents(part, run.poses, run.times))
-    shapes = [*background_shapes(part, run.poses), *(s for pose in run.poses for s in moving_shapes(part, pose))]
+    run, drawing = drawn
+    left, right, bottom, top = drawing.bounds()
+    shapes = [*drawing.background_shapes(), *(s for pose in run.poses for s in drawing.moving_shapes(pose, 0.0))]
     x0, x1, y0, y1 = bounding_box(shapes)
     assert left < x0 < x1 < right
     assert bottom < y0 < y1 < top
@@ -70,7 +63,7 @@ def test_the_view_fits_the_extent_into_its_rectangle_without_distortion():
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
     view = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 1.0), run.times)]).view
     left, top, right, bottom = view.rect
-    x0, x1, y0, y1 = drawing_bounds(measure_run_extents(run.scene.part, run.poses, run.times))
+    x0, x1, y0, y1 = drawing_of(run, run.scene.part).bounds()
     corners = [view.pixel_of(x, y) for x in (x0, x1) for y in (y0, y1)]
     # Pixel numbers count middles of pixels, so the edge of a rectangle is half a pixel beyond the last one.
     assert all(left - 0.5 - 1e-9 <= column <= right - 0.5 + 1e-9 for column, _ in corners)
@@ -80,16 +73,18 @@ def test_the_view_fits_the_extent_into_its_rectangle_without_distortion():
 
 
 def test_shapes_keep_their_kinds_and_roles_at_every_pose(drawn):
-    run, part = drawn
-    kinds = {tuple((type(s), s.role) for s in moving_shapes(part, pose)) for pose in run.poses}
+    run, drawing = drawn
+    kinds = {tuple((type(s), s.role) for s in drawing.moving_shapes(pose, 0.0)) for pose in run.poses}
     assert len(kinds) == 1
-    plans = {tuple((type(s), s.role) for s in plan_shapes(part, pose, 0.3, 0.1, 1.0)) for pose in run.poses}
+    plans = {tuple((type(s), s.role) for s in drawing.dial_shapes(pose, 0.3, 0.1, 1.0)) for pose in run.poses}
     assert len(plans) == 1
 
 
 def test_balls_are_drawn_at_their_mass_centres_and_as_large_as_cast_iron():
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
-    left, right = (s for s in moving_shapes(run.scene.part, run.poses[7]) if isinstance(s, Circle) and s.role == "ball")
+    left, right = (
+        s for s in drawing_of(run, run.scene.part).moving_shapes(run.poses[7], 0.0) if isinstance(s, Circle) and s.role == "ball"
+    )
     assert (right.x, right.y) == tuple(run.poses[7, 0, :2])
     assert (left.x, left.y) == tuple(run.poses[7, 1, :2])
     assert 4 / 3 * math.pi * right.radius**3 * 7200 == pytest.approx(5.0)
@@ -105,7 +100,7 @@ def test_links_are_drawn_in_their_true_length(name):
     run = fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, mean_angle=30.0)
     governor = PendulumGovernor(**GOVERNOR_DIMENSIONS[name])
     width = 0.042 * governor.arm
-    links = [s for s in moving_shapes(run.scene.part, run.poses[3]) if s.role == "link"]
+    links = [s for s in drawing_of(run, run.scene.part).moving_shapes(run.poses[3], 0.0) if s.role == "link"]
     assert len(links) == 2
     for link in links:
         assert isinstance(link, Polygon)
@@ -117,7 +112,7 @@ def test_links_are_drawn_in_their_true_length(name):
 def test_a_sleeve_without_mass_hangs_from_its_links():
     run = fake_run(GOVERNOR_DIMENSIONS["watt"], duration=1.0)
     governor = PendulumGovernor(**GOVERNOR_DIMENSIONS["watt"])
-    shapes = moving_shapes(run.scene.part, run.poses[40])
+    shapes = list(drawing_of(run, run.scene.part).moving_shapes(run.poses[40], 0.0))
     lugs = min(s.y for s in shapes if isinstance(s, Circle) and s.role == "pivot")
     assert lugs == pytest.approx(float(sleeve_height(governor, run.readings["arm_angle"][40:41])[0]), abs=1e-12)
 
@@ -125,11 +120,11 @@ def test_a_sleeve_without_mass_hangs_from_its_links():
 @pytest.mark.parametrize("name", GOVERNOR_DIMENSIONS)
 def test_the_pointer_shows_the_lift_on_the_scale(name):
     run = fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, mean_angle=30.0)
-    part = run.scene.part
-    low, high = (s for s in background_shapes(part, run.poses) if isinstance(s, TextShape))
+    drawing = drawing_of(run, run.scene.part)
+    low, high = (s for s in drawing.background_shapes() if isinstance(s, TextShape))
     first, last = (float(mark.text.removesuffix(" mm")) / 1e3 for mark in (low, high))
     for k in (0, 33, 77):
-        tip = next(s for s in moving_shapes(part, run.poses[k]) if s.role == "pointer").points[0][1]
+        tip = next(s for s in drawing.moving_shapes(run.poses[k], 0.0) if s.role == "pointer").points[0][1]
         shown = first + (tip - low.y) / (high.y - low.y) * (last - first)
         assert shown == pytest.approx(run.readings["sleeve_lift"][k], abs=1e-9)
 
@@ -140,11 +135,11 @@ def test_nothing_passes_over_the_scale(name, middle, swing):
     run = fake_run(
         GOVERNOR_DIMENSIONS[name] | ({"link": 0.45} if "link" in GOVERNOR_DIMENSIONS[name] else {}), mean_angle=middle, amplitude=swing
     )
-    part = run.scene.part
-    still = background_shapes(part, run.poses)
+    drawing = drawing_of(run, run.scene.part)
+    still = list(drawing.background_shapes())
     scale = next(s for s in still if isinstance(s, Lines) and s.role == "scale")
     left, right, bottom, top = bounding_box([scale, *(s for s in still if isinstance(s, TextShape))])
-    passing = [s for pose in run.poses for s in moving_shapes(part, pose) if s.role in ("arm", "link", "ball")]
+    passing = [s for pose in run.poses for s in drawing.moving_shapes(pose, 0.0) if s.role in ("arm", "link", "ball")]
     assert all(high <= left or low >= right for low, high in horizontal_extents(passing, bottom, top))
 
 
@@ -159,24 +154,24 @@ def test_widths_between_two_heights():
 
 def test_the_scale_covers_the_travel_and_its_numbers_stand_apart_even_at_rest():
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0, amplitude=1e-6)
-    low, high = (s for s in background_shapes(run.scene.part, run.poses) if isinstance(s, TextShape))
+    low, high = (s for s in drawing_of(run, run.scene.part).background_shapes() if isinstance(s, TextShape))
     assert high.y - low.y >= 0.1 * 0.3 - 1e-12
 
 
 def test_the_plan_turns_anticlockwise_with_the_spindle_and_stays_within_its_ring():
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
-    part, pose = run.scene.part, run.poses[0]
-    ring = plan_ring_radius(measure_run_extents(part, run.poses, run.times))
-    mark = next(s for s in plan_shapes(part, pose, math.pi / 2, 0.2, ring) if s.role == "mark")
+    drawing, pose = drawing_of(run, run.scene.part), run.poses[0]
+    ring = drawing.dial_ring_radius()
+    mark = next(s for s in drawing.dial_shapes(pose, math.pi / 2, 0.2, ring) if s.role == "mark")
     assert mark.x == pytest.approx(0.0, abs=1e-12)
     assert mark.y == pytest.approx(pose[0, 0])
-    balls = (s for pose in run.poses for s in plan_shapes(part, pose, 1.0, 0.2, ring) if s.role == "ball")
+    balls = (s for pose in run.poses for s in drawing.dial_shapes(pose, 1.0, 0.2, ring) if s.role == "ball")
     assert all(math.hypot(ball.x, ball.y) + ball.radius < ring for ball in balls)
 
 
 def test_a_speed_beyond_the_frames_closes_the_ring():
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
-    arc = plan_shapes(run.scene.part, run.poses[0], 0.7, 40.0, 1.0)[0]
+    arc = drawing_of(run, run.scene.part).dial_shapes(run.poses[0], 0.7, 40.0, 1.0)[0]
     assert isinstance(arc, Lines)
     angles = np.unwrap([math.atan2(y, x) for x, y in arc.lines[0]])
     assert np.ptp(angles) == pytest.approx(2 * math.pi)
@@ -184,19 +179,25 @@ def test_a_speed_beyond_the_frames_closes_the_ring():
 
 def test_a_machine_is_drawn_by_what_is_registered_for_it(monkeypatch):
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
-    dot = dataclasses.replace(MACHINE_DRAWINGS["pendulum_governor"], moving=lambda part, pose, stage: (Circle("ball", 1.0, 2.0, 3.0),))
-    monkeypatch.setitem(MACHINE_DRAWINGS, "nobody's machine", dot)
-    assert moving_shapes(as_unknown(run.scene.part), run.poses[0]) == (Circle("ball", 1.0, 2.0, 3.0),)
+
+    class Dot(GenericDrawing):
+        def moving_shapes(self, pose, time):
+            return (Circle("ball", 1.0, 2.0, 3.0),)
+
+    monkeypatch.setitem(MACHINE_DRAWINGS, "nobody's machine", Dot)
+    drawing = drawing_of(run, as_unknown(run.scene.part))
+    assert drawing.moving_shapes(run.poses[0], 0.0) == (Circle("ball", 1.0, 2.0, 3.0),)
 
 
 def test_any_mechanism_is_drawn_with_all_its_bodies_and_links():
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
-    shapes = moving_shapes(as_unknown(run.scene.part), run.poses[0])
+    drawing = drawing_of(run, as_unknown(run.scene.part))
+    shapes = list(drawing.moving_shapes(run.poses[0], 0.0))
     balls = [(s.x, s.y) for s in shapes if isinstance(s, Circle) and s.role == "ball"]
     assert balls == [tuple(pose[:2]) for pose in run.poses[0, :2]]
     assert sum(s.role == "block" for s in shapes) == 1
     assert sum(s.role == "link" for s in shapes) == 4
-    assert any(s.role == "guide" for s in background_shapes(as_unknown(run.scene.part), run.poses))
+    assert any(s.role == "guide" for s in drawing.background_shapes())
 
 
 def test_hatching_stays_within_its_box():

@@ -16,8 +16,7 @@ from governor_mechanism.model.time_functions import InputFunction, LinearFunctio
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.geometry.primitives import Circle, Lines
-from governor_mechanism.render.machines.registry import moving_shapes
-from governor_mechanism.render.reading_loads import reading_load_functions
+from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.shown_readings import shown_readings
 from render.decoding import decode_film
 
@@ -53,7 +52,7 @@ def test_a_flywheel_turns_with_its_angle_and_has_the_size_of_its_inertia(run):
     data = frame_data(run, "engine")
     radius = math.sqrt(2.0 / 1.0)  # of gyration: 2 kg m2 and 1 kg
     for k, time in enumerate(data.times):
-        shapes = moving_shapes(data.part, data.poses[k])
+        shapes = list(data.drawing.moving_shapes(data.poses[k], float(time)))
         assert max(shape.radius for shape in shapes if isinstance(shape, Circle)) == pytest.approx(radius)
         start, end = next(shape.lines[0] for shape in shapes if isinstance(shape, Lines) and shape.role == "marked spoke")
         drawn = math.atan2(end[1] - start[1], end[0] - start[0])
@@ -98,8 +97,8 @@ def test_two_runs_of_several_parts_share_their_panels(run, tmp_path):
 
 
 def test_loads_of_readings_are_drawn_with_their_lag(run):
-    functions = reading_load_functions(run, run.scene.parts[0])
-    (moment,) = functions["load"]
+    moment, zero = drawing_of(run, run.scene.parts[0]).load_components("load", run.times)
+    assert not zero.any()
     lift = run.readings["governor.sleeve_lift"]
     # The exact response of the lag to the lift, linear between the reported times.
     expected, h = [GAIN * lift[0]], float(run.times[1])
@@ -107,13 +106,13 @@ def test_loads_of_readings_are_drawn_with_their_lag(run):
         slope, decay = (after - before) / h, math.exp(-h / LAG)
         expected.append(decay * expected[-1] + (1 - decay) * (before - slope * LAG) + slope * h)
     # The drawing holds the input over a step of h = 20 ms: it leads by at most h / 2, about 0.1 m/s * GAIN * h / 2.
-    assert_allclose(moment(run.times), 2.0 + np.array(expected), rtol=0, atol=0.02)
+    assert_allclose(moment, 2.0 + np.array(expected), rtol=0, atol=0.02)
 
 
 def test_the_ball_of_a_heavy_arm_is_drawn_at_its_mass_centre():
     run = gm.run("haug_governor", accuracy=1e-4, certify=False, times=[0.0, 0.5])
-    part, pose = run.scene.part, run.poses[0, :2]
-    assert part.mechanism.bodies[0].name == "arm"
-    balls = [shape for shape in moving_shapes(part, pose) if shape.role == "ball"]
+    drawing, pose = drawing_of(run, run.scene.part), run.poses[0, :2]
+    assert drawing.part.mechanism.bodies[0].name == "arm"
+    balls = [shape for shape in drawing.moving_shapes(pose, 0.0) if shape.role == "ball"]
     assert [(ball.x, ball.y) for ball in balls] == [pytest.approx(tuple(pose[0, :2]))]
     assert run.readings["arm_angle"][0] == pytest.approx(math.radians(45), abs=0.02)

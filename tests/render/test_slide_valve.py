@@ -21,10 +21,8 @@ from governor_mechanism.render.figures.slide_valve import zeuner_plate as zeuner
 from governor_mechanism.render.figures.slide_valve.valve_diagram import ValveDiagram
 from governor_mechanism.render.figures.slider_crank import bearing_loads as bearings
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
-from governor_mechanism.render.machines.registry import background_shapes, drawing_bounds, drawing_of, moving_shapes
+from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.machines.slide_valve.cylinder import valve_magnification
-from governor_mechanism.render.machines.slide_valve.proportions import steam_phase, valve_gear_position, valve_gear_proportions
-from governor_mechanism.render.run_extents import measure_run_extents
 
 CASES = {
     "marks": {},
@@ -50,27 +48,26 @@ def run(request):
 
 
 def test_the_machine_has_a_drawing_of_its_own(run):
-    assert set(drawing_of(run.scene.part).panel_readings) <= set(run.readings)
+    assert set(drawing_of(run, run.scene.part).panel_readings) <= set(run.readings)
 
 
 def test_shapes_keep_their_kinds_and_roles_and_stay_within_the_view(run):
-    part = run.scene.part
-    kinds = [(type(shape), shape.role) for shape in moving_shapes(part, run.poses[0])]
-    left, right, bottom, top = drawing_bounds(measure_run_extents(part, run.poses, run.times))
+    drawing = drawing_of(run, run.scene.part)
+    kinds = [(type(shape), shape.role) for shape in drawing.moving_shapes(run.poses[0], 0.0)]
+    left, right, bottom, top = drawing.bounds()
     for pose in run.poses:
-        shapes = moving_shapes(part, pose)
+        shapes = list(drawing.moving_shapes(pose, 0.0))
         assert [(type(shape), shape.role) for shape in shapes] == kinds
         x0, x1, y0, y1 = bounding_box(shapes)
         assert left < x0 < x1 < right
         assert bottom < y0 < y1 < top
-    assert background_shapes(part, run.poses)
+    assert list(drawing.background_shapes())
 
 
 def test_piston_and_valve_are_drawn_where_they_stand(run):
-    part = run.scene.part
-    gear = valve_gear_proportions(part)
+    gear = drawing_of(run, run.scene.part)
     for k in range(0, len(run.times), 7):
-        shapes = moving_shapes(part, run.poses[k])
+        shapes = list(gear.moving_shapes(run.poses[k], 0.0))
         (piston,) = (shape for shape in shapes if shape.role == "piston")
         xs = [x for x, _ in piston.points]
         # the crank end lies at the right
@@ -82,53 +79,51 @@ def test_piston_and_valve_are_drawn_where_they_stand(run):
 
 
 def test_the_valve_stays_within_its_chest(run):
-    part = run.scene.part
-    walls = [shape for shape in background_shapes(part, run.poses) if shape.role == "live steam"]
+    drawing = drawing_of(run, run.scene.part)
+    walls = [shape for shape in drawing.background_shapes() if shape.role == "live steam"]
     low, high = bounding_box(walls)[:2]
     for pose in run.poses:
-        (valve,) = (shape for shape in moving_shapes(part, pose) if shape.role == "valve")
+        (valve,) = (shape for shape in drawing.moving_shapes(pose, 0.0) if shape.role == "valve")
         xs = [x for x, _ in valve.points]
         assert low < min(xs) < max(xs) < high
 
 
 def test_the_steam_changes_its_state_at_the_events():
     scene = valve_scene()
-    gear, angles = valve_gear_proportions(scene.part), find_event_angles(scene)
+    angles = find_event_angles(scene)
+    gear = drawing_of(gm.kinematics(scene, over="crank_angle", values=[0.0]), scene.part)
     names = {"admission": "live steam", "cut-off": "expanding steam", "release": "spent steam", "compression": "pressed steam"}
     for name, angle in angles.items():
         end, event = name.rsplit(" ", 1)
         side = 1.0 if end == "crank end" else -1.0
         just_after = gm.kinematics(scene, over="crank_angle", values=[angle + 1e-6]).poses[0]
         just_before = gm.kinematics(scene, over="crank_angle", values=[angle - 1e-6]).poses[0]
-        after, before = (steam_phase(gear, valve_gear_position(scene.part, gear, pose), side) for pose in (just_after, just_before))
+        after, before = (gear.steam_phase(gear.position(pose), side) for pose in (just_after, just_before))
         assert after == names[event]
         assert before != after
 
 
 def test_only_the_steam_that_is_there_is_painted(run):
-    gear = valve_gear_proportions(run.scene.part)
+    gear = drawing_of(run, run.scene.part)
     for pose in run.poses[::9]:
         shown = [
-            shape.role
-            for shape in moving_shapes(run.scene.part, pose)
-            if isinstance(shape, Polygon) and shape.points and "steam" in shape.role
+            shape.role for shape in gear.moving_shapes(pose, 0.0) if isinstance(shape, Polygon) and shape.points and "steam" in shape.role
         ]
-        at = valve_gear_position(run.scene.part, gear, pose)
-        assert sorted(shown) == sorted(2 * [steam_phase(gear, at, 1.0)] + 2 * [steam_phase(gear, at, -1.0)])
+        at = gear.position(pose)
+        assert sorted(shown) == sorted(2 * [gear.steam_phase(at, 1.0)] + 2 * [gear.steam_phase(at, -1.0)])
 
 
 def test_the_crank_pin_and_the_displacement_lie_on_one_ray(run):
-    part = run.scene.part
+    gear = drawing_of(run, run.scene.part)
     for pose in run.poses[::9]:
-        gear = valve_gear_proportions(part)
-        at = valve_gear_position(part, gear, pose)
-        marks = [s for s in moving_shapes(part, pose) if isinstance(s, Circle) and s.role.endswith("mark") and s.radius > 0]
+        at = gear.position(pose)
+        marks = [s for s in gear.moving_shapes(pose, 0.0) if isinstance(s, Circle) and s.role.endswith("mark") and s.radius > 0]
         assert len(marks) == 1 or abs(at.valve_displacement) < 1e-12
         for mark in marks:
             assert abs(math.atan2(mark.y, mark.x) - math.remainder(at.crank_angle, math.tau)) < 1e-9
             # an eccentric's radius reaches to 0.8 of the circle
             assert abs(math.hypot(mark.x, mark.y) - 0.8 * gear.crank * abs(at.valve_displacement) / gear.eccentric) < 1e-12
-        (projection,) = (s for s in moving_shapes(part, pose) if isinstance(s, Lines) and s.role == "projection")
+        (projection,) = (s for s in gear.moving_shapes(pose, 0.0) if isinstance(s, Lines) and s.role == "projection")
         start, end = projection.lines[0][0], projection.lines[0][-1]
         np.testing.assert_allclose(math.hypot(*start), gear.crank, rtol=1e-12)
         np.testing.assert_allclose(end, (at.piston_position, 0.0), atol=1e-12)

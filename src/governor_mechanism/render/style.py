@@ -40,7 +40,7 @@ _STYLES = {
     "spindle shade": ShapeStyle(stroke=IRON, width=1.2),
     "frame, drum": ShapeStyle(fill=IRON, width=1.0),
     "bearing, slot": ShapeStyle(fill=PAPER, width=0.9),
-    "hatching, stop hatching": ShapeStyle(width=0.6),
+    "hatching, bearing hatching, stop hatching": ShapeStyle(width=0.6),
     "guide": ShapeStyle(stroke=MUTED, width=0.9, dashes=(5.0, 3.0)),
     "leader": ShapeStyle(stroke=RULE, width=0.7),
     "scale, lap circle": ShapeStyle(stroke=MUTED, width=0.8),

@@ -9,13 +9,10 @@ from scipy.interpolate import CubicHermiteSpline
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.effect_state import effect_state_of
 from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2
-from governor_mechanism.render.machines.registry import drawing_bounds
+from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.number_format import display_unit_of
-from governor_mechanism.render.part_entries import part_poses_and_velocities, select_part_entries
-from governor_mechanism.render.run_extents import measure_run_extents
 from governor_mechanism.render.shown_readings import shown_readings
 from governor_mechanism.types import FloatArray
 
@@ -24,18 +21,18 @@ class FrameData:
     """One part of a run at the frame times (f,) s, all within `time_span` (s), the shown part of the run.
 
     `poses` (f, bodies, 3) are those of the part, by cubic Hermite polynomials; `readings` are by plain name, with values (f,) interpolated
-    linearly; `spindle_angle` (f,) rad counts from the start and is zero without a spindle speed. `extents` are those of the whole run.
+    linearly; `spindle_angle` (f,) rad counts from the start and is zero without a spindle speed. `drawing` is that of the whole run.
     A second of the run takes `slow_down` seconds of film.
     """
 
     def __init__(self, run: Trajectory, part: Part, time_span: Vec2, times: FloatArray, slow_down: float = 1.0) -> None:
         self.part, self.time_span, self.times, self.slow_down = part, time_span, times, slow_down
-        poses, velocities = part_poses_and_velocities(run, part)
-        self.extents = measure_run_extents(part, poses, run.times, effect_state_of(run, part, slow_down))
-        self.poses = poses.repeat(len(times), axis=0)
+        self.drawing = drawing_of(run, part, slow_down)
+        self.poses = self.drawing.poses.repeat(len(times), axis=0)
         if len(run.times) > 1:
-            self.poses = np.asarray(CubicHermiteSpline(run.times, poses, velocities)(times))
-        readings = select_part_entries(run, part, shown_readings(run))
+            velocities = self.drawing.select_bodies(run.velocities)
+            self.poses = np.asarray(CubicHermiteSpline(run.times, self.drawing.poses, velocities)(times))
+        readings = self.drawing.select_entries(shown_readings(run))
         speed = readings["spindle_speed"].values if "spindle_speed" in readings else np.zeros(len(run.times))
         spindle_angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(run.times))])
         self.spindle_angle = np.interp(times, run.times, spindle_angle)
@@ -48,7 +45,7 @@ ShownParts = Sequence[FrameData]
 
 def enclosing_box(column: Sequence[FrameData]) -> BoundingBox:
     """Return the smallest bounding box (m) that contains a part in several runs."""
-    left, right, bottom, top = zip(*(drawing_bounds(data.extents) for data in column), strict=True)
+    left, right, bottom, top = zip(*(data.drawing.bounds() for data in column), strict=True)
     return min(left), max(right), min(bottom), max(top)
 
 

@@ -24,7 +24,7 @@ from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import PixelView, fit_view, reading_rects, shift_rect
 from governor_mechanism.render.film.moving_parts import CachedNumber, Panel, plot_reading
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, round_step
-from governor_mechanism.render.machines import registry
+from governor_mechanism.render.machines.machine_drawing import SWEEP_ARC_CAPTION
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_film_speed, format_name, format_numbers
 from governor_mechanism.render.style import GREEN, INK, MUTED, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION, Brush
 from governor_mechanism.types import FloatArray
@@ -124,15 +124,14 @@ class FramePainter:
             name_height = layout.PART_NAME_HEIGHT
         self.view = fit_view(enclosing_box(self._columns[position]), shift_rect(layout.ELEVATION_RECT, shift + self._shift, name_height))
         self._add_scale_bar(frame_data, self.view, shift)
-        part, poses, extents = frame_data.part, frame_data.poses, frame_data.extents
-        traced = registry.drawing_of(part).traced_path
-        path = None if traced is None else traced(part, poses)
+        drawing, poses = frame_data.drawing, frame_data.poses
+        path = drawing.traced_path(poses)
 
         def shapes_at(k: int) -> Sequence[DrawnShape]:
-            shapes = registry.moving_shapes(part, poses[k], extents.at_time(float(frame_data.times[k])))
-            return shapes if path is None else (self._traced_path(path, k), *shapes)
+            trace = () if path is None else (self._traced_path(path, k),)
+            return (*trace, *drawing.moving_shapes(poses[k], float(frame_data.times[k])))
 
-        return self._make_shape_panel(self.view, registry.background_shapes(part, extents.poses, extents), shapes_at)
+        return self._make_shape_panel(self.view, tuple(drawing.background_shapes()), shapes_at)
 
     def _make_shape_panel(
         self, view: PixelView, static_shapes: Sequence[DrawnShape], shapes_at: Callable[[int], Sequence[DrawnShape]]
@@ -160,19 +159,20 @@ class FramePainter:
 
     def _make_plan(self) -> Panel:
         """Return the panel of the turning plane seen from above, and write its caption."""
-        frame_data, part = self.frame_data, self.frame_data.part
-        ring_radius = max(registry.plan_ring_radius(data.extents) for data in self._columns[-1])
+        frame_data = self.frame_data
+        ring_radius = max(data.drawing.dial_ring_radius() for data in self._columns[-1])
         half_width = 1.06 * ring_radius
         view = fit_view((-half_width, half_width, -half_width, half_width), shift_rect(layout.DIAL_RECT, self._shift))
         angle_steps = np.diff(frame_data.spindle_angle, prepend=frame_data.spindle_angle[0])
 
         def shapes_at(k: int) -> Sequence[DrawnShape]:
             angle, angle_step = float(frame_data.spindle_angle[k]), float(angle_steps[k])
-            return registry.plan_shapes(part, frame_data.poses[k], angle, angle_step, ring_radius, frame_data.extents.effect_state)
+            return frame_data.drawing.dial_shapes(frame_data.poses[k], angle, angle_step, ring_radius)
 
-        caption = registry.drawing_of(part).plan_caption
-        for line, text in enumerate(reversed((*caption, *registry.SWEEP_ARC_CAPTION))):
-            self._add_text(text, (398, 446 - 13.5 * line), 9.5, color=GREEN if line < len(registry.SWEEP_ARC_CAPTION) else MUTED)
+        lines = [(text, MUTED) for text in frame_data.drawing.plan_caption]
+        lines += [(text, GREEN) for text in SWEEP_ARC_CAPTION]
+        for line, (text, colour) in enumerate(reversed(lines)):
+            self._add_text(text, (398, 446 - 13.5 * line), 9.5, color=colour)
         return self._make_shape_panel(view, (Circle("ring", 0.0, 0.0, ring_radius),), shapes_at)
 
     def _make_reading_plots(self) -> list[Panel]:
@@ -202,7 +202,7 @@ class FramePainter:
     def _readings_of_part(self, frame_data: FrameData, max_readings: int) -> list[str]:
         """Return the readings that the drawing lists, or else the leading coordinate, another reading and the spindle speed."""
         readings = frame_data.readings
-        names = registry.drawing_of(frame_data.part).panel_readings
+        names = frame_data.drawing.panel_readings
         if not names:
             machine_readings = [name for name in readings if not name.startswith("spindle")]
             names = (frame_data.part.mechanism.coordinate, *machine_readings)

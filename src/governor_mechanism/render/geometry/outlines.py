@@ -1,11 +1,19 @@
 """Outlines of parts: plates with rounded corners, bands along a curve, arrows, and hatched walls."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
-from governor_mechanism.render.geometry.body_points import axes_to_plane
-from governor_mechanism.render.geometry.primitives import BoundingBox, Lines, Polygon, PoseTuple, Vec2, make_hatching, make_rectangle
+from governor_mechanism.render.geometry.primitives import (
+    BoundingBox,
+    Lines,
+    Polygon,
+    PoseTuple,
+    Vec2,
+    make_hatching,
+    make_rectangle,
+    place_points,
+)
 
 N_CORNER_SEGMENTS = 8
 """Number of segments of a rounded corner."""
@@ -105,11 +113,17 @@ def make_burst(role: str, positions: Sequence[Vec2], radius: float) -> Lines:
 def make_hatched_block(role: str, axes: PoseTuple, box: BoundingBox, spacing: float) -> tuple[Polygon, Lines]:
     """Return a box (m) in axes and its section lining, `spacing` (m) apart; the lining's role is "<role> hatching"."""
     lining = make_hatching(f"{role} hatching", box, spacing)
-    outline = make_rectangle(role, *box)
-    return (
-        Polygon(role, tuple(axes_to_plane(axes, *point) for point in outline.points)),
-        Lines(lining.role, tuple(tuple(axes_to_plane(axes, *point) for point in stroke) for stroke in lining.lines)),
-    )
+    outline = Polygon(role, place_points(axes, make_rectangle(role, *box).points))
+    return outline, Lines(lining.role, tuple(place_points(axes, stroke) for stroke in lining.lines))
+
+
+def distinct_points(points: Iterable[Vec2], min_distance: float) -> list[Vec2]:
+    """Return the points in order, without those closer than `min_distance` (m) to an earlier one."""
+    kept: list[Vec2] = []
+    for point in points:
+        if all(math.dist(point, other) >= min_distance for other in kept):
+            kept.append(point)
+    return kept
 
 
 def _arc_points(centre: Vec2, start: float, sweep: float, radius: float, n_segments: int) -> tuple[Vec2, ...]:

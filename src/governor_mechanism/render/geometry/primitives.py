@@ -5,8 +5,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import chain
 
-from governor_mechanism.model.joints import Point
-
 Vec2 = tuple[float, float]
 """Two coordinates x, y (m), or the two ends of an interval."""
 PoseTuple = tuple[float, float, float]
@@ -89,11 +87,15 @@ def make_hatching(role: str, box: BoundingBox, spacing: float) -> Lines:
     return Lines(role, tuple(strokes))
 
 
-def place_point(pose: PoseTuple, point: Point) -> Vec2:
-    """Return the position (m) of a body-fixed point for a pose of its body."""
-    x, y, angle = pose
-    c, s = math.cos(angle), math.sin(angle)
-    return x + c * point.x - s * point.y, y + s * point.x + c * point.y
+def axes_to_plane(axes: PoseTuple, x: float, y: float) -> Vec2:
+    """Return the position in the plane (m) of a point (x, y) (m) given in axes, such as those of a body."""
+    c, s = math.cos(axes[2]), math.sin(axes[2])
+    return axes[0] + c * x - s * y, axes[1] + s * x + c * y
+
+
+def place_points(axes: PoseTuple, points: Iterable[Vec2]) -> tuple[Vec2, ...]:
+    """Return the positions in the plane (m) of points given in axes."""
+    return tuple(axes_to_plane(axes, *point) for point in points)
 
 
 def bounding_box(shapes: Iterable[DrawnShape]) -> BoundingBox:

@@ -1,51 +1,84 @@
 """Parts that the drawings of all governors share: spindle, bearings, lift scale, dashpot, springs and friction shoes."""
 
 import math
+from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from operator import itemgetter
-from typing import ClassVar, TypeVar
+from typing import ClassVar
 
+from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.output_variables import FollowerHeight, PointCoordinate
-from governor_mechanism.model.part import Part
-from governor_mechanism.render.effect_state import EffectState
+from governor_mechanism.render.geometry import primitives
 from governor_mechanism.render.geometry.outlines import make_hatched_block, make_wall
-from governor_mechanism.render.geometry.primitives import (
-    BoundingBox,
-    DrawnShape,
-    Lines,
-    Polygon,
-    TextShape,
-    Vec2,
-    make_bar,
-    make_hatching,
-    make_rectangle,
-    round_step,
-)
+from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Lines, Polygon, TextShape, Vec2, make_bar, make_rectangle
+from governor_mechanism.render.machines.machine_drawing import Dimension, MachineDrawing
+from governor_mechanism.render.part_run import EffectT, PartRun
+from governor_mechanism.types import FloatArray
 
 LIFT_READING = "sleeve_lift"
 _N_COILS = 7
 
-OutputEffectT = TypeVar("OutputEffectT", bound=OutputEffect)
 LiftTicks = list[tuple[float, float]]
 """Lift (mm) and height (m) of each tick of a lift scale."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class GovernorProportions:
-    """Common dimensions of a governor drawing: its arm (m), its part, and the effects of the scene.
+class CylinderSizes:
+    """Sizes of a dashpot cylinder next to the sleeve, as fractions of the arm.
 
-    `spindle_ratio` is the half width of the spindle, as a fraction of the arm.
+    `axis_distance` is that of its axis from the sleeve. It is longer than the stroke by `extra_length`. `gap` is the free height above the
+    oil and the depth of the hatched base.
     """
 
-    spindle_ratio: ClassVar[float]
+    half_width: float
+    axis_distance: float
+    extra_length: float
+    min_length: float
+    wall: float
+    gap: float
 
-    part: Part
-    effect_state: EffectState
-    arm: float
+
+@dataclass(frozen=True, kw_only=True)
+class PistonSizes:
+    """Sizes of the piston of a dashpot and its rod, as fractions of the arm.
+
+    `clearance` is that to the outside of the cylinder, `lowest` the lowest height above the bottom; the bracket joins rod and sleeve.
+    """
+
+    clearance: float
+    lowest: float
+    thickness: float
+    rod_half_width: float
+    bracket_width: float
+
+
+class GovernorDrawing(MachineDrawing):
+    """What the drawings of all governors have in common. `spindle_ratio` is the half width of the spindle, as a fraction of the arm."""
+
+    spindle_ratio: ClassVar[float]
+    cylinder: ClassVar[CylinderSizes]
+    piston: ClassVar[PistonSizes]
+
+    arm: ClassVar[Dimension]
+    lug_offset = Dimension("lug_offset")
+    sleeve_mass = Dimension("sleeve_mass")
+
+    @abstractmethod
+    def sleeve_height(self, poses: FloatArray) -> FloatArray:
+        """Return the height (...) of the sleeve lugs (m) at poses (..., bodies, 3)."""
+
+    @property
+    @abstractmethod
+    def sleeve_size(self) -> Vec2:
+        """Half width of the sleeve, and its depth below the lugs (m)."""
+
+    @property
+    @abstractmethod
+    def dashpot_top(self) -> float:
+        """Height of the top of a dashpot next to the sleeve (m)."""
 
     @property
     def zero_lift_height(self) -> float:
@@ -54,19 +87,14 @@ class GovernorProportions:
         return lift.zero if isinstance(lift, PointCoordinate | FollowerHeight) else 0.0
 
     @property
-    def lift_range(self) -> Vec2:
-        """Lowest and highest sleeve lift of the run (m)."""
-        return self.effect_state.reading_ranges.get(LIFT_READING, (0.0, 0.0))
-
-    @property
     def lug_height_range(self) -> Vec2:
         """Lowest and highest lug height of the run (m)."""
-        low, high = self.lift_range
+        low, high = self.reading_range(LIFT_READING)
         return self.zero_lift_height + low, self.zero_lift_height + high
 
-    def find_lift_effect(self, kind: type[OutputEffectT]) -> OutputEffectT | None:
+    def find_lift_effect(self, kind: type[EffectT]) -> EffectT | None:
         """Return the effect of a kind on the sleeve lift, if the scene has one."""
-        return self.effect_state.find_effect_on(kind, LIFT_READING)
+        return self.find_effect(kind, LIFT_READING)
 
 
 def both_sides(inner: float, outer: float) -> tuple[Vec2, Vec2]:
@@ -86,23 +114,16 @@ def spindle_shapes(half_width: float, axis: Vec2, bottom: float, top: float) -> 
     yield Lines("spindle shade", (((0.45 * half_width, bottom), (0.45 * half_width, top)),))
 
 
-def bearing_shapes(inner: float, outer: float, bottom: float, top: float, spacing: float) -> Iterator[DrawnShape]:
-    """Yield a bearing in section: two hatched blocks at the sides of the spindle, from bottom to top (m)."""
-    for left, right in both_sides(inner, outer):
-        yield make_rectangle("bearing", left, right, bottom, top)
-        yield make_hatching("hatching", (left, right, bottom, top), spacing)
-
-
-def stop_block_shapes(inner: float, outer: float, bottom: float, top: float, spacing: float) -> Iterator[DrawnShape]:
-    """Yield two hatched stops at the sides of the spindle, from bottom to top (m)."""
-    for left, right in both_sides(inner, outer):
-        yield from make_hatched_block("stop", (0.0, 0.0, 0.0), (left, right, bottom, top), spacing)
+def hatched_pair_shapes(role: str, radii: Vec2, heights: Vec2, spacing: float) -> Iterator[DrawnShape]:
+    """Yield two hatched blocks at the sides of the spindle, between two radii and two heights (m): a bearing or a stop in section."""
+    for sides in both_sides(*radii):
+        yield from make_hatched_block(role, (0.0, 0.0, 0.0), (*sides, *heights), spacing)
 
 
 def lift_ticks(lifts: Vec2, zero_height: float, min_range: float, min_length: float) -> LiftTicks:
     """Return ticks that cover the lifts (m), lowest and highest, on a scale long enough for two numbers without overlap."""
     low, high = lifts
-    step = round_step(max(high - low, min_range), 5)
+    step = primitives.round_step(max(high - low, min_range), 5)
     first = math.floor(low / step + 1e-9)
     last = max(math.ceil(high / step - 1e-9), first + math.ceil(min_length / step))
     return [(k * step * 1e3, k * step + zero_height) for k in range(first, last + 1)]
@@ -136,86 +157,48 @@ def helical_spring_lines(start: Vec2, end: Vec2, half_width: float, hidden_half_
     return tuple(piece for piece in visible_pieces(points, is_visible) if len(piece) > 1)
 
 
-def friction_shoe_shapes(effect_state: EffectState, reading: str, time: float, shoes: Sequence[Polygon]) -> list[DrawnShape]:
+def friction_shoe_shapes(run: PartRun, reading: str, time: float, shoes: Sequence[Polygon]) -> list[DrawnShape]:
     """Return the shoes once for sliding and once for sticking; the set that does not apply has no outline."""
-    is_sticking = effect_state.is_held(reading, time)
+    is_sticking = run.is_held(reading, time)
     roles = (("shoe", not is_sticking), ("held shoe", is_sticking))
     return [Polygon(role, shoe.points if is_shown else ()) for role, is_shown in roles for shoe in shoes]
 
 
-def spindle_shoe_shapes(governor: GovernorProportions, time: float, top: float, sizes: Vec2) -> list[DrawnShape]:
+def spindle_shoe_shapes(governor: GovernorDrawing, time: float, top: float, sizes: Vec2) -> list[DrawnShape]:
     """Return friction shoes under the sleeve with their top at a height (m); `sizes` are width and height, as fractions of the arm."""
     if not governor.find_lift_effect(DryFriction):
         return []
     u, (width, height) = governor.arm, sizes
     sides = both_sides(governor.spindle_ratio * u, (governor.spindle_ratio + width) * u)
     shoes = [make_rectangle("shoe", left, right, top - height * u, top) for left, right in sides]
-    return friction_shoe_shapes(governor.effect_state, LIFT_READING, time, shoes)
+    return friction_shoe_shapes(governor, LIFT_READING, time, shoes)
 
 
-@dataclass(frozen=True, kw_only=True)
-class CylinderSizes:
-    """Sizes of a dashpot cylinder next to the sleeve, as fractions of the arm.
-
-    `axis_distance` is that of its axis from the sleeve. It is longer than the stroke by `extra_length`. `gap` is the free height above the
-    oil and the depth of the hatched base.
-    """
-
-    half_width: float
-    axis_distance: float
-    extra_length: float
-    min_length: float
-    wall: float
-    gap: float
+def _cylinder_box(governor: GovernorDrawing) -> BoundingBox:
+    """Return left, right, bottom and top of the cylinder of a dashpot (m)."""
+    sizes, u, (low, high) = governor.cylinder, governor.arm, governor.lug_height_range
+    x = -(governor.sleeve_size[0] + sizes.axis_distance * u)
+    bottom = governor.dashpot_top - max(high - low + sizes.extra_length * u, sizes.min_length * u)
+    return x - sizes.half_width * u, x + sizes.half_width * u, bottom, governor.dashpot_top
 
 
-@dataclass(frozen=True, kw_only=True)
-class PistonSizes:
-    """Sizes of the piston of a dashpot and its rod, as fractions of the arm.
-
-    `clearance` is that to the outside of the cylinder, `lowest` the lowest height above the bottom; the bracket joins rod and sleeve.
-    """
-
-    clearance: float
-    lowest: float
-    thickness: float
-    rod_half_width: float
-    bracket_width: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class DashpotDrawing:
-    """A dashpot of a governor with an arm length, a sleeve half width, the height of its top, and its stroke (m)."""
-
-    cylinder: CylinderSizes
-    piston: PistonSizes
-    arm: float
-    sleeve_half_width: float
-    top: float
-    stroke: float
-
-    @property
-    def box(self) -> BoundingBox:
-        """Left, right, bottom and top of the cylinder (m)."""
-        sizes, u = self.cylinder, self.arm
-        x = -(self.sleeve_half_width + sizes.axis_distance * u)
-        bottom = self.top - max(self.stroke + sizes.extra_length * u, sizes.min_length * u)
-        return x - sizes.half_width * u, x + sizes.half_width * u, bottom, self.top
-
-    def cylinder_shapes(self) -> Iterator[DrawnShape]:
-        """Yield an open cylinder filled with oil on a hatched base."""
-        left, right, bottom, top = self.box
-        t, gap = self.cylinder.wall * self.arm, self.cylinder.gap * self.arm
+def cylinder_shapes(governor: GovernorDrawing) -> Iterator[DrawnShape]:
+    """Yield an open cylinder filled with oil on a hatched base, if a dashpot acts on the sleeve."""
+    if governor.find_lift_effect(Dashpot):
+        left, right, bottom, top = _cylinder_box(governor)
+        t, gap = governor.cylinder.wall * governor.arm, governor.cylinder.gap * governor.arm
         yield make_rectangle("dashpot", left, right, bottom, top)
         yield make_rectangle("bore", left + t, right - t, bottom + t, top)
         yield make_rectangle("oil", left + t, right - t, bottom + t, top - gap)
         yield make_wall(((left + right) / 2, bottom), math.pi / 2, 1.35 * (right - left) / 2, gap)
 
-    def piston_shapes(self, lift: float, rod_top: float) -> Iterator[DrawnShape]:
-        """Yield the piston at a lift above its lowest position, its rod, and the bracket from the top of the rod to the sleeve (m)."""
-        sizes, u, (left, right, bottom, _) = self.piston, self.arm, self.box
-        x, height = (left + right) / 2, bottom + sizes.lowest * u + lift
+
+def piston_shapes(governor: GovernorDrawing, height: float, rod_top: float) -> Iterator[DrawnShape]:
+    """Yield the piston of a dashpot, its rod, and the bracket from the top of the rod to a sleeve with its lugs at a height (m)."""
+    if governor.find_lift_effect(Dashpot):
+        sizes, u, (left, right, bottom, _) = governor.piston, governor.arm, _cylinder_box(governor)
+        x, y = (left + right) / 2, bottom + sizes.lowest * u + (height - governor.lug_height_range[0])
         clearance, rod = sizes.clearance * u, sizes.rod_half_width * u
-        yield make_rectangle("piston rod", x - rod, x + rod, height, rod_top)
-        yield make_rectangle("piston", left + clearance, right - clearance, height, height + sizes.thickness * u)
-        yield make_bar("piston rod", (x, rod_top), (-0.9 * self.sleeve_half_width, rod_top), sizes.bracket_width * u)
+        yield make_rectangle("piston rod", x - rod, x + rod, y, rod_top)
+        yield make_rectangle("piston", left + clearance, right - clearance, y, y + sizes.thickness * u)
+        yield make_bar("piston rod", (x, rod_top), (-0.9 * governor.sleeve_size[0], rod_top), sizes.bracket_width * u)

@@ -7,13 +7,20 @@ from governor_mechanism.model.force_elements import Damper, Force, ForceElement,
 from governor_mechanism.model.joints import ArcSlot, CurveSlot, Distance, Joint, Pin, Point, Slider, TranslationalDriver, Weld
 from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.output_variables import LineAngle, PointCoordinate, PointDistance, Reading
-from governor_mechanism.render.geometry.body_points import axes_to_plane, distinct_points
-from governor_mechanism.render.geometry.outlines import convex_hull, make_plate_outline, make_wall
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, PoseTuple, Vec2, drawn_ball_radius
+from governor_mechanism.render.geometry.outlines import convex_hull, distinct_points, make_plate_outline, make_wall
+from governor_mechanism.render.geometry.primitives import (
+    Circle,
+    DrawnShape,
+    Lines,
+    PoseTuple,
+    Vec2,
+    axes_to_plane,
+    drawn_ball_radius,
+    place_points,
+)
 from governor_mechanism.render.machines.generic.gears import spoked_wheel, toothed_bodies
 from governor_mechanism.render.machines.generic.guides import STRIP_WIDTH, guide_centreline, make_box
 from governor_mechanism.render.machines.generic.placed_mechanism import PlacedMechanism
-from governor_mechanism.render.run_extents import flywheel_radius
 
 _BAR_WIDTH = 0.052
 """Width of a bar, as a fraction of the length scale."""
@@ -25,21 +32,21 @@ _MASS_SIDES = (0.22, 0.16)
 
 def body_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
     """Yield plates, bars, discs, masses and balls."""
-    for body, pose in zip(placed.part.mechanism.bodies, placed.poses, strict=True):
+    for body, pose in zip(placed.mechanism.bodies, placed.poses, strict=True):
         outline = _outline_points(placed, body)
         if len(outline) > 1:
             width = (STRIP_WIDTH if _guides_on(placed, body) else _BAR_WIDTH) * placed.unit
-            yield make_plate_outline("plate", [axes_to_plane(pose, *point) for point in outline], width)
+            yield make_plate_outline("plate", place_points(pose, outline), width)
             if _has_end_mass(placed, body, outline):
                 yield _ball_shape(placed, body, pose)
-        elif body.name not in toothed_bodies(placed.part) and not _is_sliding_block(placed, body):
+        elif body.name not in toothed_bodies(placed.mechanism) and not _is_sliding_block(placed, body):
             yield from _single_point_shapes(placed, body, pose)
 
 
 def tracer_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
     """Yield the points that readings follow and no joint holds."""
     tolerance = _COINCIDENCE_DISTANCE * placed.unit
-    for body, pose in zip(placed.part.mechanism.bodies, placed.poses, strict=True):
+    for body, pose in zip(placed.mechanism.bodies, placed.poses, strict=True):
         for point in distinct_points(_reading_points(placed, body), tolerance):
             if all(math.dist(point, other) > tolerance for other in _joint_and_force_points(placed, body)):
                 yield Circle("tracer", *axes_to_plane(pose, *point), 0.012 * placed.unit)
@@ -50,7 +57,7 @@ def _outline_points(placed: PlacedMechanism, body: Body) -> list[Vec2]:
     tolerance = _COINCIDENCE_DISTANCE * placed.unit
     marked = [*_joint_and_force_points(placed, body), *_reading_points(placed, body), *_slot_points(placed, body)]
     points = distinct_points(marked, tolerance)
-    is_wheel = body.name in toothed_bodies(placed.part)
+    is_wheel = body.name in toothed_bodies(placed.mechanism)
     if not points or (is_wheel and all(math.hypot(*point) <= tolerance for point in points)):
         return points  # a wheel about its own centre; an eccentric wheel is drawn as a rod with a wheel
     if len(points) == 1 and not _is_sliding_block(placed, body):
@@ -83,12 +90,12 @@ def _points_on(body: Body, elements: Iterable[Joint | ForceElement | Reading]) -
 
 
 def _joint_and_force_points(placed: PlacedMechanism, body: Body) -> list[Vec2]:
-    return _points_on(body, (*placed.joints, *placed.force_elements))
+    return _points_on(body, (*placed.mechanism.joints, *placed.mechanism.force_elements))
 
 
 def _reading_points(placed: PlacedMechanism, body: Body) -> list[Vec2]:
     """Return the points of readings on the body, except the mass centre, which is the default of a reading without a point."""
-    return [point for point in _points_on(body, placed.part.mechanism.readings) if any(point)]
+    return [point for point in _points_on(body, placed.mechanism.readings) if any(point)]
 
 
 def _slot_points(placed: PlacedMechanism, body: Body) -> list[Vec2]:
@@ -97,22 +104,22 @@ def _slot_points(placed: PlacedMechanism, body: Body) -> list[Vec2]:
     for joint in _guides_on(placed, body):
         axes = (joint.first.x, joint.first.y, 0.0 if isinstance(joint, ArcSlot) else joint.angle)
         chain = guide_centreline(joint, placed.extents)
-        points += [axes_to_plane(axes, *point) for point in chain[:: max(len(chain) // 12, 1)]]
+        points += place_points(axes, chain[:: max(len(chain) // 12, 1)])
     return points
 
 
 def _guides_on(placed: PlacedMechanism, body: Body) -> list[Slider | ArcSlot | CurveSlot]:
-    return [joint for joint in placed.joints if isinstance(joint, Slider | ArcSlot | CurveSlot) and joint.first.body == body.name]
+    return [joint for joint in placed.mechanism.joints if isinstance(joint, Slider | ArcSlot | CurveSlot) and joint.first.body == body.name]
 
 
 def _is_sliding_block(placed: PlacedMechanism, body: Body) -> bool:
     """Return whether a sliding block represents the body."""
-    return any(isinstance(joint, Slider) and joint.second.body == body.name for joint in placed.joints)
+    return any(isinstance(joint, Slider) and joint.second.body == body.name for joint in placed.mechanism.joints)
 
 
 def _may_have_ball(placed: PlacedMechanism, body: Body) -> bool:
     """Return whether a mass centre beyond the joints is a ball: of a pendulum, or of any arm of a governor."""
-    return body.can_rotate and (placed.part.turns or not any(body.second_moments.in_plane))
+    return body.can_rotate and (placed.extents.part.turns or not any(body.second_moments.in_plane))
 
 
 def _is_inside_hull(point: Vec2, points: Sequence[Vec2], tolerance: float) -> bool:
@@ -132,11 +139,11 @@ def _single_point_shapes(placed: PlacedMechanism, body: Body, pose: PoseTuple) -
     u, (x, y, _) = placed.unit, pose
     if body.mass == 0.0 and not body.can_rotate:
         return [make_wall((x, y), math.pi / 2, 0.10 * u, 0.035 * u)]  # a moving point of the ground
-    holding_joints = [joint for joint in placed.joints if isinstance(joint, Pin | Distance | CurveSlot | ArcSlot)]
+    holding_joints = [joint for joint in placed.mechanism.joints if isinstance(joint, Pin | Distance | CurveSlot | ArcSlot)]
     is_held_by_joint = any(body.name in (joint.first.body, joint.second.body) for joint in holding_joints)
     if placed.hangs_on_springs(body.name) and not is_held_by_joint:
         return [make_box("block", pose, (0.0, 0.0), (_MASS_SIDES[0] * u, _MASS_SIDES[1] * u))]
-    if (radius := flywheel_radius(placed.part.mechanism)) > 0.0:
+    if (radius := placed.extents.flywheel_radius) > 0.0:
         return spoked_wheel(pose, radius, 0.84 * radius, 0.1 * radius)
     if body.can_rotate and body.planar_inertia > 0.0:
         # A disc with this moment of inertia.

@@ -6,12 +6,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from governor_mechanism.model.joints import GROUND, Gear, Joint, Point, RackAndPinion, Slider
-from governor_mechanism.model.part import Part
-from governor_mechanism.render.geometry.body_points import axes_to_plane
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.render.geometry.body_points import wheel_radii
 from governor_mechanism.render.geometry.outlines import make_wall
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, axes_to_plane
 from governor_mechanism.render.machines.generic.placed_mechanism import PlacedMechanism
-from governor_mechanism.render.run_extents import wheel_radii
 
 _RACK_THICKNESS = 0.09
 """Thickness of a rack, as a fraction of the length scale."""
@@ -19,16 +18,14 @@ _CONCENTRIC_WHEEL_RADIUS = 0.16
 """Radius of the larger of two wheels with a common centre, as a fraction of the length scale."""
 
 
-def toothed_bodies(part: Part) -> set[str]:
+def toothed_bodies(mechanism: Mechanism) -> set[str]:
     """Return the names of bodies drawn as wheels or racks."""
-    return {
-        point.body for joint in part.mechanism.joints if isinstance(joint, Gear | RackAndPinion) for point in (joint.first, joint.second)
-    }
+    return {point.body for joint in mechanism.joints if isinstance(joint, Gear | RackAndPinion) for point in (joint.first, joint.second)}
 
 
-def rack_bodies(part: Part) -> set[str]:
+def rack_bodies(mechanism: Mechanism) -> set[str]:
     """Return the names of bodies drawn as racks."""
-    return {joint.second.body for joint in part.mechanism.joints if isinstance(joint, RackAndPinion)} - {GROUND}
+    return {joint.second.body for joint in mechanism.joints if isinstance(joint, RackAndPinion)} - {GROUND}
 
 
 def wheel_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
@@ -36,7 +33,7 @@ def wheel_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
     u = placed.unit
     # A wheel can mesh with several others.
     wheels: dict[tuple[str, float, float, int], tuple[Point, float]] = {}
-    for joint in placed.joints:
+    for joint in placed.mechanism.joints:
         for point, radius in _wheels_of(placed, joint):
             wheels.setdefault((point.body, point.x, point.y, round(200 * radius / u)), (point, radius))
     for point, radius in sorted(wheels.values(), key=lambda wheel: -wheel[1]):
@@ -75,7 +72,7 @@ def _wheels_of(placed: PlacedMechanism, joint: Joint) -> list[tuple[Point, float
 def rack_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
     """Yield toothed bars that touch the circles of their pinions during the whole run."""
     u = placed.unit
-    for joint in placed.joints:
+    for joint in placed.mechanism.joints:
         if not isinstance(joint, RackAndPinion):
             continue
         (x, y), (rack_x, rack_y) = placed.position(joint.first), placed.position(joint.second)
@@ -103,8 +100,8 @@ def _rack_contact(placed: PlacedMechanism, joint: RackAndPinion) -> tuple[float,
 def rack_bed_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
     """Yield the beds of racks that the ground guides and whose pinions it holds."""
     u = placed.unit
-    guided_bodies = {joint.second.body for joint in placed.joints if isinstance(joint, Slider) and joint.first.body == GROUND}
-    for joint in placed.joints:
+    guided_bodies = {joint.second.body for joint in placed.mechanism.joints if isinstance(joint, Slider) and joint.first.body == GROUND}
+    for joint in placed.mechanism.joints:
         if isinstance(joint, RackAndPinion) and joint.second.body in guided_bodies:
             side, axes = _rack_contact(placed, joint)
             low, high = placed.extents.joint_travels[joint.name]

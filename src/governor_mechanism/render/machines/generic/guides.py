@@ -8,12 +8,21 @@ from scipy.interpolate import CubicSpline
 
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import GROUND, ArcSlot, CurveSlot, Distance, Joint, Pin, Prismatic, Slider, TranslationalDriver, Weld
-from governor_mechanism.render.geometry.body_points import axes_to_plane, distinct_points
-from governor_mechanism.render.geometry.outlines import make_band, make_wall
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, Vec2, make_hatching
+from governor_mechanism.render.geometry.outlines import distinct_points, make_band, make_wall
+from governor_mechanism.render.geometry.primitives import (
+    Circle,
+    DrawnShape,
+    Lines,
+    Polygon,
+    PoseTuple,
+    Vec2,
+    axes_to_plane,
+    make_hatching,
+    place_points,
+)
+from governor_mechanism.render.machines.generic.extents import MechanismExtents
 from governor_mechanism.render.machines.generic.gears import rack_bodies
 from governor_mechanism.render.machines.generic.placed_mechanism import PlacedMechanism
-from governor_mechanism.render.run_extents import RunExtents
 from governor_mechanism.types import FloatArray
 
 _SLOT_WIDTH, STRIP_WIDTH = 0.046, 0.100
@@ -26,7 +35,7 @@ _N_SLOT_SEGMENTS = 48
 """Number of straight segments of a drawn slot."""
 
 
-def guide_centreline(joint: Joint, extents: RunExtents) -> list[Vec2]:
+def guide_centreline(joint: Joint, extents: MechanismExtents) -> list[Vec2]:
     """Return the centre line of the guide of the joint's second point (m, in the axes of the joint's first point)."""
     low, high = extents.joint_travels[joint.name]
     extension = _GUIDE_EXTENSION * extents.length_scale
@@ -58,17 +67,17 @@ def _curve_ordinates(curve: Curve, xs: FloatArray) -> FloatArray:
 
 def guide_shapes(placed: PlacedMechanism, *, fixed: bool) -> Iterator[DrawnShape]:
     """Yield the guides on the ground (`fixed`) or on bodies; the plate of a body is drawn elsewhere."""
-    for joint in placed.joints:
+    for joint in placed.mechanism.joints:
         if joint.name not in placed.extents.joint_travels or (joint.first.body == GROUND) != fixed:
             continue
         axes = _guide_axes(placed, joint)
         match joint:
-            case Slider() if not (fixed and joint.second.body in rack_bodies(placed.part)):
+            case Slider() if not (fixed and joint.second.body in rack_bodies(placed.mechanism)):
                 yield from _straight_guide_shapes(placed, joint, axes, fixed=fixed)
             case ArcSlot() | CurveSlot():
                 yield from _slot_shapes(joint, placed.extents, axes, fixed=fixed)
             case TranslationalDriver() if fixed and not _is_guided_by_slider(placed, joint):
-                yield Lines("guide", (tuple(axes_to_plane(axes, *point) for point in guide_centreline(joint, placed.extents)),))
+                yield Lines("guide", (place_points(axes, guide_centreline(joint, placed.extents)),))
 
 
 def _guide_axes(placed: PlacedMechanism, joint: Joint) -> PoseTuple:
@@ -80,7 +89,7 @@ def _guide_axes(placed: PlacedMechanism, joint: Joint) -> PoseTuple:
 def _block_sides(placed: PlacedMechanism, joint: Slider) -> Vec2:
     """Return the sides of the block of a slider; a mass on springs is large enough to show them side by side."""
     body = joint.second.body
-    has_no_other_joint = all(body not in (other.first.body, other.second.body) or other is joint for other in placed.joints)
+    has_no_other_joint = all(body not in (other.first.body, other.second.body) or other is joint for other in placed.mechanism.joints)
     is_sprung_mass = has_no_other_joint and placed.hangs_on_springs(body) and body != GROUND
     along, across = _SPRUNG_BLOCK_SIDES if is_sprung_mass else _BLOCK_SIDES
     return along * placed.unit, across * placed.unit
@@ -93,7 +102,7 @@ def _straight_guide_shapes(placed: PlacedMechanism, joint: Slider, axes: PoseTup
     if not fixed:
         return [make_box("slot", axes, ((low + high) / 2, 0.0), (high - low, width))]
     start, end = axes_to_plane(axes, low, 0.0), axes_to_plane(axes, high, 0.0)
-    if placed.part.turns and max(abs(start[0]), abs(end[0])) < 1e-6 * u:
+    if placed.extents.part.turns and max(abs(start[0]), abs(end[0])) < 1e-6 * u:
         return [Lines("guide", ((start, end),))]
     middles = ((side, axes_to_plane(axes, (low + high) / 2, side * 0.5 * width)) for side in (1, -1))
     return [make_wall(middle, axes[2] - side * math.pi / 2, (high - low) / 2, 0.035 * u) for side, middle in middles]
@@ -102,24 +111,24 @@ def _straight_guide_shapes(placed: PlacedMechanism, joint: Slider, axes: PoseTup
 def _is_guided_by_slider(placed: PlacedMechanism, drive: TranslationalDriver) -> bool:
     """Return whether the driven body also runs in a guide, so that its path needs no line."""
     bodies = {drive.first.body, drive.second.body}
-    return any(isinstance(joint, Slider) and {joint.first.body, joint.second.body} == bodies for joint in placed.joints)
+    return any(isinstance(joint, Slider) and {joint.first.body, joint.second.body} == bodies for joint in placed.mechanism.joints)
 
 
-def _slot_shapes(joint: ArcSlot | CurveSlot, extents: RunExtents, axes: PoseTuple, *, fixed: bool) -> list[DrawnShape]:
+def _slot_shapes(joint: ArcSlot | CurveSlot, extents: MechanismExtents, axes: PoseTuple, *, fixed: bool) -> list[DrawnShape]:
     u = extents.length_scale
     low, high = extents.joint_travels[joint.name]
     rim = "frame plate" if fixed else "plate"
     if isinstance(joint, ArcSlot) and high - low > 2 * math.pi - 0.4:
         edges = (("", STRIP_WIDTH), ("slot", _SLOT_WIDTH), (rim, -_SLOT_WIDTH))
         return [Circle(role or rim, axes[0], axes[1], joint.radius + w * u / 2) for role, w in edges]
-    chain = [axes_to_plane(axes, *point) for point in guide_centreline(joint, extents)]
+    chain = place_points(axes, guide_centreline(joint, extents))
     return [*([make_band(rim, chain, STRIP_WIDTH * u)] if fixed else []), make_band("slot", chain, _SLOT_WIDTH * u)]
 
 
 def block_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
     """Yield the blocks that slide in straight guides; a rack is its own block."""
-    for joint in placed.joints:
-        if isinstance(joint, Slider) and joint.second.body not in rack_bodies(placed.part):
+    for joint in placed.mechanism.joints:
+        if isinstance(joint, Slider) and joint.second.body not in rack_bodies(placed.mechanism):
             axes = (*placed.position(joint.second), _guide_axes(placed, joint)[2])
             yield make_box("block", axes, (0.0, 0.0), _block_sides(placed, joint))
 
@@ -130,8 +139,8 @@ def pin_centres(placed: PlacedMechanism) -> Iterator[Vec2]:
     A bead, which does not rotate and is held in one point, has no pin.
     """
     beads = _bead_bodies(placed)
-    rotating_bodies = {body.name for body in placed.part.mechanism.bodies if body.can_rotate}
-    for joint in placed.joints:
+    rotating_bodies = {body.name for body in placed.mechanism.bodies if body.can_rotate}
+    for joint in placed.mechanism.joints:
         match joint:
             case Distance():
                 yield from (placed.position(end) for end in (joint.first, joint.second) if end.body not in beads)
@@ -146,18 +155,18 @@ def pin_centres(placed: PlacedMechanism) -> Iterator[Vec2]:
 def _bead_bodies(placed: PlacedMechanism) -> set[str]:
     """Return the names of bodies that do not rotate and are held at their mass centre only, in slots or by links."""
     held_only_in_point: dict[str, bool] = {}
-    for joint in placed.joints:
+    for joint in placed.mechanism.joints:
         for point in (joint.first, joint.second):
             is_point_only = isinstance(joint, Distance | ArcSlot | CurveSlot) and not (point.x or point.y)
             held_only_in_point[point.body] = held_only_in_point.get(point.body, True) and is_point_only
-    return {body.name for body in placed.part.mechanism.bodies if not body.can_rotate and held_only_in_point.get(body.name)}
+    return {body.name for body in placed.mechanism.bodies if not body.can_rotate and held_only_in_point.get(body.name)}
 
 
 def foot_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
     """Yield a hatched foot under every pin, link, block or weld on the ground; above it where the mechanism hangs."""
     positions = [
         (mine.x, mine.y)
-        for joint in placed.joints
+        for joint in placed.mechanism.joints
         for mine in (joint.first, joint.second)
         if mine.body == GROUND
         and (isinstance(joint, Pin | Distance | Weld) or (mine is joint.second and isinstance(joint, Slider | ArcSlot | CurveSlot)))

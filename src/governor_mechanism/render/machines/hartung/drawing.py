@@ -4,14 +4,21 @@ import math
 from collections.abc import Iterator
 from itertools import chain
 
-from governor_mechanism.model.part import Part
-from governor_mechanism.render.effect_state import EffectState
-from governor_mechanism.render.geometry.body_points import axes_to_plane
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2, make_bar, make_rectangle
+from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
+from governor_mechanism.render.geometry.primitives import (
+    Circle,
+    DrawnShape,
+    Lines,
+    Polygon,
+    Vec2,
+    axes_to_plane,
+    make_bar,
+    make_rectangle,
+    place_points,
+)
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines.hartung import effects
 from governor_mechanism.render.machines.hartung.proportions import HartungProportions, HartungSide
-from governor_mechanism.render.run_extents import RunExtents
 from governor_mechanism.types import FloatArray
 
 # Widths and radii as fractions of the weight arm.
@@ -20,67 +27,62 @@ _N_SPRING_TURNS = 8
 """Coils of each spring; as many as stay distinguishable when the spring is compressed."""
 
 
-def background_shapes(part: Part, poses: FloatArray, extents: RunExtents) -> Iterator[DrawnShape]:
-    """Yield the spindle in its bearings, the frame with fulcrums and spring seats, and the lift scale."""
-    governor = HartungProportions.from_part(part, extents.effect_state)
-    u, zero = governor.arm, governor.zero_lift_height
-    w = governor.spindle_ratio * u
-    heights = governor.sleeve_height(poses)
-    lowest, highest = float(heights.min()), float(heights.max())
-    collar_height, top = effects.spindle_collar_height(governor, lowest), governor.half_height + 0.34 * u
-    yield from parts.spindle_shapes(w, (collar_height - 0.42 * u, top + 0.2 * u), collar_height - 0.30 * u, top + 0.08 * u)
-    yield from parts.bearing_shapes(w, 0.42 * u, top - 0.16 * u, top, 0.09 * u)
-    yield from parts.bearing_shapes(w, 0.42 * u, collar_height - 0.26 * u, collar_height - 0.10 * u, 0.09 * u)
-    yield make_rectangle("spindle", -1.7 * w, 1.7 * w, collar_height - 0.10 * u, collar_height - 0.04 * u)
-    yield from _frame_shapes(governor)
-    yield from effects.static_effect_shapes(governor, (lowest, highest))
-    ticks = parts.lift_ticks((lowest - zero, highest - zero), zero, 0.1 * u, 0.3 * u)
-    yield from parts.lift_scale_shapes(governor.sleeve_size[0] + 0.38 * u, ticks, (0.14 * u, 0.08 * u, 0.18 * u, 0.9 * u))
+class HartungDrawing(HartungProportions):
+    """Drawing of a Hartung governor."""
 
+    panel_readings = ("spring_force", "sleeve_lift", "spindle_speed", "lever_angle")
+    plan_caption = ("from above,", "marked: the", "right weight")
 
-def moving_shapes(part: Part, pose: FloatArray, extents: RunExtents) -> Iterator[DrawnShape]:
-    """Yield sleeve, hangers, weights, bell cranks and springs; the right half covers the left one."""
-    governor = HartungProportions.from_part(part, extents.effect_state)
-    u, sides = governor.arm, governor.sides(pose)
-    height = float(governor.sleeve_height(pose))
-    yield from effects.moving_effect_shapes(governor, height, extents.time)
-    yield from _sleeve_shapes(governor, height)
-    yield from (shape for side in sides for shape in _weight_shapes(governor, side))
-    yield from (shape for side in sides for shape in _crank_shapes(governor, side))
-    # The strands of the springs behind the cross rod and in front of it.
-    behind, front = (tuple(chain.from_iterable(pair)) for pair in zip(*(_coil_strands(governor, side) for side in sides), strict=True))
-    yield Lines("coil behind", behind)
-    seat, half_rod = governor.spring_seat_radius, _ROD_HALF_WIDTH * u
-    yield make_rectangle("rod", -seat, seat, -half_rod, half_rod)
-    yield from (Lines(role, front) for role in ("coil edge", "coil"))
-    pivots = [point for side in sides for point in (side.fulcrum, side.sleeve_arm_end, side.lug)]
-    yield from (Circle("pivot", *point, _PIVOT_RADIUS * u) for point in pivots)
-    yield from effects.impact_shapes(governor, sides, extents.time)
+    def background_shapes(self) -> Iterator[DrawnShape]:
+        """Yield the spindle in its bearings, the frame with fulcrums and spring seats, and the lift scale."""
+        u, w = self.arm, self.spindle_ratio * self.arm
+        collar_height, top = effects.spindle_collar_height(self), self.weight_size[1] + 0.34 * u
+        yield from parts.spindle_shapes(w, (collar_height - 0.42 * u, top + 0.2 * u), collar_height - 0.30 * u, top + 0.08 * u)
+        for heights in ((top - 0.16 * u, top), (collar_height - 0.26 * u, collar_height - 0.10 * u)):
+            yield from parts.hatched_pair_shapes("bearing", (w, 0.42 * u), heights, 0.09 * u)
+        yield make_rectangle("spindle", -1.7 * w, 1.7 * w, collar_height - 0.10 * u, collar_height - 0.04 * u)
+        yield from _frame_shapes(self)
+        yield from effects.static_effect_shapes(self)
+        ticks = parts.lift_ticks(self.reading_range(parts.LIFT_READING), self.zero_lift_height, 0.1 * u, 0.3 * u)
+        yield from parts.lift_scale_shapes(self.sleeve_size[0] + 0.38 * u, ticks, (0.14 * u, 0.08 * u, 0.18 * u, 0.9 * u))
 
+    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+        """Yield sleeve, hangers, weights, bell cranks and springs; the right half covers the left one."""
+        u, sides, height = self.arm, self.sides(pose), float(self.sleeve_height(pose))
+        yield from effects.moving_effect_shapes(self, height, time)
+        yield from _sleeve_shapes(self, height)
+        yield from (shape for side in sides for shape in _weight_shapes(self, side))
+        yield from (shape for side in sides for shape in _crank_shapes(self, side))
+        # The strands of the springs behind the cross rod and in front of it.
+        behind, front = (tuple(chain.from_iterable(pair)) for pair in zip(*(_coil_strands(self, side) for side in sides), strict=True))
+        yield Lines("coil behind", behind)
+        seat, half_rod = self.spring_seat_radius, _ROD_HALF_WIDTH * u
+        yield make_rectangle("rod", -seat, seat, -half_rod, half_rod)
+        yield from (Lines(role, front) for role in ("coil edge", "coil"))
+        pivots = [point for side in sides for point in (side.fulcrum, side.sleeve_arm_end, side.lug)]
+        yield from (Circle("pivot", *point, _PIVOT_RADIUS * u) for point in pivots)
+        yield from effects.impact_shapes(self, sides, time)
 
-def plan_shapes(part: Part, pose: FloatArray, angle: float, effect_state: EffectState) -> Iterator[DrawnShape]:
-    """Yield weights, cross rod and sleeve from above; a mark identifies the right weight."""
-    governor = HartungProportions.from_part(part, effect_state)
-    w, h, seat = governor.half_width, governor.half_height, governor.spring_seat_radius
-    axes = (0.0, 0.0, angle)
-    left, right = (side.weight[0] for side in governor.sides(pose))
-    yield Lines("plan arm", ((axes_to_plane(axes, -seat, 0.0), axes_to_plane(axes, seat, 0.0)),))
-    for x in (left, right):
-        corners = ((x - w, -h), (x + w, -h), (x + w, h), (x - w, h))
-        yield Polygon("ball", tuple(axes_to_plane(axes, *corner) for corner in corners))
-    yield Circle("sleeve", 0.0, 0.0, 0.3 * governor.arm)
-    yield Circle("mark", *axes_to_plane(axes, right, 0.0), 0.3 * h)
+    def plan_shapes(self, pose: FloatArray, angle: float) -> Iterator[DrawnShape]:
+        """Yield weights, cross rod and sleeve from above; a mark identifies the right weight."""
+        (w, h), seat, axes = self.weight_size, self.spring_seat_radius, (0.0, 0.0, angle)
+        left, right = (side.weight[0] for side in self.sides(pose))
+        yield Lines("plan arm", ((axes_to_plane(axes, -seat, 0.0), axes_to_plane(axes, seat, 0.0)),))
+        for x in (left, right):
+            yield Polygon("ball", place_points(axes, make_rectangle("ball", x - w, x + w, -h, h).points))
+        yield Circle("sleeve", 0.0, 0.0, 0.3 * self.arm)
+        yield Circle("mark", *axes_to_plane(axes, right, 0.0), 0.3 * h)
 
-
-def weight_path(part: Part, poses: FloatArray) -> FloatArray:
-    """Return the path (n, 2) (m) of the centre of the right weight."""
-    return HartungProportions.from_part(part).weight_centres(poses)
+    def traced_path(self, poses: FloatArray) -> FloatArray:
+        """Return the path (n, 2) (m) of the centre of the right weight."""
+        return self.weight_centres(poses)
 
 
 def _weight_shapes(governor: HartungProportions, side: HartungSide) -> list[DrawnShape]:
     """Return a weight in section: the bore for its spring is open outward. It stays upright or rotates with its arm."""
-    w, h, bore, wall = governor.half_width, governor.half_height, governor.bore_half_height, 0.28 * governor.half_width
-    tilt_angle = side.lever_angle if governor.weights_rotate else 0.0
+    (w, h), bore, cranks = governor.weight_size, governor.bore_half_height, governor.find_effect(BellCrankMasses)
+    wall = 0.28 * w
+    tilt_angle = side.lever_angle if cranks and (cranks.weight_width or cranks.weight_height) else 0.0
     c, s = math.cos(tilt_angle), math.sin(tilt_angle)
 
     def to_plane(x: float, y: float) -> Vec2:
@@ -112,7 +114,7 @@ def _crank_shapes(governor: HartungProportions, side: HartungSide) -> Iterator[D
 
 def _coil_strands(governor: HartungProportions, side: HartungSide) -> tuple[tuple[tuple[Vec2, ...], ...], tuple[tuple[Vec2, ...], ...]]:
     """Return the strands of a spring from the inner wall of the weight to its seat: those behind the cross rod, those in front of it."""
-    start = abs(side.weight[0]) - governor.half_width + 0.28 * governor.half_width
+    start = abs(side.weight[0]) - governor.weight_size[0] + 0.28 * governor.weight_size[0]
     pitch = (governor.spring_seat_radius - start) / _N_SPRING_TURNS
     half_height = 0.80 * governor.bore_half_height
     low = [(side.sign * (start + (k + 0.1) * pitch), -half_height) for k in range(_N_SPRING_TURNS)]

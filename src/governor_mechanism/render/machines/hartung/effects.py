@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterator
 
-from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
@@ -14,32 +13,29 @@ from governor_mechanism.render.machines.hartung.proportions import HartungPropor
 
 _WEIGHT_READINGS = ("lever_angle", "weight_radius")
 """Readings that determine the position of the weights."""
-_CYLINDER = parts.CylinderSizes(half_width=0.24, axis_distance=0.50, extra_length=0.45, min_length=0.7, wall=0.05, gap=0.1)
-_PISTON = parts.PistonSizes(clearance=0.06, lowest=0.14, thickness=0.1, rod_half_width=0.04, bracket_width=0.1)
 _STOP_HALF_HEIGHT = 0.16
 """Half height of the weight stops, as a fraction of the weight arm."""
 _SHOE_HEIGHT = 0.20
 
 
-def spindle_collar_height(governor: HartungProportions, lowest: float) -> float:
-    """Return the height (m) of the lower spindle collar if the lowest height of the sleeve lugs is `lowest` (m)."""
+def spindle_collar_height(governor: HartungProportions) -> float:
+    """Return the height (m) of the lower spindle collar, below the sleeve at its lowest."""
     u, gap = governor.arm, 0.14 * governor.arm
     if governor.find_lift_effect(DryFriction):
         gap += _SHOE_HEIGHT * u
     if governor.find_lift_effect(OutputSpring):
         gap += 0.9 * u
-    return lowest - governor.sleeve_size[1] - gap
+    return governor.lug_height_range[0] - governor.sleeve_size[1] - gap
 
 
-def static_effect_shapes(governor: HartungProportions, heights: Vec2) -> Iterator[DrawnShape]:
+def static_effect_shapes(governor: HartungProportions) -> Iterator[DrawnShape]:
     """Yield the shapes fixed to the frame: weight stops, dashpot cylinder and spring seat."""
     u = governor.arm
-    if stops := governor.effect_state.find_effect_on(Stops, *_WEIGHT_READINGS):
+    if stops := governor.find_effect(Stops, *_WEIGHT_READINGS):
         yield from _weight_stop_shapes(governor, stops)
-    if governor.find_lift_effect(Dashpot):
-        yield from _dashpot(governor, heights).cylinder_shapes()
+    yield from parts.cylinder_shapes(governor)
     if governor.find_lift_effect(OutputSpring):
-        y = spindle_collar_height(governor, heights[0])
+        y = spindle_collar_height(governor)
         yield make_rectangle("seat", -0.45 * u, 0.45 * u, y - 0.04 * u, y)
 
 
@@ -47,28 +43,26 @@ def moving_effect_shapes(governor: HartungProportions, height: float, time: floa
     """Yield the shapes that move with the sleeve, with its lugs at a height (m), at a time (s)."""
     u, base = governor.arm, height - governor.sleeve_size[1]
     w = governor.spindle_ratio * u
-    low, high = governor.lug_height_range
-    if governor.find_lift_effect(Dashpot):
-        yield from _dashpot(governor, (low, high)).piston_shapes(height - low, height)
+    yield from parts.piston_shapes(governor, height, height)
     if governor.find_lift_effect(OutputSpring):
-        yield Lines("spring", parts.helical_spring_lines((0.0, spindle_collar_height(governor, low)), (0.0, base), 0.36 * u, w))
+        yield Lines("spring", parts.helical_spring_lines((0.0, spindle_collar_height(governor)), (0.0, base), 0.36 * u, w))
     yield from parts.spindle_shoe_shapes(governor, time, base, (0.2, _SHOE_HEIGHT))
 
 
 def impact_shapes(governor: HartungProportions, sides: list[HartungSide], time: float) -> Iterator[DrawnShape]:
     """Yield rays where a weight has just struck its stop."""
-    if stops := governor.effect_state.find_effect_on(Stops, *_WEIGHT_READINGS):
-        impact, points = governor.effect_state.recent_impact(stops.reading, time), list[Vec2]()
-        if impact is not None:
-            is_inner_stop = impact.is_high_stop == (stops.reading == "lever_angle")  # the lever angle increases inward
-            face = -governor.half_width if is_inner_stop else governor.half_width
+    if stops := governor.find_effect(Stops, *_WEIGHT_READINGS):
+        struck_side, points = governor.struck_side(stops.reading, time), list[Vec2]()
+        if struck_side:
+            is_inner_stop = (struck_side > 0) == (stops.reading == "lever_angle")  # the lever angle increases inward
+            face = -governor.weight_size[0] if is_inner_stop else governor.weight_size[0]
             points = [(side.sign * (abs(side.weight[0]) + face), _stop_height(governor)) for side in sides]
         yield make_burst("burst", points, 0.3 * governor.arm)
 
 
 def _stop_height(governor: HartungProportions) -> float:
     """Return the height (m) at which the weights meet their stops."""
-    return 0.5 * (governor.bore_half_height + governor.half_height)
+    return 0.5 * (governor.bore_half_height + governor.weight_size[1])
 
 
 def _stop_radii(governor: HartungProportions, stops: Stops) -> Vec2:
@@ -81,24 +75,18 @@ def _stop_radii(governor: HartungProportions, stops: Stops) -> Vec2:
 
 def _weight_stop_shapes(governor: HartungProportions, stops: Stops) -> Iterator[DrawnShape]:
     """Yield the blocks that stop the weights: inside on the hub, outside on brackets from the spring seats."""
-    u, y = governor.arm, _stop_height(governor)
+    u, y, (weight_half_width, weight_half_height) = governor.arm, _stop_height(governor), governor.weight_size
     inner_radius, outer_radius = _stop_radii(governor, stops)
-    half_height = min(_STOP_HALF_HEIGHT * u, 0.8 * (governor.half_height - governor.bore_half_height) / 2)
-    inner, outer = inner_radius - governor.half_width, outer_radius + governor.half_width
+    half_height = min(_STOP_HALF_HEIGHT * u, 0.8 * (weight_half_height - governor.bore_half_height) / 2)
+    inner, outer = inner_radius - weight_half_width, outer_radius + weight_half_width
     if math.isfinite(inner):
         hub_face = max(inner - 0.16 * u, -0.2 * u) if inner > 0.05 * u else inner - 0.1 * u
         yield make_rectangle("bracket", -max(hub_face, 0.0), max(hub_face, 0.0), y - 0.5 * half_height, y + 0.5 * half_height)
         near, far = sorted((max(hub_face, 0.02 * u), inner))
-        yield from parts.stop_block_shapes(near, far, y - half_height, y + half_height, 0.07 * u)
+        yield from parts.hatched_pair_shapes("stop", (near, far), (y - half_height, y + half_height), 0.07 * u)
     if math.isfinite(outer):
         plate = governor.spring_seat_radius + 0.03 * u
         for sign, sides in zip((-1.0, 1.0), parts.both_sides(outer, outer + 0.13 * u), strict=True):
             yield make_bar("bracket", (sign * plate, 0.9 * governor.bore_half_height), (sign * plate, y), 0.07 * u)
             yield make_bar("bracket", (sign * outer + sign * 0.1 * u, y), (sign * plate, y), 0.07 * u)
             yield from make_hatched_block("stop", (0.0, 0.0, 0.0), (*sides, y - half_height, y + half_height), 0.07 * u)
-
-
-def _dashpot(governor: HartungProportions, heights: Vec2) -> parts.DashpotDrawing:
-    """Return the dashpot for the lowest and highest lug height (m)."""
-    u, (low, high), width = governor.arm, heights, governor.sleeve_size[0]
-    return parts.DashpotDrawing(cylinder=_CYLINDER, piston=_PISTON, arm=u, sleeve_half_width=width, top=low - 0.45 * u, stroke=high - low)

@@ -2,16 +2,15 @@
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from functools import cached_property
 
 import numpy as np
 
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.machines.hartung.machine import LEFT_WEIGHT, RIGHT_WEIGHT, SLEEVE
-from governor_mechanism.model.part import Part
-from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState
 from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Vec2
-from governor_mechanism.render.machines.governor_parts import GovernorProportions
+from governor_mechanism.render.machines.governor_parts import CylinderSizes, GovernorDrawing, PistonSizes
+from governor_mechanism.render.machines.machine_drawing import Dimension
 from governor_mechanism.types import FloatArray
 
 _NOMINAL_LEVER_SINE = 0.26
@@ -30,56 +29,45 @@ class HartungSide:
     lug: Vec2
 
 
-@dataclass(frozen=True, kw_only=True)
-class HartungProportions(GovernorProportions):
-    """Dimensions of the drawing in m, kg and rad; `hanger` is infinite if the hangers stay vertical.
+class HartungProportions(GovernorDrawing):
+    """Dimensions of the drawing in m, kg and rad; `hanger` is infinite if the hangers stay vertical."""
 
-    `half_width` and `half_height` are those of a weight. `weights_rotate` is true if the weights rotate with their arms.
-    `spring_seat_radius` is the distance of the outer spring ends from the axis.
-    """
+    spindle_ratio = 0.115
+    cylinder = CylinderSizes(half_width=0.24, axis_distance=0.50, extra_length=0.45, min_length=0.7, wall=0.05, gap=0.1)
+    piston = PistonSizes(clearance=0.06, lowest=0.14, thickness=0.1, rod_half_width=0.04, bracket_width=0.1)
 
-    spindle_ratio: ClassVar[float] = 0.115
+    arm = Dimension("weight_arm")
+    sleeve_arm = Dimension("sleeve_arm")
+    bell_crank_angle = Dimension("bell_crank_angle")
+    fulcrum_radius = Dimension("fulcrum_radius")
+    fulcrum_height = Dimension("fulcrum_height")
+    hanger = Dimension("hanger")
 
-    sleeve_arm: float
-    bell_crank_angle: float
-    fulcrum_radius: float
-    fulcrum_height: float
-    hanger: float
-    lug_offset: float
-    sleeve_mass: float
-    half_width: float
-    half_height: float
-    weights_rotate: bool
-    spring_seat_radius: float
-
-    @classmethod
-    def from_part(cls, part: Part, effect_state: EffectState = NO_EFFECTS) -> Self:
-        """Return the proportions of the drawing of a part."""
-        dimensions, cranks = part.dimensions, effect_state.find_effect(BellCrankMasses)
-        arm, radius, mass = dimensions["weight_arm"], dimensions["fulcrum_radius"], dimensions["weight_mass"]
-        half_width = 0.83 * max(radius - _NOMINAL_LEVER_SINE * arm, 0.3 * arm)
-        # A block of cast iron with equal depth and height.
-        half_height = 0.5 * math.sqrt(mass / (CAST_IRON_DENSITY * 2 * half_width))
-        half_height = min(max(half_height, 0.45 * arm), 0.82 * arm)
+    @cached_property
+    def weight_size(self) -> Vec2:
+        """Half width and half height of a weight (m): the given ones, or those of a block of cast iron with equal depth and height."""
+        cranks = self.find_effect(BellCrankMasses)
         if cranks and cranks.weight_width and cranks.weight_height:
-            half_width, half_height = cranks.weight_width / 2, cranks.weight_height / 2
-        outermost = max(effect_state.reading_ranges.get("weight_radius", (0.0, 0.0))[1], radius + _NOMINAL_LEVER_SINE * arm)
-        same_names = ("sleeve_arm", "bell_crank_angle", "fulcrum_radius", "fulcrum_height", "hanger", "lug_offset", "sleeve_mass")
-        return cls(
-            part=part,
-            effect_state=effect_state,
-            arm=arm,
-            **{name: dimensions[name] for name in same_names},
-            half_width=half_width,
-            half_height=half_height,
-            weights_rotate=bool(cranks and (cranks.weight_width or cranks.weight_height)),
-            spring_seat_radius=outermost + half_width + 0.22 * arm,
-        )
+            return cranks.weight_width / 2, cranks.weight_height / 2
+        half_width = 0.83 * max(self.fulcrum_radius - _NOMINAL_LEVER_SINE * self.arm, 0.3 * self.arm)
+        half_height = 0.5 * math.sqrt(self.part.dimensions["weight_mass"] / (CAST_IRON_DENSITY * 2 * half_width))
+        return half_width, min(max(half_height, 0.45 * self.arm), 0.82 * self.arm)
+
+    @property
+    def spring_seat_radius(self) -> float:
+        """Distance of the outer spring ends from the axis (m)."""
+        outermost = max(self.reading_range("weight_radius")[1], self.fulcrum_radius + _NOMINAL_LEVER_SINE * self.arm)
+        return outermost + self.weight_size[0] + 0.22 * self.arm
+
+    @property
+    def dashpot_top(self) -> float:
+        """Height of the top of a dashpot next to the sleeve (m)."""
+        return self.lug_height_range[0] - 0.45 * self.arm
 
     @property
     def bore_half_height(self) -> float:
         """Half height of the bore that holds the spring of a weight (m)."""
-        return 0.48 * self.half_height
+        return 0.48 * self.weight_size[1]
 
     @property
     def sleeve_size(self) -> Vec2:
@@ -87,7 +75,7 @@ class HartungProportions(GovernorProportions):
         radius = math.cbrt(self.sleeve_mass / (1.3 * math.pi * CAST_IRON_DENSITY))
         min_radius = abs(self.lug_offset) + 0.22 * self.arm
         if math.isinf(self.hanger):
-            lever_angles = self.effect_state.reading_ranges.get("lever_angle", (0.0, 0.0))
+            lever_angles = self.reading_range("lever_angle")
             ends = (self._sleeve_arm_end(angle)[0] for angle in lever_angles)
             min_radius = max(0.42 * self.arm, *(abs(end) + 0.11 * self.arm for end in ends))
         radius = max(min(max(radius, 0.45 * self.arm), 1.1 * self.arm), min_radius)

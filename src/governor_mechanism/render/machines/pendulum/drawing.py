@@ -1,19 +1,15 @@
 """Drawing of the pendulum governor: spindle, cross piece, arms, links, balls, and the sleeve with its load."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from itertools import chain
 
 from governor_mechanism.machines.pendulum.machine import LEFT_BALL, RIGHT_BALL, RIGHT_LINK
-from governor_mechanism.model.part import Part
-from governor_mechanism.render.effect_state import EffectState
 from governor_mechanism.render.geometry.free_space import first_free_position, horizontal_extents, select_extreme_rows
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, make_bar, make_rectangle
 from governor_mechanism.render.machines import governor_parts as parts
-from governor_mechanism.render.machines.pendulum import effects
-from governor_mechanism.render.machines.pendulum.clearance import clearance_lens_contents, clearance_lens_frame, clearance_slot_shapes
+from governor_mechanism.render.machines.pendulum import effects, sleeve
 from governor_mechanism.render.machines.pendulum.proportions import ARM_WIDTH, PendulumProportions
-from governor_mechanism.render.machines.pendulum.sleeve import sleeve_shapes
-from governor_mechanism.render.run_extents import RunExtents
 from governor_mechanism.types import FloatArray
 
 _LINK_WIDTH, _PIVOT_RADIUS = 0.042, 0.021
@@ -21,55 +17,52 @@ _SCALE_WIDTH = 0.365
 """Width of the lift scale with its numbers, as a fraction of the arm."""
 
 
-def background_shapes(part: Part, poses: FloatArray, extents: RunExtents) -> Iterator[DrawnShape]:
-    """Yield the spindle in its bearings, the suspension, the axis, the lift scale, and the effects fixed to the frame."""
-    governor = PendulumProportions.from_part(part, extents.effect_state)
-    u, w = governor.arm, governor.spindle_ratio * governor.arm
-    heights = governor.sleeve_height(poses)
-    lowest, highest = float(heights.min()), float(heights.max())
-    spindle_foot = lowest - governor.sleeve_size[1] - effects.spindle_foot_distance(governor, (lowest, highest))
-    yield from parts.spindle_shapes(w, (spindle_foot - 0.29 * u, 0.40 * u), spindle_foot - 0.16 * u, 0.33 * u)
-    yield from parts.bearing_shapes(w, 0.15 * u, 0.17 * u, 0.27 * u, 0.034 * u)
-    yield from parts.bearing_shapes(w, 0.15 * u, spindle_foot - 0.14 * u, spindle_foot - 0.04 * u, 0.034 * u)
-    yield make_rectangle("spindle", -1.6 * w, 1.6 * w, spindle_foot - 0.04 * u, spindle_foot - 0.012 * u)
-    yield from effects.static_effect_shapes(governor)
-    # The cross piece with the arm pins, keyed to the spindle.
-    yield make_rectangle("frame", -0.062 * u, 0.062 * u, -0.062 * u, 0.085 * u)
-    yield make_bar("frame", (-abs(governor.offset), 0.0), (abs(governor.offset), 0.0), 0.085 * u)
-    linkage_shapes = [shape for pose in poses[select_extreme_rows(poses)] for shape in _linkage_shapes(governor, pose)]
-    yield from _lift_scale_shapes(governor, linkage_shapes, (lowest - governor.zero_lift_height, highest - governor.zero_lift_height))
-    yield from clearance_lens_frame(governor)
+class PendulumDrawing(PendulumProportions):
+    """Drawing of a pendulum governor."""
 
+    panel_readings = ("arm_angle", "sleeve_lift", "spindle_speed")
+    plan_caption = ("from above,", "marked: the", "right ball")
 
-def moving_shapes(part: Part, pose: FloatArray, extents: RunExtents) -> Iterator[DrawnShape]:
-    """Yield sleeve, links, arms, balls, pins and their effects; the right half covers the left one."""
-    governor = PendulumProportions.from_part(part, extents.effect_state)
-    height, sides = float(governor.sleeve_height(pose)), governor.sides(pose)
-    yield from effects.sleeve_effect_shapes(governor, height, extents.time)
-    yield from sleeve_shapes(governor, height)
-    yield from clearance_slot_shapes(governor, height)
-    yield from _linkage_shapes(governor, pose)
-    yield from (Lines("ball shine", _highlight_arcs(side.ball, governor.ball_radius)) for side in sides)
-    pivots = [point for side in sides for point in (side.arm_pivot, side.link_joint, side.link_end)]
-    yield from (Circle("pivot", *point, _PIVOT_RADIUS * governor.arm) for point in pivots)
-    yield from effects.arm_effect_shapes(governor, pose, extents.time)
-    yield from clearance_lens_contents(governor, pose, extents.time)
+    def background_shapes(self) -> Iterator[DrawnShape]:
+        """Yield the spindle in its bearings, the suspension, the axis, the lift scale, and the effects fixed to the frame."""
+        u, w = self.arm, self.spindle_ratio * self.arm
+        spindle_foot = effects.spindle_foot_height(self)
+        yield from parts.spindle_shapes(w, (spindle_foot - 0.29 * u, 0.40 * u), spindle_foot - 0.16 * u, 0.33 * u)
+        for bottom, top in ((0.17 * u, 0.27 * u), (spindle_foot - 0.14 * u, spindle_foot - 0.04 * u)):
+            yield from parts.hatched_pair_shapes("bearing", (w, 0.15 * u), (bottom, top), 0.034 * u)
+        yield make_rectangle("spindle", -1.6 * w, 1.6 * w, spindle_foot - 0.04 * u, spindle_foot - 0.012 * u)
+        yield from effects.static_effect_shapes(self)
+        # The cross piece with the arm pins, keyed to the spindle.
+        yield make_rectangle("frame", -0.062 * u, 0.062 * u, -0.062 * u, 0.085 * u)
+        yield make_bar("frame", (-abs(self.offset), 0.0), (abs(self.offset), 0.0), 0.085 * u)
+        yield from _lift_scale_shapes(self)
+        yield from sleeve.clearance_lens_frame(self)
 
+    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+        """Yield sleeve, links, arms, balls, pins and their effects; the right half covers the left one."""
+        height, sides = float(self.sleeve_height(pose)), self.sides(pose)
+        yield from effects.sleeve_effect_shapes(self, height, time)
+        yield from sleeve.sleeve_shapes(self, height)
+        yield from sleeve.clearance_slot_shapes(self, height)
+        yield from _linkage_shapes(self, pose)
+        yield from (Lines("ball shine", _highlight_arcs(side.ball, self.ball_radius)) for side in sides)
+        pivots = [point for side in sides for point in (side.arm_pivot, side.link_joint, side.link_end)]
+        yield from (Circle("pivot", *point, _PIVOT_RADIUS * self.arm) for point in pivots)
+        yield from effects.arm_effect_shapes(self, pose, time)
+        yield from sleeve.clearance_lens_contents(self, pose, time)
 
-def plan_shapes(part: Part, pose: FloatArray, angle: float, effect_state: EffectState) -> Iterator[DrawnShape]:
-    """Yield sleeve, arms and balls from above; a mark identifies the right ball."""
-    governor = PendulumProportions.from_part(part, effect_state)
-    radii = (float(governor.ball_centres(pose, name)[0]) for name in (LEFT_BALL, RIGHT_BALL))
-    left, right = ((radius * math.cos(angle), radius * math.sin(angle)) for radius in radii)
-    yield Circle("sleeve", 0.0, 0.0, governor.sleeve_size[0])
-    yield Lines("plan arm", ((left, right),))
-    yield from (Circle("ball", *point, governor.ball_radius) for point in (left, right))
-    yield Circle("mark", *right, 0.42 * governor.ball_radius)
+    def plan_shapes(self, pose: FloatArray, angle: float) -> Iterator[DrawnShape]:
+        """Yield sleeve, arms and balls from above; a mark identifies the right ball."""
+        radii = (float(self.ball_centres(pose, name)[0]) for name in (LEFT_BALL, RIGHT_BALL))
+        left, right = ((radius * math.cos(angle), radius * math.sin(angle)) for radius in radii)
+        yield Circle("sleeve", 0.0, 0.0, self.sleeve_size[0])
+        yield Lines("plan arm", ((left, right),))
+        yield from (Circle("ball", *point, self.ball_radius) for point in (left, right))
+        yield Circle("mark", *right, 0.42 * self.ball_radius)
 
-
-def ball_path(part: Part, poses: FloatArray) -> FloatArray:
-    """Return the path (n, 2) (m) of the centre of the right ball."""
-    return PendulumProportions.from_part(part).ball_centres(poses)
+    def traced_path(self, poses: FloatArray) -> FloatArray:
+        """Return the path (n, 2) (m) of the centre of the right ball."""
+        return self.ball_centres(poses)
 
 
 def _linkage_shapes(governor: PendulumProportions, pose: FloatArray) -> Iterator[DrawnShape]:
@@ -93,15 +86,17 @@ def _highlight_arcs(ball: Vec2, radius: float) -> tuple[tuple[Vec2, ...], ...]:
     )
 
 
-def _lift_scale_shapes(governor: PendulumProportions, linkage_shapes: Sequence[DrawnShape], lifts: Vec2) -> Iterator[DrawnShape]:
-    """Yield a scale (mm) that covers the lifts (m), lowest and highest, at the height of the pointer.
+def _lift_scale_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
+    """Yield a scale (mm) that covers the lifts of the run, at the height of the pointer.
 
     It is next to the sleeve, or further out with leader lines if a part of the linkage passes there.
     """
     u, (width, drop) = governor.arm, governor.sleeve_size
-    ticks_mm = parts.lift_ticks(lifts, governor.zero_lift_height - drop, 0.04 * u, 0.1 * u)
+    ticks_mm = parts.lift_ticks(governor.reading_range(parts.LIFT_READING), governor.zero_lift_height - drop, 0.04 * u, 0.1 * u)
     bottom, top = ticks_mm[0][1] - 0.04 * u, ticks_mm[-1][1] + 0.04 * u
     preferred_x = width + 0.10 * u
+    linkages = (_linkage_shapes(governor, pose) for pose in governor.poses[select_extreme_rows(governor.poses)])
+    linkage_shapes = chain.from_iterable(linkages)
     # Leave a small gap to the linkage.
     x = first_free_position(horizontal_extents(linkage_shapes, bottom, top), preferred_x - 0.01 * u, _SCALE_WIDTH * u)
     # Text keeps its size when a wide machine is drawn at a small scale: far out, its space grows with the width.

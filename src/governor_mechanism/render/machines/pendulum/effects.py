@@ -26,41 +26,39 @@ _QUADRANT_RATIO, _CROSSED_QUADRANT_RATIO = 0.36, 0.62
 """Radius of the arc with the arm stops, as a fraction of the joint distance; for crossed arms beyond their intersection."""
 _INNER_STOP_HALF_WIDTH = 0.058
 """Half width of a stop on the spindle inside a spring, as a fraction of the arm."""
-_CYLINDER = parts.CylinderSizes(half_width=0.075, axis_distance=0.16, extra_length=0.20, min_length=0.26, wall=0.016, gap=0.035)
-_PISTON = parts.PistonSizes(clearance=0.022, lowest=0.05, thickness=0.035, rod_half_width=0.013, bracket_width=0.036)
 
 
-def spindle_foot_distance(governor: PendulumProportions, heights: Vec2) -> float:
-    """Return the distance (m) from the low end of the sleeve to the spindle foot, for the lowest and highest lug height (m)."""
-    u, shoe_height = governor.arm, _sleeve_depth(governor) - governor.sleeve_size[1]
+def spindle_foot_height(governor: PendulumProportions) -> float:
+    """Return the height (m) of the spindle foot, below the lowest position of the sleeve and of what acts there."""
+    u, (low, high), depth = governor.arm, governor.lug_height_range, governor.sleeve_size[1]
+    shoe_height = _sleeve_depth(governor) - depth
     distance = 0.10 * u + shoe_height
     collar = (_COLLAR_HEIGHT + 0.05) * u
     stops = governor.find_lift_effect(Stops)
     if stops and math.isfinite(stops.low):
-        distance = max(distance, heights[0] - (governor.zero_lift_height + stops.low) + shoe_height + collar)
+        distance = max(distance, low - (governor.zero_lift_height + stops.low) + shoe_height + collar)
     if governor.spring_side < 0:
-        distance = max(distance + 0.12 * u, shoe_height + max(0.30 * u, 0.5 * (heights[1] - heights[0])))
-    return distance
+        distance = max(distance + 0.12 * u, shoe_height + max(0.30 * u, 0.5 * (high - low)))
+    return low - depth - distance
 
 
 def static_effect_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
     """Yield the shapes fixed to the frame: stops of arms and sleeve, the disc that supports the sleeve spring, dashpot cylinder."""
     yield from _arm_stop_shapes(governor)
-    yield from _sleeve_stop_shapes(governor)
+    for box in _collar_boxes(governor).values():
+        yield from parts.hatched_pair_shapes("stop", box[:2], box[2:], 0.030 * governor.arm)
     if governor.spring_side:
         y, half_width = _spring_seat(governor)
         low, high = sorted((y, y + governor.spring_side * 0.03 * governor.arm))
         yield make_rectangle("seat", -half_width - 0.02 * governor.arm, half_width + 0.02 * governor.arm, low, high)
-    if governor.find_lift_effect(Dashpot):
-        yield from _dashpot(governor).cylinder_shapes()
+    yield from parts.cylinder_shapes(governor)
 
 
 def sleeve_effect_shapes(governor: PendulumProportions, height: float, time: float) -> Iterator[DrawnShape]:
     """Yield the effects on the sleeve, behind the governor, with its lugs at a height (m), at a time (s)."""
     u, base = governor.arm, height - governor.sleeve_size[1]
     w = governor.spindle_ratio * u
-    if governor.find_lift_effect(Dashpot):
-        yield from _dashpot(governor).piston_shapes(height - governor.lug_height_range[0], base + 0.035 * u)
+    yield from parts.piston_shapes(governor, height, base + 0.035 * u)
     if governor.spring_side:
         seat, half_width = _spring_seat(governor)
         low, high = sorted((seat, height + _sleeve_contact_above_lugs(governor)[0] if governor.spring_side > 0 else base))
@@ -70,15 +68,14 @@ def sleeve_effect_shapes(governor: PendulumProportions, height: float, time: flo
 
 def arm_effect_shapes(governor: PendulumProportions, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
     """Yield the effects on the arms, in front of the governor, at a pose (bodies, 3) and a time (s), and the impacts."""
-    find_effect_on = governor.effect_state.find_effect_on
     sides = governor.sides(pose)
-    if find_effect_on(OutputSpring, "ball_radius"):
+    if governor.find_effect(OutputSpring, "ball_radius"):
         yield _ball_spring(governor, sides)
-    if find_effect_on(OutputSpring, "arm_angle"):
+    if governor.find_effect(OutputSpring, "arm_angle"):
         yield from _spiral_springs(governor, float(governor.arm_angles(pose)))
-    if find_effect_on(Dashpot, *_ARM_READINGS):
+    if governor.find_effect(Dashpot, *_ARM_READINGS):
         yield from _rotary_dashpot_shapes(governor, sides)
-    if friction := find_effect_on(DryFriction, *_ARM_READINGS):
+    if friction := governor.find_effect(DryFriction, *_ARM_READINGS):
         yield from _arm_shoe_shapes(governor, friction, time)
     yield from _arm_impact_shapes(governor, time)
     yield from _sleeve_impact_shapes(governor, time)
@@ -88,25 +85,19 @@ def _spring_seat(governor: PendulumProportions) -> Vec2:
     """Return the height of the fixed end of the sleeve spring (m), and the half width of its coils (m)."""
     u, (low, high) = governor.arm, governor.lug_height_range
     if governor.spring_side < 0:
-        return low - governor.sleeve_size[1] - spindle_foot_distance(governor, (low, high)), 0.105 * u
+        return spindle_foot_height(governor), 0.105 * u
     contact_height, half_width = _sleeve_contact_above_lugs(governor)
     seat_height = high + contact_height + max(0.24 * u, 0.4 * (high - low))
-    if high_collar := _collar_boxes(governor).get(True):
+    if high_collar := _collar_boxes(governor).get(1):
         seat_height = max(seat_height, high_collar[3] + 0.05 * u)
     return max(min(seat_height, -0.085 * u), high + contact_height + 0.04 * u), min(half_width, 0.085 * u)
-
-
-def _dashpot(governor: PendulumProportions) -> parts.DashpotDrawing:
-    u, (low, high), (width, depth) = governor.arm, governor.lug_height_range, governor.sleeve_size
-    top, stroke = low - depth - 0.06 * u, high - low
-    return parts.DashpotDrawing(cylinder=_CYLINDER, piston=_PISTON, arm=u, sleeve_half_width=width, top=top, stroke=stroke)
 
 
 def _arm_shoe_shapes(governor: PendulumProportions, friction: DryFriction, time: float) -> list[DrawnShape]:
     """Return a friction shoe over the pin of each arm."""
     u, angles = governor.arm, [math.radians(30 + 120 * k / 10) for k in range(11)]
     arcs = ([(x + 0.075 * u * math.cos(a), 0.075 * u * math.sin(a)) for a in angles] for x in (-governor.offset, governor.offset))
-    return parts.friction_shoe_shapes(governor.effect_state, friction.reading, time, [make_band("shoe", arc, 0.040 * u) for arc in arcs])
+    return parts.friction_shoe_shapes(governor, friction.reading, time, [make_band("shoe", arc, 0.040 * u) for arc in arcs])
 
 
 def _rotary_dashpot_shapes(governor: PendulumProportions, sides: list[PendulumSide]) -> Iterator[DrawnShape]:
@@ -158,12 +149,12 @@ def _stop_angles(governor: PendulumProportions, stops: Stops) -> Vec2:
 
 def _arm_stop_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
     """Yield an arc on each side, fixed to the spindle, with a block at each stop of the arm."""
-    stops = governor.effect_state.find_effect_on(Stops, *_ARM_READINGS)
+    stops = governor.find_effect(Stops, *_ARM_READINGS)
     if stops is None:
         return
     low, high = _stop_angles(governor, stops)
     u, radius = governor.arm, _quadrant_radius(governor)
-    min_angle, max_angle = governor.effect_state.reading_ranges.get("arm_angle", (low, high))
+    min_angle, max_angle = governor.reading_range("arm_angle", (low, high))
     angle_margin = (ARM_WIDTH / 2 + 0.05) * u / radius
     start = low - angle_margin if math.isfinite(low) else min(min_angle, high) - angle_margin
     stop = high + angle_margin if math.isfinite(high) else max(max_angle, low) + angle_margin
@@ -187,45 +178,37 @@ def _quadrant_point(governor: PendulumProportions, sign: float, angle: float) ->
     return sign * (governor.offset + radius * math.sin(angle)), -radius * math.cos(angle)
 
 
-def _sleeve_stop_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
-    """Yield the collars on the spindle that stop the sleeve, in section on both sides."""
-    for box in _collar_boxes(governor).values():
-        yield from parts.stop_block_shapes(*box, 0.030 * governor.arm)
-
-
-def _collar_boxes(governor: PendulumProportions) -> dict[bool, BoundingBox]:
-    """Return left, right, bottom and top (m) of the right halves of the low (False) and the high (True) collar."""
+def _collar_boxes(governor: PendulumProportions) -> dict[int, BoundingBox]:
+    """Return left, right, bottom and top (m) of the right halves of the low (-1) and the high (1) collar."""
     stops = governor.find_lift_effect(Stops)
     u, inner = governor.arm, governor.spindle_ratio * governor.arm
-    boxes: dict[bool, BoundingBox] = {}
+    boxes: dict[int, BoundingBox] = {}
     if stops and math.isfinite(stops.low):
         top = governor.zero_lift_height + stops.low - _sleeve_depth(governor)
         half_width = _INNER_STOP_HALF_WIDTH * u if governor.spring_side < 0 else 0.11 * u
-        boxes[False] = (inner, half_width, top - _COLLAR_HEIGHT * u, top)
+        boxes[-1] = (inner, half_width, top - _COLLAR_HEIGHT * u, top)
     if stops and math.isfinite(stops.high):
         contact_height, half_width = _sleeve_contact_above_lugs(governor)
         if governor.spring_side > 0:
             half_width = min(half_width, _INNER_STOP_HALF_WIDTH * u)
         bottom = governor.zero_lift_height + stops.high + contact_height
-        boxes[True] = (inner, half_width, bottom, bottom + _COLLAR_HEIGHT * u)
+        boxes[1] = (inner, half_width, bottom, bottom + _COLLAR_HEIGHT * u)
     return boxes
 
 
 def _arm_impact_shapes(governor: PendulumProportions, time: float) -> Iterator[DrawnShape]:
     """Yield rays where an arm has just struck a stop."""
-    if stops := governor.effect_state.find_effect_on(Stops, *_ARM_READINGS):
-        impact = governor.effect_state.recent_impact(stops.reading, time)
-        low, high = _stop_angles(governor, stops)
-        sides = (-1.0, 1.0) if impact else ()
-        angle = high if impact and impact.is_high_stop else low
-        yield make_burst("burst", [_quadrant_point(governor, side, angle) for side in sides], 0.085 * governor.arm)
+    if stops := governor.find_effect(Stops, *_ARM_READINGS):
+        struck_side = governor.struck_side(stops.reading, time)
+        angle = _stop_angles(governor, stops)[struck_side > 0]
+        points = [_quadrant_point(governor, side, angle) for side in ((-1.0, 1.0) if struck_side else ())]
+        yield make_burst("burst", points, 0.085 * governor.arm)
 
 
 def _sleeve_impact_shapes(governor: PendulumProportions, time: float) -> Iterator[DrawnShape]:
     """Yield rays where the sleeve has just struck a stop: at the sides of the collar, clear of the sleeve."""
     if governor.find_lift_effect(Stops):
-        impact, points = governor.effect_state.recent_impact(parts.LIFT_READING, time), list[Vec2]()
-        if impact and (box := _collar_boxes(governor).get(impact.is_high_stop)):
-            _, half_width, bottom, top = box
-            points = [(side * (half_width + 0.01 * governor.arm), (top + bottom) / 2) for side in (-1.0, 1.0)]
+        points = list[Vec2]()
+        if box := _collar_boxes(governor).get(governor.struck_side(parts.LIFT_READING, time)):
+            points = [(side * (box[1] + 0.01 * governor.arm), (box[3] + box[2]) / 2) for side in (-1.0, 1.0)]
         yield make_burst("burst", points, 0.075 * governor.arm)

@@ -3,19 +3,18 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, Self
 
 import numpy as np
 
+from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.machines.pendulum.machine import LEFT_BALL, RIGHT_BALL, SLEEVE
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.output_variables import LineAngle
-from governor_mechanism.model.part import Part
-from governor_mechanism.render.effect_state import NO_EFFECTS, EffectState, clearance_of
 from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Vec2, drawn_ball_radius
-from governor_mechanism.render.machines.governor_parts import GovernorProportions
+from governor_mechanism.render.machines.governor_parts import LIFT_READING, CylinderSizes, GovernorDrawing, PistonSizes
+from governor_mechanism.render.machines.machine_drawing import Dimension
 from governor_mechanism.types import FloatArray
 
 ARM_WIDTH = 0.058
@@ -37,32 +36,34 @@ class PendulumSide:
     link_end: Vec2
 
 
-@dataclass(frozen=True, kw_only=True)
-class PendulumProportions(GovernorProportions):
-    """Dimensions of the drawing in m and kg; `clearance` is the width of the slot in the sleeve."""
+class PendulumProportions(GovernorDrawing):
+    """Dimensions of the drawing in m and kg."""
 
-    spindle_ratio: ClassVar[float] = 0.030
+    spindle_ratio = 0.030
+    cylinder = CylinderSizes(half_width=0.075, axis_distance=0.16, extra_length=0.20, min_length=0.26, wall=0.016, gap=0.035)
+    piston = PistonSizes(clearance=0.022, lowest=0.05, thickness=0.035, rod_half_width=0.013, bracket_width=0.036)
 
-    offset: float
-    arm_joint: float
-    link: float
-    lug_offset: float
-    sleeve_mass: float
-    ball_radius: float
-    clearance: float
+    arm = Dimension("arm")
+    offset = Dimension("offset")
+    arm_joint = Dimension("arm_joint")
+    link = Dimension("link")
 
-    @classmethod
-    def from_part(cls, part: Part, effect_state: EffectState = NO_EFFECTS) -> Self:
-        """Return the proportions of the drawing of a part."""
-        rods, clearance = effect_state.find_effect(RodMasses), clearance_of(part, effect_state)
-        given_ball_radius = rods.ball_radius if rods else 0.0
-        return cls(
-            part=part,
-            effect_state=effect_state,
-            **{name: part.dimensions[name] for name in ("arm", "offset", "arm_joint", "link", "lug_offset", "sleeve_mass")},
-            ball_radius=given_ball_radius or drawn_ball_radius(part.dimensions["ball_mass"], part.dimensions["arm"]),
-            clearance=clearance.width if clearance else 0.0,
-        )
+    @property
+    def ball_radius(self) -> float:
+        """Radius of a ball (m): the given one, or that of a ball of cast iron."""
+        rods = self.find_effect(RodMasses)
+        return (rods.ball_radius if rods else 0.0) or drawn_ball_radius(self.part.dimensions["ball_mass"], self.arm)
+
+    @property
+    def clearance(self) -> float:
+        """Width of the slots in the sleeve (m)."""
+        clearance = self.find_effect(Clearance)
+        return clearance.width if clearance else 0.0
+
+    @property
+    def dashpot_top(self) -> float:
+        """Height of the top of a dashpot next to the sleeve (m)."""
+        return self.lug_height_range[0] - self.sleeve_size[1] - 0.06 * self.arm
 
     @cached_property
     def body_names(self) -> frozenset[str]:
@@ -86,8 +87,7 @@ class PendulumProportions(GovernorProportions):
         spring = self.find_lift_effect(OutputSpring)
         if spring is None:
             return 0
-        low, high = self.lift_range
-        return 1 if spring.free_value <= (low + high) / 2 else -1
+        return 1 if spring.free_value <= sum(self.reading_range(LIFT_READING)) / 2 else -1
 
     def ball_centres(self, poses: FloatArray, name: str = RIGHT_BALL) -> FloatArray:
         """Return the centre of a ball (..., 2) (m) at poses (..., bodies, 3); the mass centre of its body may be elsewhere."""

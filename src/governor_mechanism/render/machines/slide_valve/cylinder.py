@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, TextShape, Vec2, make_hatching, make_rectangle
 from governor_mechanism.render.machines.governor_parts import both_sides, mirror_outline
-from governor_mechanism.render.machines.slide_valve.proportions import STEAM_PHASES, ValveGearPosition, ValveGearProportions, steam_phase
+from governor_mechanism.render.machines.slide_valve.proportions import STEAM_PHASES, ValveGearPosition, ValveGearProportions
 
 # In crank radii, from the middle of the stroke and the base of the view.
 CYLINDER_BASE = 1.26
@@ -97,7 +97,7 @@ def cylinder_moving_shapes(valve_gear: ValveGearProportions, position: ValveGear
     floor, ceiling = _BORE_FLOOR * u, _BORE_CEILING * u
     half_piston, half_bore = _PISTON_THICKNESS / 2 * u, _BORE_HALF_LENGTH * u
     for side in (1.0, -1.0):
-        phase = steam_phase(valve_gear, position, side)
+        phase = valve_gear.steam_phase(position, side)
         passage = _passage_outline(valve_gear, side)
         face_x, end_x = piston + side * half_piston, side * half_bore
         steam_space = ((face_x, floor), (end_x, floor), (end_x, ceiling), (face_x, ceiling))

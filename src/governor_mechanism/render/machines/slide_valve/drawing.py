@@ -7,30 +7,30 @@ connecting-rod length, as in Marks' construction. The shaft is at the right.
 from collections.abc import Iterator
 
 from governor_mechanism.machines.driven_crank import CRANK, VALVE
-from governor_mechanism.model.part import Part
 from governor_mechanism.render.geometry.primitives import DrawnShape
 from governor_mechanism.render.machines.slide_valve import cylinder, engine, zeuner_dial
-from governor_mechanism.render.machines.slide_valve.proportions import valve_gear_position, valve_gear_proportions
-from governor_mechanism.render.run_extents import RunExtents
+from governor_mechanism.render.machines.slide_valve.proportions import ValveGearProportions
 from governor_mechanism.types import FloatArray
 
 _ENGINE_BASE = cylinder.CHEST_TOP + 0.10
 """Height of the base of the engine view, in crank radii: a small gap above the section."""
 
 
-def background_shapes(part: Part, poses: FloatArray, extents: RunExtents) -> Iterator[DrawnShape]:
-    """Yield castings, the divided circle, valve circles, and the curves of the run."""
-    valve_gear = valve_gear_proportions(part)
-    angles, valve_positions = poses[:, part.mechanism.body_index(CRANK), 2], poses[:, part.mechanism.body_index(VALVE), 0]
-    yield from engine.engine_background_shapes(valve_gear, _ENGINE_BASE * valve_gear.crank)
-    yield from cylinder.cylinder_background_shapes(valve_gear)
-    yield from zeuner_dial.dial_background_shapes(valve_gear, angles, valve_positions - valve_gear.centre)
+class SlideValveDrawing(ValveGearProportions):
+    """Drawing of an engine with a slide valve."""
 
+    panel_readings = ("valve_displacement", "crank_end_steam", "head_end_steam", "crank_end_travel")
 
-def moving_shapes(part: Part, pose: FloatArray, extents: RunExtents) -> Iterator[DrawnShape]:
-    """Yield all parts that the crank moves."""
-    valve_gear = valve_gear_proportions(part)
-    position = valve_gear_position(part, valve_gear, pose)
-    yield from engine.engine_moving_shapes(valve_gear, position, _ENGINE_BASE * valve_gear.crank)
-    yield from cylinder.cylinder_moving_shapes(valve_gear, position)
-    yield from zeuner_dial.dial_moving_shapes(valve_gear, position, cylinder.CYLINDER_BASE * valve_gear.crank)
+    def background_shapes(self) -> Iterator[DrawnShape]:
+        """Yield castings, the divided circle, valve circles, and the curves of the run."""
+        angles, valve_positions = (self.poses[:, self.part.mechanism.body_index(name), k] for name, k in ((CRANK, 2), (VALVE, 0)))
+        yield from engine.engine_background_shapes(self, _ENGINE_BASE * self.crank)
+        yield from cylinder.cylinder_background_shapes(self)
+        yield from zeuner_dial.dial_background_shapes(self, angles, valve_positions - self.centre)
+
+    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+        """Yield all parts that the crank moves."""
+        position = self.position(pose)
+        yield from engine.engine_moving_shapes(self, position, _ENGINE_BASE * self.crank)
+        yield from cylinder.cylinder_moving_shapes(self, position)
+        yield from zeuner_dial.dial_moving_shapes(self, position, cylinder.CYLINDER_BASE * self.crank)

@@ -1,0 +1,83 @@
+"""What the drawing of a machine is: shapes in metres, without colours, that do not move, that move, and that are seen from above."""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from typing import ClassVar
+
+from governor_mechanism.render.geometry.body_points import drawn_point_paths
+from governor_mechanism.render.geometry.free_space import select_extreme_rows
+from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, bounding_box, drawn_ball_radius, make_bar
+from governor_mechanism.render.part_run import PartRun
+from governor_mechanism.types import FloatArray
+
+SWEEP_ARC_CAPTION = ("arc: turned", "since the", "last frame")
+"""Caption of the arc on the ring of the plan view, line by line."""
+_MARGIN_RATIO = 0.02
+"""Free border around the shapes, as a fraction of the larger side."""
+
+
+class Dimension:
+    """A dimension of the drawn machine (SI)."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __get__(self, drawing: PartRun, owner: type) -> float:
+        return drawing.part.dimensions[self._name]
+
+
+class MachineDrawing(PartRun, ABC):
+    """Drawing of a machine during a run.
+
+    Shapes are listed back to front. Every pose gives the same number of shapes, of the same kinds and roles.
+    `panel_readings` are the readings of the side panel, most important first; `plan_caption` is the text at the plan view, line by line.
+    """
+
+    panel_readings: ClassVar[tuple[str, ...]] = ()
+    plan_caption: ClassVar[tuple[str, ...]] = ("from above",)
+
+    @abstractmethod
+    def background_shapes(self) -> Iterable[DrawnShape]:
+        """Return the shapes that do not move during the run."""
+
+    @abstractmethod
+    def moving_shapes(self, pose: FloatArray, time: float) -> Iterable[DrawnShape]:
+        """Return the moving shapes at a pose (bodies, 3) and a time (s)."""
+
+    def plan_shapes(self, pose: FloatArray, angle: float) -> Iterable[DrawnShape]:
+        """Yield the rotating plane from above, at a spindle angle (rad): every body at its distance from the axis."""
+        u, c, s = self.part.mechanism.length_scale, math.cos(angle), math.sin(angle)
+        positions = [(x * c, x * s) for x in pose[:, 0].tolist()]
+        yield from (make_bar("arm", (0.0, 0.0), point, 0.05 * u) for point in positions)
+        for body, point in zip(self.part.mechanism.bodies, positions, strict=True):
+            yield Circle("ball", *point, 0.7 * drawn_ball_radius(body.mass, u))
+
+    def traced_path(self, poses: FloatArray) -> FloatArray | None:
+        """Return the path (n, 2) (m) to draw, if there is one, for poses (n, bodies, 3)."""
+        return None
+
+    def dial_shapes(self, pose: FloatArray, angle: float, angle_change: float, ring_radius: float) -> tuple[DrawnShape, ...]:
+        """Return the rotating plane from above, turned anticlockwise by `angle` (rad), inside a ring of radius `ring_radius` (m).
+
+        `angle_change` (rad) is the rotation since the last frame. It is drawn as an arc on the ring, so that a speed too high for the
+        frame rate shows as a closed ring and not as a false slow rotation.
+        """
+        sweep_angle = math.copysign(min(abs(angle_change), 2 * math.pi), angle_change)
+        arc = tuple((ring_radius * math.cos(a), ring_radius * math.sin(a)) for a in (angle - sweep_angle * k / 32 for k in range(33)))
+        hub = Circle("hub", 0.0, 0.0, 0.05 * ring_radius)
+        return Lines("sweep", (arc,)), Lines("hand", (((0.0, 0.0), arc[0]),)), *self.plan_shapes(pose, angle), hub
+
+    def dial_ring_radius(self) -> float:
+        """Return the radius (m) of a ring that contains the plan view at every pose of the run."""
+        plans = (self.plan_shapes(pose, 0.0) for pose in self.poses[select_extreme_rows(self.poses)])
+        return 1.10 * max(max(map(abs, bounding_box(plan))) for plan in plans)
+
+    def bounds(self) -> BoundingBox:
+        """Return the box (m) that contains every shape of the run, with a margin."""
+        shapes = list(self.background_shapes())
+        for k in select_extreme_rows(drawn_point_paths(self.part.mechanism, self.poses)):
+            shapes += self.moving_shapes(self.poses[k], float(self.run.times[k]))
+        left, right, bottom, top = bounding_box(shapes)
+        margin = _MARGIN_RATIO * max(right - left, top - bottom)
+        return left - margin, right + margin, bottom - margin, top + margin
