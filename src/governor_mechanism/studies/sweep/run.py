@@ -103,21 +103,10 @@ class SweepTask(AxisGrid):
         return scene, machine_class, given_dimensions, ReducedBatch(scene, names, initial_tolerance(accuracy), ReducedEngine().max_steps)
 
 
-def sweep(
-    scene: Scene,
-    vary: Mapping[str, Any] | Sequence[str],
-    quantities: QuantityRequest = None,
-    *,
-    engine: str = "auto",
-    accuracy: float | None = None,
-    certify: bool = False,
-    workers: int = 1,
-    out: str | Path | None = None,
-    progress: SweepProgress | None = None,
-) -> Sweep:
-    """Run a scene at every combination of values of its keys.
-
-    Raises MechanismError with a message for each mistake of the request, or if `out` holds another sweep.
+def make_task(
+    scene: Scene, vary: Any, quantities: QuantityRequest, engine: str, accuracy: float | None, certify: bool, workers: int
+) -> SweepTask:
+    """Return the task of a sweep of a scene at every combination of values of its keys.
 
     Parameters
     ----------
@@ -134,49 +123,18 @@ def sweep(
     certify
         Whether to estimate the error of every run.
     workers
-        Number of processes; the result does not depend on it.
-    out
-        Folder for journal, table and record; an interrupted sweep continues from there. None writes nothing.
-    progress
-        Callback with the number of finished rows and of all rows.
+        Number of processes, which is only validated.
 
     Returns
     -------
-    Sweep
-        Rows and axes.
+    SweepTask
+        The task.
+
+    Raises
+    ------
+    MechanismError
+        With a message for each mistake of the request.
     """
-    task = _make_task(scene, vary, quantities, engine, accuracy, certify, workers)
-    files = None if out is None else SweepFiles(Path(out), scene.source, task, task.settings)
-    rows = {} if files is None else files.read_finished_rows()
-    n_rows = math.prod(task.shape)
-    pending = [index for index in range(n_rows) if index not in rows]
-    journal: AbstractContextManager[RowWriter] = nullcontext(lambda row: None)
-    if files is not None and pending:
-        journal = files.open_journal(rows.values())
-    report_progress = progress or (lambda n_done, n_rows: None)
-    report_progress(len(rows), n_rows)
-    with journal as append_row, closing(_compute_rows(task, pending, workers)) as new_rows:
-        for row in new_rows:
-            rows[row.index] = row
-            append_row(row)
-            report_progress(len(rows), n_rows)
-    result = Sweep(
-        title=scene.title,
-        source=scene.source,
-        axes=task.axes,
-        quantities=task.quantities,
-        accuracy=scene.run.accuracy if accuracy is None else accuracy,
-        rows=tuple(rows[index] for index in range(n_rows)),
-    )
-    if files is not None:
-        files.write_results(result)
-    return result
-
-
-def _make_task(
-    scene: Scene, vary: Any, quantities: QuantityRequest, engine: str, accuracy: float | None, certify: bool, workers: int
-) -> SweepTask:
-    """Return the task; raise MechanismError with all mistakes of the request."""
     collector = ProblemCollector()
     document = collector.attempt("", _require_unchanged_document, scene) or {}
     axes = (collector.attempt("", parse_axes, document, vary) if document else None) or ()
@@ -191,18 +149,61 @@ def _make_task(
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
         problems.append(f"workers must be a whole number of at least 1; got {workers!r}")
     given_for_all = {"run.engine": engine != "auto", "run.accuracy": accuracy is not None}
-    problems += [
-        f"vary: {axis.key} has no effect if it is also given for all rows; leave one of the two out"
-        for axis in axes
-        if given_for_all.get(axis.key)
-    ]
-    names = [axis.key for axis in axes]
-    problems += [
-        f"quantity {one.name!r} has the name of a varied key; choose another name" for one in parsed_quantities if one.name in names
-    ]
+    keys, reason = [axis.key for axis in axes], "has no effect if it is also given for all rows; leave one of the two out"
+    problems += [f"vary: {key} {reason}" for key in keys if given_for_all.get(key)]
+    clashes = [one.name for one in parsed_quantities if one.name in keys]
+    problems += [f"quantity {name!r} has the name of a varied key; choose another name" for name in clashes]
     if problems:
         raise MechanismError(*problems)
     return SweepTask(document=document, axes=axes, quantities=parsed_quantities, engine=engine, accuracy=accuracy, certify=certify)
+
+
+def run_sweep(scene: Scene, task: SweepTask, workers: int, out: str | Path | None, progress: SweepProgress | None) -> Sweep:
+    """Run all rows of a task that are not on disk yet.
+
+    Parameters
+    ----------
+    scene
+        Scene of the task.
+    task
+        What determines the rows.
+    workers
+        Number of processes; the result does not depend on it.
+    out
+        Folder for journal, table and record; an interrupted sweep continues from there. None writes nothing.
+    progress
+        Callback with the number of finished rows and of all rows.
+
+    Returns
+    -------
+    Sweep
+        Rows and axes.
+
+    Raises
+    ------
+    MechanismError
+        If `out` holds another sweep.
+    """
+    files = None if out is None else SweepFiles(Path(out), scene.source, task, task.settings)
+    rows = {} if files is None else files.read_finished_rows()
+    n_rows = math.prod(task.shape)
+    pending = [index for index in range(n_rows) if index not in rows]
+    journal: AbstractContextManager[RowWriter] = nullcontext(lambda row: None)
+    if files is not None and pending:
+        journal = files.open_journal(rows.values())
+    report_progress = progress or (lambda n_done, n_rows: None)
+    report_progress(len(rows), n_rows)
+    with journal as append_row, closing(_compute_rows(task, pending, workers)) as new_rows:
+        for row in new_rows:
+            rows[row.index] = row
+            append_row(row)
+            report_progress(len(rows), n_rows)
+    tolerance = scene.run.accuracy if task.accuracy is None else task.accuracy
+    ordered = tuple(rows[index] for index in range(n_rows))
+    result = Sweep(title=scene.title, source=scene.source, axes=task.axes, quantities=task.quantities, accuracy=tolerance, rows=ordered)
+    if files is not None:
+        files.write_results(result)
+    return result
 
 
 def _require_unchanged_document(scene: Scene) -> Mapping[str, Any]:
