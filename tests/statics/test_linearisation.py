@@ -11,7 +11,7 @@ import pytest
 from scipy.optimize import brentq
 
 import governor_mechanism as gm
-from governor_mechanism.cli.linearisation import report_linearisation
+from governor_mechanism.cli.summary import report_linearisation
 from governor_mechanism.closed_form.governed_engine.watt_engine import (
     WattEngine,
     damping_limit,
