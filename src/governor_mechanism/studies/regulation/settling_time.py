@@ -98,11 +98,9 @@ def study_settling(
         raise MechanismError(f"with no dashpot does the governor settle within {scene.run.duration:g} s; increase run.duration")
     k = int(np.argmin(settling_times))
     bounds = (requested_coefficients[max(k - 1, 0)], requested_coefficients[min(k + 1, len(requested_coefficients) - 1)])
+    options = {"xatol": 1e-3 * requested_coefficients[k]}
     refined = minimize_scalar(
-        lambda coefficient: min(settling_time_of(coefficient), 1e3 * scene.run.duration),
-        bounds=bounds,
-        method="bounded",
-        options={"xatol": 1e-3 * requested_coefficients[k]},
+        lambda one: min(settling_time_of(one), 1e3 * scene.run.duration), bounds=bounds, method="bounded", options=options
     )
     best_time, best_coefficient = min((float(settling_times[k]), float(requested_coefficients[k])), (float(refined.fun), float(refined.x)))
     return SettlingStudy(
@@ -136,7 +134,7 @@ def _find_equilibrium_of_momentum(run: Trajectory) -> float:
     def generalised_force(value: float) -> float:
         coefficients = reduction.evaluate([value], last_poses)
         speed = angular_momentum / (reduction.free_spindle_inertia + coefficients.spindle_inertia[0])
-        return float(coefficients.potential_derivative[0] - 0.5 * speed**2 * coefficients.spindle_inertia_derivative[0])
+        return float(coefficients.force_terms(speed**2).sum())
 
     width = 1e-3
     while generalised_force(last_value - width) * generalised_force(last_value + width) > 0:
