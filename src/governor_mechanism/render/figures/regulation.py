@@ -11,7 +11,7 @@ from governor_mechanism.render.figures.page import Page, Panel, PanelRect, add_l
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.studies.regulation.cyclic_irregularity import ClearanceStudy, CyclicMotionStudy
 from governor_mechanism.studies.regulation.fold_jump import FoldJumpStudy
-from governor_mechanism.studies.regulation.settling_time import SettlingStudy
+from governor_mechanism.studies.regulation.settling_time import SETTLING_TOLERANCE, SettlingStudy
 from governor_mechanism.types import FloatArray
 
 _MM_PER_M = 1e3
@@ -103,7 +103,7 @@ def settling_figure(study: SettlingStudy, path: str | os.PathLike[str]) -> Path:
     panel.write_note(f"{best_time:.3g} s with {best_damping:.3g} N s/m", study.best, (0, -16), ha="center", color=VERMILLION)
     for text, x in (("oscillates", 0.12), ("creeps", 0.86)):
         panel.write_note(text, (x, 0.30), xycoords="axes fraction", ha="center", color=MUTED)
-    band = f"{study.tolerance:.0%} of their travel around the new equilibrium"
+    band = f"{SETTLING_TOLERANCE:.0%} of their travel around the new equilibrium"
     page.write_footnote(f"from the load change until the arms stay within {band}")
     return page.save_png(path)
 

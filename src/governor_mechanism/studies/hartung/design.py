@@ -249,7 +249,7 @@ def build_hartung_layout(inputs: HartungInputs, angle: float, sleeve_arm: float 
     )
 
 
-def find_best_angle(inputs: HartungInputs = PAPER_INPUTS) -> tuple[float, float]:
+def find_best_angle(inputs: HartungInputs) -> tuple[float, float]:
     """Return the angle (rad, at least 90 deg) with the smallest spread of the static sleeve force, and that spread."""
 
     def spread(angle: float) -> float:

@@ -14,15 +14,13 @@ DAMPING_RATIO = 0.7
 """Damping ratio of the dashpot of the scene at mid stroke."""
 
 
-def export_scene_document(design: HartungDesign, title: str = "Hartung governor, designed") -> dict[str, Any]:
+def export_scene_document(design: HartungDesign) -> dict[str, Any]:
     """Return a runnable scene of the design: a run-up from the slow to the fast speed, with stops and a dashpot.
 
     Parameters
     ----------
     design
         The design.
-    title
-        Title of the scene.
 
     Returns
     -------
@@ -33,7 +31,7 @@ def export_scene_document(design: HartungDesign, title: str = "Hartung governor,
     slow, fast = (speed * 30 / math.pi for speed in (inputs.slow_speed, inputs.fast_speed))
     swing = f"{math.degrees(inputs.swing):.12g} deg"
     return {
-        "title": title,
+        "title": "Hartung governor, designed",
         "machine": "hartung",
         "dimensions": {
             "weight_arm": _format_mm(governor.weight_arm),
