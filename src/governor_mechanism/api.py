@@ -390,9 +390,19 @@ def stability_limit(scene: SceneSource, key: str, low: float | str, high: float 
     >>> import governor_mechanism as gm
     >>> gm.stability_limit("engine.toml", "effects.dashpot.sleeve", 0.0, 100.0).value  # doctest: +SKIP
     """
-    from governor_mechanism.studies.stability_limit import find_scene_stability_limit
+    from governor_mechanism.statics.stability_limit import find_stability_limit
+    from governor_mechanism.studies.sweep.parameters import parse_axes, parse_scene_with
 
-    return find_scene_stability_limit(_as_scene(scene), key, low, high)
+    document = _as_scene(scene).document
+    (axis,) = parse_axes(document, {key: [low, high]})
+    if not axis.is_numeric:
+        raise MechanismError(f"{key} takes no quantity, so it has no limit of stability; name the key of a number")
+
+    def linearise_at(value: float) -> Linearisation:
+        return linearise(parse_scene_with(document, [(axis.key, f"{value!r} {axis.unit}" if axis.unit else value)]))
+
+    first, last = (float(value) for value in axis.values)
+    return find_stability_limit(linearise_at, first, last, key=key, unit=axis.unit)
 
 
 def accuracy_study(scene: SceneSource, longest: float = 1.0, progress: Progress | None = None) -> AccuracyStudy:
@@ -517,11 +527,11 @@ def sweep(
     >>> table = gm.sweep("porter", {"dimensions.arm": ["280 mm", "300 mm"]}, ["max arm_angle"])  # doctest: +SKIP
     >>> table.column("max arm_angle")  # doctest: +SKIP
     """
-    from governor_mechanism.studies.sweep.run import sweep as run_sweep
+    from governor_mechanism.studies.sweep.run import make_task, run_sweep
 
-    return run_sweep(
-        _as_scene(scene), vary, quantities, engine=engine, accuracy=accuracy, certify=certify, workers=workers, out=out, progress=progress
-    )
+    resolved_scene = _as_scene(scene)
+    task = make_task(resolved_scene, vary, quantities, engine, accuracy, certify, workers)
+    return run_sweep(resolved_scene, task, workers, out, progress)
 
 
 def valve_timing(scene: SceneSource) -> ValveTiming:

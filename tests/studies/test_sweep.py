@@ -14,10 +14,9 @@ import governor_mechanism as gm
 from governor_mechanism.engines.reduced.batch import ReducedBatch
 from governor_mechanism.render.figures.sweep import sweep_figure
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.studies.sweep.batch_rows import BatchedRows
 from governor_mechanism.studies.sweep.parameters import MAX_SWEEP_ROWS, parse_axes, replace_document_value
 from governor_mechanism.studies.sweep.quantities import find_reading_units
-from governor_mechanism.studies.sweep.run import compute_rows
+from governor_mechanism.studies.sweep.run import SweepTask, compute_row
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 
 DOCUMENT = {
@@ -124,7 +123,7 @@ def test_a_sweep_that_is_done_is_read_back(scene, tmp_path, monkeypatch):
     vary = [MASSES, REFUSED]
     first = gm.sweep(scene, vary, out=tmp_path)
     files = listing(tmp_path)
-    monkeypatch.setattr("governor_mechanism.studies.sweep.run.compute_rows", None)
+    monkeypatch.setattr("governor_mechanism.studies.sweep.run.compute_row", None)
     second = gm.sweep(scene, vary, out=tmp_path)
     assert listing(tmp_path) == files
     np.testing.assert_array_equal(first.column("min arm_angle"), second.column("min arm_angle"))
@@ -395,14 +394,14 @@ def test_large_numbers_with_a_unit_are_taken_at_their_word(scene):
 
 def test_rows_do_not_depend_on_their_company(scene, monkeypatch):
     tasks = []
-    monkeypatch.setattr("governor_mechanism.studies.sweep.run.compute_rows", lambda task, indices: _noted(tasks, task, indices))
+    monkeypatch.setattr("governor_mechanism.studies.sweep.run.compute_row", lambda task, index: _noted(tasks, task, index))
     whole = gm.sweep(scene, [ARMS, MASSES])
-    assert compute_rows(tasks[0], [7, 2]) == [whole.rows[7], whole.rows[2]]
+    assert [compute_row(tasks[0], index) for index in (7, 2)] == [whole.rows[7], whole.rows[2]]
 
 
-def _noted(tasks, task, indices):
+def _noted(tasks, task, index):
     tasks.append(task)
-    return compute_rows(task, indices)
+    return compute_row(task, index)
 
 
 @pytest.mark.parametrize(
@@ -445,7 +444,7 @@ def test_rows_made_together_are_those_of_single_runs(monkeypatch):
     together = gm.sweep(scene, vary, TAKEN)
     made = []
     with monkeypatch.context() as patched:
-        patched.setattr(BatchedRows, "run_uncertified", lambda rows, dimensions: made.append(dimensions))
+        patched.setattr(SweepTask, "run_batched", lambda task, index: made.append(index))
         single = gm.sweep(scene, vary, TAKEN)
     assert len(made) == 9  # they would have been made together
     assert together.outcomes == single.outcomes

@@ -1,4 +1,4 @@
-"""Output and exit status of the commands: messages, JSON, progress, interrupts."""
+"""What the commands share: options, output folder, messages, JSON, progress, interrupts, exit status."""
 
 import functools
 import signal
@@ -9,10 +9,21 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.files.plain_values import format_json
+
+SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A scene file (TOML), or the name of a shipped scene.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object to standard output, and nothing else.")]
+Accuracy = Annotated[float | None, typer.Option(help="Accuracy relative to the scale of each reading; by default the one of the scene.")]
+FigureFolder = Annotated[Path, typer.Option(help="Folder for the figures.")]
+NoFigure = Annotated[bool, typer.Option("--no-figure", help="Draw no figure.")]
+
+RESULTS_FOLDER = Path("results")
+"""Folder for all results without the option --out."""
 
 EXIT_OK, EXIT_FAILED, EXIT_BAD_INPUT, EXIT_INTERRUPTED = 0, 1, 2, 130
 
@@ -99,6 +110,13 @@ def _report_failure(error: BaseException, *, as_json: bool) -> int:
         file_name = error.filename or "the results"
         return _report_problems([f"cannot read or write {file_name}: {error.strerror or error}"], as_json=as_json)
     raise error
+
+
+def prepare_folder(out: Path) -> None:
+    """Create the output folder; raise MechanismError if a file has its name."""
+    if out.exists() and not out.is_dir():
+        raise MechanismError(f"--out {out} is a file; give the name of a folder")
+    out.mkdir(parents=True, exist_ok=True)
 
 
 class InterruptHandler:

@@ -1,4 +1,4 @@
-"""The command line: `models`, `run`, `equilibria`, `crosscheck`, `design`, and the commands of `cli.studies`.
+"""The command line: `models`, `run`, `equilibria`, `crosscheck`, and the commands of `cli.studies`.
 
 Heavy imports are made when a command needs them.
 """
@@ -14,19 +14,13 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.design import design
-from governor_mechanism.cli.options import RESULTS_FOLDER, Accuracy, AsJson, FigureFolder, NoFigure, SceneName, prepare_folder
-from governor_mechanism.cli.studies import accuracy, effects, regulation, sweep
-from governor_mechanism.errors import MechanismError
+from governor_mechanism.cli.studies import accuracy, design, effects, regulation, sweep
 from governor_mechanism.files.plain_values import finite_or_none
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from governor_mechanism.model.scene import Scene
+    from governor_mechanism.cli.summary import EquilibriaReport
     from governor_mechanism.model.trajectory import Trajectory
-    from governor_mechanism.statics.equilibria import Equilibrium
-    from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
+    from governor_mechanism.statics.speed_curve import SpeedCurve
 
 app = typer.Typer(
     name="governor-mechanism",
@@ -72,7 +66,7 @@ def options(
     """Simulate, film and verify the mechanisms that once controlled machines."""
 
 
-def models(as_json: AsJson = False) -> console.CommandResult:
+def models(as_json: console.AsJson = False) -> console.CommandResult:
     """List the shipped scenes, one per line."""
     from governor_mechanism.units.text_table import format_table
 
@@ -82,13 +76,13 @@ def models(as_json: AsJson = False) -> console.CommandResult:
 
 
 def run(
-    scene: SceneName,
+    scene: console.SceneName,
     engine: Annotated[str, typer.Option(help="Name of an engine; auto uses the engine of the scene.")] = "auto",
-    accuracy: Accuracy = None,
-    out: Annotated[Path, typer.Option(help="Folder for the results.")] = RESULTS_FOLDER,
+    accuracy: console.Accuracy = None,
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = console.RESULTS_FOLDER,
     film: Annotated[FilmFormat, typer.Option(help="File format of the film; mp4 needs the extra 'video'.")] = FilmFormat.GIF,
     no_film: Annotated[bool, typer.Option("--no-film", help="Write no film.")] = False,
-    as_json: AsJson = False,
+    as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Simulate a scene; write its film, figure, readings (CSV), arrays (netCDF) and a record (JSON)."""
     from governor_mechanism.cli.summary import format_run
@@ -99,7 +93,7 @@ def run(
         from governor_mechanism.render.film.writer import require_video_writer
 
         require_video_writer()
-    prepare_folder(out)
+    console.prepare_folder(out)
     loaded_scene = gm.load(scene)
     with console.show_status("simulating"):
         result = gm.run(loaded_scene, engine=engine, accuracy=accuracy)
@@ -115,7 +109,7 @@ def run(
     return console.CommandResult(text=text, values={**values, "files": files}, ok=result.outcome.ok)
 
 
-def crosscheck(scene: SceneName, as_json: AsJson = False) -> console.CommandResult:
+def crosscheck(scene: console.SceneName, as_json: console.AsJson = False) -> console.CommandResult:
     """Compare the simulation of a scene with every closed form that applies. The exit status is 1 if one disagrees."""
     loaded_scene = gm.load(scene)
     with console.show_status("simulating"):
@@ -128,7 +122,7 @@ def crosscheck(scene: SceneName, as_json: AsJson = False) -> console.CommandResu
 
 
 def equilibria(
-    scene: SceneName,
+    scene: console.SceneName,
     speed: Annotated[
         str | None, typer.Option(help='Spindle speed, for example "6.4 rad/s" or "61 rpm"; by default the one of the scene.')
     ] = None,
@@ -141,69 +135,34 @@ def equilibria(
         typer.Option("--linearise", help="Instead: eigenvalues and modes with all dampers, about each equilibrium or steady rotation."),
     ] = False,
     limit: Annotated[str | None, typer.Option(help='Instead: the value of a key at which stability ends, "KEY=LOW:HIGH".')] = None,
-    out: FigureFolder = RESULTS_FOLDER,
-    no_figure: NoFigure = False,
-    as_json: AsJson = False,
+    out: console.FigureFolder = console.RESULTS_FOLDER,
+    no_figure: console.NoFigure = False,
+    as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Find all equilibria at a speed and their stability; draw the speed curve."""
-    from governor_mechanism.cli.summary import equilibria_as_json, format_equilibria
-    from governor_mechanism.engines.rotating_part import rotating_part_alone
-    from governor_mechanism.statics.equilibrium_speed import has_equilibrium_speed
+    from governor_mechanism.cli.summary import report_equilibria, report_linearisation
     from governor_mechanism.units.quantities import parse_quantity
 
     loaded_scene = gm.load(scene)
     spindle_speed = None if speed is None else parse_quantity(speed, "angular_speed", "--speed")
     if linearise or limit is not None:
-        from governor_mechanism.cli.linearisation import report_linearisation
-
         with console.show_status("linearising"):
             return report_linearisation(loaded_scene, spindle_speed, limit)
-    prepare_folder(out)
-    loaded_scene = rotating_part_alone(loaded_scene)
-    resistance_value = None if resistance is None else _parse_resistance(loaded_scene, resistance, against)
-    equilibrium_points = gm.equilibria(loaded_scene, spindle_speed)
-    curve = gm.speed_curve(loaded_scene, resistance=resistance_value, against=against) if has_equilibrium_speed(loaded_scene) else None
-    bands = [
-        None if resistance_value is None else _compute_insensitivity_band(loaded_scene, equilibrium, resistance_value, against)
-        for equilibrium in equilibrium_points
-    ]
-    files = [] if no_figure or curve is None else _write_speed_curve_figures(loaded_scene, curve, equilibrium_points, out)
-    return console.CommandResult(
-        text=[loaded_scene.title, *format_equilibria(loaded_scene, equilibrium_points, curve, bands)],
-        values=equilibria_as_json(loaded_scene, equilibrium_points, curve, bands),
-        files=files,
-    )
+    console.prepare_folder(out)
+    report = report_equilibria(loaded_scene, spindle_speed, resistance, against)
+    files = [] if no_figure or report.curve is None else _write_speed_curve_figures(report, report.curve, out)
+    return console.CommandResult(text=[report.scene.title, *report.lines()], values=report.as_json(), files=files)
 
 
-def _parse_resistance(scene: Scene, text: str, against: str) -> float:
-    from governor_mechanism.statics.equilibrium_speed import require_equilibrium_speed
-    from governor_mechanism.units.quantities import parse_quantity
-
-    require_equilibrium_speed(scene)
-    quantities = {reading.name: reading.quantity for reading in scene.part.mechanism.readings}
-    if against not in quantities:
-        raise MechanismError(
-            f"--resistance acts along a reading, and there is no reading {against!r}; choose one with --against: {list(quantities)}"
-        )
-    return parse_quantity(text, "torque" if quantities[against] == "angle" else "force", "--resistance")
-
-
-def _compute_insensitivity_band(scene: Scene, equilibrium: Equilibrium, resistance_value: float, against: str) -> InsensitivityBand | str:
-    """Return the insensitivity band at an equilibrium, or the reason why there is none."""
-    try:
-        return gm.insensitivity_band(scene, [equilibrium.coordinate], resistance_value, against)
-    except MechanismError as error:
-        return error.problems[0]
-
-
-def _write_speed_curve_figures(scene: Scene, curve: SpeedCurve, equilibrium_points: Sequence[Equilibrium], out: Path) -> list[Path]:
+def _write_speed_curve_figures(report: EquilibriaReport, curve: SpeedCurve, out: Path) -> list[Path]:
     """Draw the speed curve, and Zehnder's plate for the governors that it covers."""
     from governor_mechanism.render.figures.parabolic.isochronous_data import has_isochronous_parabolas
     from governor_mechanism.render.figures.parabolic.isochronous_plate import isochronous_figure
     from governor_mechanism.render.figures.speed_curve import speed_curve_figure
 
-    stem = Path(scene.source).stem
-    files = [speed_curve_figure(scene, curve, equilibrium_points).save_png(out / f"{stem}_characteristic.png")]
+    scene, stem = report.scene, Path(report.scene.source).stem
+    points = [equilibrium for equilibrium, _ in report.points]
+    files = [speed_curve_figure(scene, curve, points).save_png(out / f"{stem}_characteristic.png")]
     if has_isochronous_parabolas(scene):
         files.append(isochronous_figure(scene).save_png(out / f"{stem}_parabolas.png"))
     return files

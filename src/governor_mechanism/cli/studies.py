@@ -1,10 +1,12 @@
-"""The commands that run a scene many times: `accuracy`, `effects`, `regulation`, `sweep`.
+"""The commands of the studies: `accuracy`, `effects`, `regulation`, `sweep`, `design`.
 
 Heavy imports are made when a command needs them.
 """
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Callable, Sequence
 from enum import StrEnum
 from pathlib import Path
@@ -13,31 +15,31 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import governor_mechanism as gm
-from governor_mechanism.cli.console import CommandResult, print_to_stderr, show_progress_bar, show_status
-from governor_mechanism.cli.options import RESULTS_FOLDER, Accuracy, AsJson, FigureFolder, NoFigure, SceneName, prepare_folder
+from governor_mechanism.cli import console
 
 if TYPE_CHECKING:
+    from governor_mechanism.studies.hartung.design import HartungDesign
     from governor_mechanism.types import FloatArray
 
 
 def accuracy(
-    scene: SceneName,
+    scene: console.SceneName,
     wanted: Annotated[
         float | None, typer.Option("--for", help="Print the fastest setting for this error, relative to the scale of each reading.")
     ] = None,
     longest: Annotated[float, typer.Option(help="Maximum time of one setting in seconds; the reference may take longer.")] = 1.0,
-    out: FigureFolder = RESULTS_FOLDER,
-    no_figure: NoFigure = False,
-    as_json: AsJson = False,
-) -> CommandResult:
+    out: console.FigureFolder = console.RESULTS_FOLDER,
+    no_figure: console.NoFigure = False,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
     """Measure error and time of every engine at every setting; write a figure, a table (CSV) and a record (JSON)."""
     from governor_mechanism.studies.work_precision.results import validate_target_error
 
     if wanted is not None:
         validate_target_error(wanted)
-    prepare_folder(out)
+    console.prepare_folder(out)
     loaded_scene = gm.load(scene)
-    with show_progress_bar("accuracy") as progress:
+    with console.show_progress_bar("accuracy") as progress:
         study = gm.accuracy_study(loaded_scene, longest, progress)
     stem = f"{Path(loaded_scene.source).stem or 'scene'}_accuracy"
     files = [study.save_csv(out / f"{stem}.csv"), study.save_json(out / f"{stem}.json")]
@@ -48,29 +50,29 @@ def accuracy(
         from governor_mechanism.render.figures.work_precision import work_precision_figure
 
         files.append(work_precision_figure(study, wanted if is_measurable else None).save_png(out / f"{stem}.png"))
-    request = {} if wanted is None else {"for": wanted, "advice": advice, "reached": is_reached}
-    return CommandResult(text=[study, *([advice] if advice else [])], values={**study.as_json(), **request}, files=files, ok=is_reached)
+    values = study.as_json() | ({} if wanted is None else {"for": wanted, "advice": advice, "reached": is_reached})
+    return console.CommandResult(text=[study, *([advice] if advice else [])], values=values, files=files, ok=is_reached)
 
 
 def effects(
-    scene: SceneName,
+    scene: console.SceneName,
     engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
     accuracy: Annotated[float | None, typer.Option(help="Accuracy relative to the scale of each reading.")] = None,
-    out: FigureFolder = RESULTS_FOLDER,
-    no_figure: NoFigure = False,
-    as_json: AsJson = False,
-) -> CommandResult:
+    out: console.FigureFolder = console.RESULTS_FOLDER,
+    no_figure: console.NoFigure = False,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
     """Show what each effect of a scene changes, what it costs, and which effects can be left out."""
-    prepare_folder(out)
+    console.prepare_folder(out)
     loaded_scene = gm.load(scene)
-    with show_progress_bar("effects") as progress:
+    with console.show_progress_bar("effects") as progress:
         study = gm.effects_study(loaded_scene, engine, accuracy, progress)
     files = []
     if not no_figure:
         from governor_mechanism.render.figures.effect_ablation import effect_ablation_figure
 
         files.append(effect_ablation_figure(study).save_png(out / f"{Path(loaded_scene.source).stem or 'scene'}_effects.png"))
-    return CommandResult(text=[study], values=study.as_json(), files=files)
+    return console.CommandResult(text=[study], values=study.as_json(), files=files)
 
 
 class RegulationStudy(StrEnum):
@@ -87,9 +89,9 @@ def regulation(
     scene: Annotated[
         str, typer.Argument(help="A scene file or the name of a shipped scene; by default the shipped scene of the study.")
     ] = "",
-    out: FigureFolder = RESULTS_FOLDER,
-    as_json: AsJson = False,
-) -> CommandResult:
+    out: console.FigureFolder = console.RESULTS_FOLDER,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
     """Study how a governor regulates, with many runs each.
 
     cyclic: amplitude of the cyclic sleeve motion against the speed fluctuation. clearance: the same against the clearance.
@@ -98,37 +100,28 @@ def regulation(
     from governor_mechanism.engines.rotating_part import rotating_part_alone
     from governor_mechanism.render.figures import regulation as figures
     from governor_mechanism.studies.regulation import cyclic_irregularity as cyclic
-    from governor_mechanism.studies.regulation import fold_jump, settling_time
+    from governor_mechanism.studies.regulation import fold_jump
+    from governor_mechanism.studies.regulation import settling_time as settling
 
     # By study: its default scenes, its function, the values of its curve, and its figure, of all results if there are several scenes.
-    studies: dict[RegulationStudy, tuple[Sequence[str], Callable[..., Any], FloatArray, Callable[..., Any]]] = {
-        RegulationStudy.CYCLIC: (["porter_cyclic"], cyclic.study_cyclic_motion, cyclic.FLUCTUATION_RATIOS, figures.cyclic_figure),
-        RegulationStudy.CLEARANCE: (
-            ["porter_clearance", "watt_clearance"],
-            cyclic.study_clearance,
-            cyclic.CLEARANCES,
-            figures.clearance_figure,
-        ),
-        RegulationStudy.SETTLING: (
-            ["porter_load_step"],
-            settling_time.study_settling,
-            settling_time.DAMPING_COEFFICIENTS,
-            figures.settling_figure,
-        ),
-        RegulationStudy.JUMP: (["watt_improved"], fold_jump.study_fold_jump, fold_jump.RAMP_RATES, figures.fold_jump_figure),
+    studies: dict[str, tuple[Sequence[str], Callable[..., Any], FloatArray, Callable[..., Any]]] = {
+        "cyclic": (["porter_cyclic"], cyclic.study_cyclic_motion, cyclic.FLUCTUATION_RATIOS, figures.cyclic_figure),
+        "clearance": (["porter_clearance", "watt_clearance"], cyclic.study_clearance, cyclic.CLEARANCES, figures.clearance_figure),
+        "settling": (["porter_load_step"], settling.study_settling, settling.DAMPING_COEFFICIENTS, figures.settling_figure),
+        "jump": (["watt_improved"], fold_jump.study_fold_jump, fold_jump.RAMP_RATES, figures.fold_jump_figure),
     }
-    prepare_folder(out)
+    console.prepare_folder(out)
     path = out / f"{study.value}.png"
     default_scenes, make_study, values, draw_figure = studies[study]
-    with show_status("running"):
+    with console.show_status("running"):
         results = [make_study(rotating_part_alone(gm.load(name)), values) for name in ([scene] if scene else default_scenes)]
         draw_figure(results if len(default_scenes) > 1 else results[0]).save_png(path)
     conclusions = [result.conclusion for result in results]
-    return CommandResult(text=conclusions, values={"study": study, "conclusions": conclusions}, files=[path])
+    return console.CommandResult(text=conclusions, values={"study": study, "conclusions": conclusions}, files=[path])
 
 
 def sweep(
-    scene: SceneName,
+    scene: console.SceneName,
     vary: Annotated[
         list[str],
         typer.Option(
@@ -142,47 +135,110 @@ def sweep(
         ),
     ] = None,
     engine: Annotated[str, typer.Option(help="The engine of all rows; auto uses the engine of the scene.")] = "auto",
-    accuracy: Accuracy = None,
+    accuracy: console.Accuracy = None,
     certify: Annotated[bool, typer.Option("--certify", help="Estimate the error of every run.")] = False,
     workers: Annotated[int, typer.Option(help="Number of processes. The result does not depend on it.")] = 1,
     out: Annotated[
         Path, typer.Option(help="Folder for table, record and figure. An interrupted sweep continues from there.")
-    ] = RESULTS_FOLDER,
-    no_figure: NoFigure = False,
-    as_json: AsJson = False,
-) -> CommandResult:
+    ] = console.RESULTS_FOLDER,
+    no_figure: console.NoFigure = False,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
     """Run a scene at a grid or list of values of its keys. The same command continues an interrupted sweep."""
     from governor_mechanism.studies.sweep.checkpoint import journal_path
 
-    prepare_folder(out)
+    console.prepare_folder(out)
     loaded = gm.load(scene)
     journal_file = journal_path(out, loaded.source)
-    rows = _ProgressCounter()
+    n_done = n_rows = 0
     try:
-        with show_progress_bar("sweep") as rows.bar:
+        with console.show_progress_bar("sweep") as show_progress:
+
+            def report(done: int, total: int) -> None:
+                nonlocal n_done, n_rows
+                n_done, n_rows = done, total
+                if show_progress is not None:
+                    show_progress(done, total)
+
             result = gm.sweep(
-                loaded, vary, quantity or None, engine=engine, accuracy=accuracy, certify=certify, workers=workers, out=out, progress=rows
+                loaded, vary, quantity or None, engine=engine, accuracy=accuracy, certify=certify, workers=workers, out=out, progress=report
             )
     except KeyboardInterrupt:
         if journal_file.exists():
-            print_to_stderr(f"{rows.done} of {rows.total} rows are in {journal_file}; the same command continues from there")
+            console.print_to_stderr(f"{n_done} of {n_rows} rows are in {journal_file}; the same command continues from there")
         raise
     files = [journal_file.with_suffix(kind) for kind in (".csv", ".json")]
     if not no_figure:
         from governor_mechanism.render.figures.sweep import sweep_figure
 
         files.append(sweep_figure(result).save_png(journal_file.with_suffix(".png")))
-    return CommandResult(text=[result], values=result.as_json(), files=files, ok=result.ok)
+    return console.CommandResult(text=[result], values=result.as_json(), files=files, ok=result.ok)
 
 
-class _ProgressCounter:
-    """Progress callback that passes the counts on to a progress bar, if there is one, and stores them."""
+class DesignTarget(StrEnum):
+    """Machines that can be designed."""
 
-    def __init__(self) -> None:
-        self.done = self.total = 0
-        self.bar: Callable[[int, int], None] | None = None
+    HARTUNG = "hartung"
 
-    def __call__(self, done: int, total: int) -> None:
-        self.done, self.total = done, total
-        if self.bar is not None:
-            self.bar(done, total)
+
+def design(
+    machine: Annotated[DesignTarget, typer.Argument(help="The machine to design.")],
+    changes: Annotated[
+        list[str] | None, typer.Option("--with", help='An input that replaces the one of the paper, for example "wire=14 mm". Repeatable.')
+    ] = None,
+    out: console.FigureFolder = console.RESULTS_FOLDER,
+    no_figure: console.NoFigure = False,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Design a governor by the procedure of its paper: bell cranks, springs, stress and sleeve force.
+
+    Writes figures and a scene file that can be run. With the inputs of the paper, the printed numbers are compared with the
+    recomputed ones and misprints are marked.
+    """
+    from governor_mechanism.studies.hartung.design import design_hartung
+    from governor_mechanism.studies.hartung.inputs import PAPER_INPUTS, parse_inputs
+    from governor_mechanism.studies.hartung.paper_comparison import compare_with_paper
+
+    console.prepare_folder(out)
+    inputs = parse_inputs(changes or ())
+    is_paper_design = inputs == PAPER_INPUTS
+    with console.show_status("designing"):
+        hartung_design = design_hartung(inputs)
+        files = [_write_scene(hartung_design, out)]
+        if not no_figure:
+            files += _write_figures(hartung_design, out, is_paper_design=is_paper_design)
+    values: dict[str, object] = {"machine": machine.value, "design": hartung_design.as_json()}
+    text = hartung_design.summary_lines()
+    if is_paper_design:
+        comparison = compare_with_paper()
+        values["paper"] = comparison.as_json()
+        text = [f"{comparison}\n", *text]
+    if as_json:
+        for warning in hartung_design.warnings:  # the text output contains them
+            console.print_to_stderr(warning)
+    return console.CommandResult(text=text, values=values, files=files)
+
+
+def _write_scene(hartung_design: HartungDesign, out: Path) -> Path:
+    from governor_mechanism.files.atomic_write import atomic_write
+    from governor_mechanism.studies.hartung.scene_export import export_scene_document, format_scene_toml
+
+    comment = "A Hartung governor, designed by the procedure of Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620."
+    path = out / "hartung_design.toml"
+    with atomic_write(path) as temporary:
+        temporary.write_text(format_scene_toml(export_scene_document(hartung_design), comment), encoding="utf-8")
+    return path
+
+
+def _write_figures(hartung_design: HartungDesign, out: Path, *, is_paper_design: bool) -> list[Path]:
+    """Draw the spring lines and the spread of the sleeve force; with the inputs of the paper, its spring lines at 132 deg."""
+    from governor_mechanism.render.figures.hartung.design import sleeve_force_figure, spring_lines_figure
+    from governor_mechanism.studies.hartung.design import design_hartung
+
+    drawn_design = hartung_design
+    if is_paper_design:
+        drawn_design = design_hartung(dataclasses.replace(hartung_design.inputs, angle=math.radians(132), sleeve_arm=0.170))
+    return [
+        spring_lines_figure(drawn_design, with_printed_points=is_paper_design).save_png(out / "hartung_spring_lines.png"),
+        sleeve_force_figure(hartung_design).save_png(out / "hartung_sleeve_force.png"),
+    ]

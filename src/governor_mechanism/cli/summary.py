@@ -1,32 +1,92 @@
-"""Text summaries of the commands: a run in a few lines, equilibria, and the speeds at which a governor jumps."""
+"""Text and JSON of the commands `run` and `equilibria`: a run in a few lines, equilibria, linearised equations, limits of stability."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import ParamSpec, TypeVar
 
-from governor_mechanism.files.plain_values import finite_or_none
+from governor_mechanism import api
+from governor_mechanism.cli.console import CommandResult
+from governor_mechanism.engines.rotating_part import rotating_part_alone
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.plain_values import finite_or_none, plain_record
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
+from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.equilibria import Equilibrium, has_damping
-from governor_mechanism.statics.equilibrium_speed import format_coordinate
+from governor_mechanism.statics.equilibrium_speed import format_coordinate, has_equilibrium_speed, require_equilibrium_speed
+from governor_mechanism.statics.first_order_system import Onset
+from governor_mechanism.statics.linearisation import Linearisation, last_spindle_speed
 from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
-from governor_mechanism.units.quantities import format_quantity, format_reading_name
+from governor_mechanism.statics.stability_limit import StabilityLimit
+from governor_mechanism.units.quantities import format_quantity, format_reading_name, number_or_text, parse_quantity
 
-Bands = Sequence[InsensitivityBand | str | None]
-"""For each equilibrium: its insensitivity band, the reason why there is none, or None if no resistance is given."""
+_Arguments = ParamSpec("_Arguments")
+_Result = TypeVar("_Result")
 
 
-def format_equilibria(scene: Scene, equilibria: Sequence[Equilibrium], curve: SpeedCurve | None, bands: Bands) -> list[str]:
-    """Return one line per equilibrium, each followed by its insensitivity band, and one per jump."""
-    name = format_reading_name(scene.part.mechanism.coordinate)
-    lines = []
-    for equilibrium, band in zip(equilibria, bands, strict=True):
-        lines.append(f"{name} {_format_position(scene, equilibrium)}: {_format_stability(scene, equilibrium)}")
-        if band is not None:
-            lines.append(f"  {_format_band(scene, band)}")
-    folds = curve.folds if curve else ()
-    return lines + [f"jumps at {format_coordinate(scene, at)}, {format_quantity(speed, 'rad/s')}" for at, speed in folds]
+@dataclass(frozen=True, kw_only=True)
+class EquilibriaReport:
+    """The equilibria of a scene, and its speed curve if it has one.
+
+    With each equilibrium goes its insensitivity band, the reason why there is none, or None if no resistance is given.
+    """
+
+    scene: Scene
+    points: Sequence[tuple[Equilibrium, InsensitivityBand | str | None]]
+    curve: SpeedCurve | None
+
+    def lines(self) -> list[str]:
+        """Return one line per equilibrium, each followed by its insensitivity band, and one per jump."""
+        scene, lines = self.scene, []
+        name = format_reading_name(scene.part.mechanism.coordinate)
+        for equilibrium, band in self.points:
+            lines.append(f"{name} {_format_position(scene, equilibrium)}: {_format_stability(scene, equilibrium)}")
+            lines += [] if band is None else [f"  {_format_band(scene, band)}"]
+        folds = self.curve.folds if self.curve else ()
+        return lines + [f"jumps at {format_coordinate(scene, at)}, {format_quantity(speed, 'rad/s')}" for at, speed in folds]
+
+    def as_json(self) -> dict[str, object]:
+        """Return equilibria and speed curve in SI; instead of a missing insensitivity band, the reason."""
+        rows = [_equilibrium_values(*point) for point in self.points]
+        values = {"coordinate": self.scene.part.mechanism.coordinate, "undamped": has_damping(self.scene), "equilibria": rows}
+        curve = self.curve
+        if curve is None:
+            return values
+        folds = [{"coordinate": value, "speed": at} for value, at in curve.folds]
+        return {**values, "folds": folds, "poles": curve.poles, "low_end": curve.low_end_message, "high_end": curve.high_end_message}
+
+
+def report_equilibria(scene: Scene, spindle_speed: float | None, resistance: str | None, against: str) -> EquilibriaReport:
+    """Find the equilibria of the part that turns with a spindle, and their insensitivity bands with a resistance at a reading."""
+    scene = rotating_part_alone(scene)
+    force = None if resistance is None else _parse_resistance(scene, resistance, against)
+    points = api.equilibria(scene, spindle_speed)
+    curve = api.speed_curve(scene, resistance=force, against=against) if has_equilibrium_speed(scene) else None
+    bands = [
+        None if force is None else _result_or_reason(api.insensitivity_band, scene, [point.coordinate], force, against) for point in points
+    ]
+    return EquilibriaReport(scene=scene, points=list(zip(points, bands, strict=True)), curve=curve)
+
+
+def _parse_resistance(scene: Scene, text: str, against: str) -> float:
+    require_equilibrium_speed(scene)
+    quantities = {reading.name: reading.quantity for reading in scene.part.mechanism.readings}
+    if against not in quantities:
+        raise MechanismError(
+            f"--resistance acts along a reading, and there is no reading {against!r}; choose one with --against: {list(quantities)}"
+        )
+    return parse_quantity(text, "torque" if quantities[against] == "angle" else "force", "--resistance")
+
+
+def _result_or_reason(function: Callable[_Arguments, _Result], *arguments: _Arguments.args, **options: _Arguments.kwargs) -> _Result | str:
+    """Return the result of a function, or the reason why there is none."""
+    try:
+        return function(*arguments, **options)
+    except MechanismError as error:
+        return error.problems[0]
 
 
 EQUILIBRIUM_KEYS = ("coordinate", "extent", "stable", "stiffness", "frequency", "divergence_rate", "uncertainty", "sensitivity", "readings")
@@ -34,20 +94,11 @@ BAND_KEYS = ("falling_speed", "rising_speed", "insensitivity")
 """What is printed of an equilibrium and of an insensitivity band."""
 
 
-def equilibria_as_json(scene: Scene, equilibria: Sequence[Equilibrium], curve: SpeedCurve | None, bands: Bands) -> dict[str, object]:
-    """Return equilibria and speed curve in SI; instead of a missing insensitivity band, the reason."""
-    rows: list[dict[str, object]] = []
-    for equilibrium, band in zip(equilibria, bands, strict=True):
-        values = {name: getattr(equilibrium, name) for name in EQUILIBRIUM_KEYS}
-        rows.append(values | {"sensitivity": finite_or_none(equilibrium.sensitivity)})
-        if band is not None:
-            numbers = {} if isinstance(band, str) else {name: finite_or_none(getattr(band, name)[0]) for name in BAND_KEYS}
-            rows[-1]["insensitivity_band"] = numbers or band
-    values = {"coordinate": scene.part.mechanism.coordinate, "undamped": has_damping(scene), "equilibria": rows}
-    if curve is None:
-        return values
-    folds = [{"coordinate": value, "speed": at} for value, at in curve.folds]
-    return {**values, "folds": folds, "poles": curve.poles, "low_end": curve.low_end_message, "high_end": curve.high_end_message}
+def _equilibrium_values(equilibrium: Equilibrium, band: InsensitivityBand | str | None) -> dict[str, object]:
+    values = _select_attributes(equilibrium, EQUILIBRIUM_KEYS) | {"sensitivity": finite_or_none(equilibrium.sensitivity)}
+    if isinstance(band, InsensitivityBand):
+        return values | {"insensitivity_band": {name: finite_or_none(getattr(band, name)[0]) for name in BAND_KEYS}}
+    return values | ({} if band is None else {"insensitivity_band": band})
 
 
 def _format_band(scene: Scene, band: InsensitivityBand | str) -> str:
@@ -95,11 +146,8 @@ def format_run(result: Trajectory) -> str:
     requested_accuracy = result.settings["asked_accuracy"]
     estimate = result.error_estimate
     accuracy_clause = "" if estimate is None else f"accurate to {estimate:.1g} (requested {requested_accuracy:.1g}); "
-    final = ", ".join(
-        f"{format_reading_name(name)} {format_quantity(values[-1], result.units[name], '.4f')}"
-        for name, values in result.readings.items()
-        if len(values)
-    )
+    last_values = {name: format_quantity(values[-1], result.units[name], ".4f") for name, values in result.readings.items() if len(values)}
+    final = ", ".join(f"{format_reading_name(name)} {value}" for name, value in last_values.items())
     joint_gap = result.joint_gap.max(initial=0.0)
     evaluation_counts = ", ".join(f"{name} {count:,}" for name, count in cost.evaluations.items())
     setup_clause = f" plus {cost.setup_time:.1g} s for its tables" if cost.setup_time else ""
@@ -147,9 +195,89 @@ def _format_events(result: Trajectory) -> str:
     if largest is None or not len(result.times):
         return events
     index = int(forces[largest].argmax())
-    indeterminate_joints = [name for name, reaction in result.reactions.items() if not reaction.determined.all()]
+    indeterminate_joints = ", ".join(repr(name) for name, reaction in result.reactions.items() if not reaction.determined.all())
     largest_force_clause = f"largest joint force {forces[largest][index]:.4g} N in {largest!r} at {result.times[index]:.4g} s"
-    redundancy_clause = (
-        f"; statically indeterminate joint forces: {', '.join(map(repr, indeterminate_joints))}" if indeterminate_joints else ""
-    )
+    redundancy_clause = f"; statically indeterminate joint forces: {indeterminate_joints}" if indeterminate_joints else ""
     return f"{events}\n{largest_force_clause}{redundancy_clause}"
+
+
+def report_linearisation(scene: Scene, spindle_speed: float | None, limit: str | None) -> CommandResult:
+    """Return what `equilibria --linearise` and `--limit` print.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    spindle_speed
+        Speed of the spindle, rad/s; that of the scene if None.
+    limit
+        Key and range as "KEY=LOW:HIGH" for a limit of stability, or None.
+
+    Returns
+    -------
+    CommandResult
+        Lines for the terminal, and the same in SI.
+
+    Raises
+    ------
+    MechanismError
+        If nothing can be linearised.
+    """
+    if limit is not None:
+        key, low, high = _parse_limit(limit)
+        result = api.stability_limit(scene, key, low, high)
+        values = {"limit": plain_record(result, "linearisation"), "linearisations": [_values_of(result.linearisation)]}
+        return CommandResult(text=[scene.title, _format_limit(result), result.linearisation], values=values)
+    linearisations = _linearise_all(scene, spindle_speed)
+    return CommandResult(text=[scene.title, *linearisations], values={"linearisations": [*map(_values_of, linearisations)]})
+
+
+def _linearise_all(scene: Scene, spindle_speed: float | None) -> Sequence[Linearisation | str]:
+    """Linearise about each equilibrium, or give the reason why not; about the state nearest to the start if no equilibria are known."""
+    if len(scene.parts) > 1 or not isinstance(scene.spindle, Spindle):
+        return [api.linearise(scene, spindle_speed)]
+    points = _result_or_reason(api.equilibria, scene, last_spindle_speed(scene) if spindle_speed is None else spindle_speed)
+    if isinstance(points, str):
+        return [api.linearise(scene, spindle_speed)]
+    results = [_result_or_reason(api.linearise, scene, spindle_speed, at=point) for point in points]
+    if all(isinstance(one, str) for one in results):
+        raise MechanismError(*dict.fromkeys(map(str, results)))
+    return results
+
+
+def _parse_limit(text: str) -> tuple[str, str | float, str | float]:
+    key, equals, values = text.partition("=")
+    low, colon, high = values.partition(":")
+    if not (equals and colon and key.strip() and low.strip() and high.strip()) or ":" in high:
+        raise MechanismError(f'--limit {text!r} is not understood; write "KEY=LOW:HIGH", as in "effects.dashpot.sleeve=0:100"')
+    return key.strip(), number_or_text(low), number_or_text(high)
+
+
+def _format_limit(limit: StabilityLimit[Linearisation]) -> str:
+    value = f"{limit.value:.10g} {limit.unit}".strip()
+    side = "below" if limit.stable_below else "above"
+    if not limit.frequency:
+        return f"{limit.key}: stable {side} {value}; at the limit the motion diverges without oscillation"
+    onset = {
+        Onset.SOFT: "soft (their amplitude grows from zero)",
+        Onset.HARD: "hard (large disturbances lead to large oscillations on the stable side too)",
+        Onset.UNKNOWN: "not determined",
+    }[limit.onset]
+    return f"{limit.key}: stable {side} {value}; oscillations of {limit.frequency:.6g} rad/s begin there, onset {onset}"
+
+
+MODE_KEYS = ("eigenvalue", "error_estimate", "natural_frequency", "damping_ratio", "is_conserved", "amplitudes")
+"""What is printed of a mode."""
+
+
+def _values_of(linearisation: Linearisation | str) -> object:
+    """Return what is printed of linearised equations, or the reason why there are none."""
+    if isinstance(linearisation, str):
+        return linearisation
+    values = _select_attributes(linearisation, ("readings", "rates", "stability", "stable", "error_estimate"))
+    modes = [_select_attributes(mode, MODE_KEYS) for mode in linearisation.modes]
+    return {**values, "states": linearisation.state_names, "matrix": linearisation.matrix, "modes": modes, "notes": linearisation.notes}
+
+
+def _select_attributes(value: object, names: Iterable[str]) -> dict[str, object]:
+    return {name: getattr(value, name) for name in names}

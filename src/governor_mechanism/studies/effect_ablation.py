@@ -192,18 +192,10 @@ def run_effects_study(
         rows.append(_compare_toggled(name, listed, base_run, base_cost, partial(run_repeatedly, make_scene)))
         if progress is not None:
             progress(len(rows), len(switches))
+    applicable = [f"{prefix}{effect.key}" for prefix, part in parts for effect in EFFECTS if _is_applicable(part, effect)]
+    untried = tuple(name for name in applicable if name not in switches)
     return EffectsStudy(
-        scene=scene,
-        accuracy=requested_accuracy,
-        engine=chosen.name,
-        base_cost=base_cost,
-        rows=tuple(rows),
-        untried=tuple(
-            f"{prefix}{effect.key}"
-            for prefix, part in parts
-            for effect in EFFECTS
-            if f"{prefix}{effect.key}" not in switches and _is_applicable(part, effect)
-        ),
+        scene=scene, accuracy=requested_accuracy, engine=chosen.name, base_cost=base_cost, rows=tuple(rows), untried=untried
     )
 
 
@@ -224,14 +216,12 @@ def _cost_of_run(run: Trajectory) -> EffectCost:
 def _compare_toggled(
     name: str, listed: bool, base_run: Trajectory, base_cost: EffectCost, run_toggled: Callable[[], tuple[Trajectory, EffectCost]]
 ) -> EffectComparison:
-    changes: dict[str, float] = {}
-    toggled_cost = None
+    changes, toggled_cost = dict[str, float](), None
     try:
         toggled_run, toggled_cost = run_toggled()
+        changes, note = _reading_changes(base_run, toggled_run), _early_end_note(base_run, toggled_run, listed)
     except MechanismError as error:
         note = f"cannot be switched: {error.problems[0]}"
-    else:
-        changes, note = _reading_changes(base_run, toggled_run), _early_end_note(base_run, toggled_run, listed)
     scaled_changes = {reading: change / base_run.scales[reading] for reading, change in changes.items()}
     most_changed = max(scaled_changes, key=lambda reading: scaled_changes[reading], default="")
     return EffectComparison(

@@ -50,6 +50,5 @@ def fit_slope(x: FloatArray, y: FloatArray, covariate: FloatArray | None = None)
         return FittedParameter(value=math.nan, standard_error=math.nan)
     coefficients = np.linalg.lstsq(design_matrix, y, rcond=None)[0]
     residual_variance = float(np.sum((y - design_matrix @ coefficients) ** 2)) / degrees_of_freedom
-    return FittedParameter(
-        value=float(coefficients[0]), standard_error=math.sqrt(residual_variance * np.linalg.inv(design_matrix.T @ design_matrix)[0, 0])
-    )
+    slope_variance = residual_variance * np.linalg.inv(design_matrix.T @ design_matrix)[0, 0]
+    return FittedParameter(value=float(coefficients[0]), standard_error=math.sqrt(slope_variance))

@@ -141,6 +141,25 @@ def parse_quantity(value: object, kind: str, what: str) -> float:
     return number
 
 
+def number_or_text(text: str) -> float | str:
+    """Return the number of a text without a unit, which is in SI as in a scene file, or any other text without blanks at its ends.
+
+    Parameters
+    ----------
+    text
+        A text of the command line.
+
+    Returns
+    -------
+    float or str
+        The number or the text.
+    """
+    try:
+        return float(text)
+    except ValueError:
+        return text.strip()
+
+
 def format_value(value: object) -> str:
     """Return a value as a scene file would write it, shortened, for messages.
 

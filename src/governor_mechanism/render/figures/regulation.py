@@ -9,7 +9,7 @@ from governor_mechanism.render.figures.page import MM_PER_M, Page, Panel, PanelR
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.studies.regulation.cyclic_irregularity import ClearanceStudy, CyclicMotionStudy
 from governor_mechanism.studies.regulation.fold_jump import FoldJumpStudy
-from governor_mechanism.studies.regulation.settling_time import SettlingStudy
+from governor_mechanism.studies.regulation.settling_time import SETTLING_TOLERANCE, SettlingStudy
 from governor_mechanism.types import FloatArray
 
 _PAGE_SIZE = 7.2, 5.0
@@ -102,7 +102,7 @@ def settling_figure(study: SettlingStudy) -> Page:
     panel.write_note(f"{best_time:.3g} s with {best_damping:.3g} N s/m", study.best, (0, -16), ha="center", color=VERMILLION)
     for text, x in (("oscillates", 0.12), ("creeps", 0.86)):
         panel.write_note(text, (x, 0.30), xycoords="axes fraction", ha="center", color=MUTED)
-    band = f"{study.tolerance:.0%} of their travel around the new equilibrium"
+    band = f"{SETTLING_TOLERANCE:.0%} of their travel around the new equilibrium"
     page.write_footnote(f"from the load change until the arms stay within {band}")
     return page
 

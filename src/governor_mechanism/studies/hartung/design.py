@@ -162,8 +162,7 @@ def design_hartung(inputs: HartungInputs = PAPER_INPUTS) -> HartungDesign:
         raise MechanismError(*problems)
     inner_radius, outer_radius = inputs.rest_radius, inputs.rest_radius + 2 * inputs.half_stroke
     forces = (inputs.weight_mass * inputs.slow_speed**2 * inner_radius, inputs.weight_mass * inputs.fast_speed**2 * outer_radius)
-    stroke = outer_radius - inner_radius
-    inner_abscissa = formulas.spring_abscissa(inner_force=forces[0], outer_force=forces[1], stroke=stroke)
+    inner_abscissa = formulas.spring_abscissa(inner_force=forces[0], outer_force=forces[1], stroke=outer_radius - inner_radius)
     middle_abscissa = float(inner_abscissa) + inputs.half_stroke
     formula_angle = float(formulas.bell_crank_angle(weight_arm=inputs.weight_arm, middle_abscissa=middle_abscissa))
     angle = formula_angle if inputs.angle is None else inputs.angle
@@ -222,15 +221,7 @@ def build_hartung_layout(inputs: HartungInputs, angle: float, sleeve_arm: float 
     """
     if sleeve_arm is None:
         sleeve_arm = float(formulas.symmetric_sleeve_arm(fulcrum_radius=inputs.fulcrum_radius, angle=angle, swing=inputs.swing))
-    governor = closed.HartungGovernor(
-        weight_arm=inputs.weight_arm,
-        sleeve_arm=sleeve_arm,
-        angle=angle,
-        fulcrum_radius=inputs.fulcrum_radius,
-        weight_mass=inputs.weight_mass,
-        sleeve_mass=inputs.sleeve_mass,
-        gravity=KILOGRAM_FORCE,
-    )
+    governor = inputs.governor(angle, sleeve_arm)
     levers = np.linspace(inputs.swing, -inputs.swing, N_STROKE_POINTS)
     radii = np.asarray(closed.weight_radius(governor, lever_angle=levers))
     slow_forces, fast_forces = (
@@ -258,7 +249,7 @@ def build_hartung_layout(inputs: HartungInputs, angle: float, sleeve_arm: float 
     )
 
 
-def find_best_angle(inputs: HartungInputs = PAPER_INPUTS) -> tuple[float, float]:
+def find_best_angle(inputs: HartungInputs) -> tuple[float, float]:
     """Return the angle (rad, at least 90 deg) with the smallest spread of the static sleeve force, and that spread."""
 
     def spread(angle: float) -> float:

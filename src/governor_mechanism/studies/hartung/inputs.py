@@ -5,9 +5,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from typing import TypeVar
 
+from governor_mechanism.closed_form.hartung.governor import HartungGovernor
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.scenes.problems import ProblemCollector
-from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity, format_value, parse_quantity
+from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity, format_value, number_or_text, parse_quantity
 
 KILOGRAM_FORCE = 9.81
 """One kilogram-force in N, with the paper's value of gravity."""
@@ -54,6 +55,11 @@ class HartungInputs:
         """Distance of the fulcrum from the spindle axis (m)."""
         return self.rest_radius + self.half_stroke
 
+    def governor(self, angle: float, sleeve_arm: float) -> HartungGovernor:
+        """Return the governor with bell cranks of an angle (rad) and a sleeve arm (m)."""
+        names = ("weight_arm", "fulcrum_radius", "weight_mass", "sleeve_mass")
+        return HartungGovernor(**{name: getattr(self, name) for name in names}, sleeve_arm=sleeve_arm, angle=angle, gravity=KILOGRAM_FORCE)
+
 
 PAPER_INPUTS = HartungInputs()
 """The inputs of the paper."""
@@ -88,17 +94,9 @@ def parse_inputs(assignments: Iterable[str]) -> HartungInputs:
             if not sign or name not in INPUT_KINDS:
                 text = f"--with {format_value(assignment)} is not an assignment to an input, such as wire=14 mm"
                 raise MechanismError(f"{text}; inputs: {', '.join(INPUT_KINDS)}.{did_you_mean(name, INPUT_KINDS)}")
-            values[name] = parse_quantity(_parse_number(value), INPUT_KINDS[name], f"--with {name}")
+            values[name] = parse_quantity(number_or_text(value), INPUT_KINDS[name], f"--with {name}")
     collector.raise_if_failed()
     return replace(PAPER_INPUTS, **values)
-
-
-def _parse_number(text: str) -> str | float:
-    """Return a number in SI as a float, as in a scene file; a text with a unit unchanged."""
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def find_input_problems(inputs: HartungInputs) -> list[str]:

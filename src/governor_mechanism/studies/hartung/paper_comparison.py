@@ -15,7 +15,7 @@ from typing import Any
 from governor_mechanism.closed_form.hartung import design as formulas
 from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.files.plain_values import plain_record
-from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, TECHNICAL_ATMOSPHERE
+from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, PAPER_INPUTS, TECHNICAL_ATMOSPHERE
 from governor_mechanism.units.text_table import format_table
 
 PAPER_SPEEDS = (21.363, 22.201)
@@ -23,6 +23,9 @@ PAPER_SPEEDS = (21.363, 22.201)
 
 SLIDE_RULE_TOLERANCE = 1.0
 """Tolerance of the table (kgf); the errors of the slide rule are within 0.66, the misprint is larger."""
+
+PAPER_GOVERNOR = PAPER_INPUTS.governor(angle=math.radians(132), sleeve_arm=0.170)
+"""The governor of the paper's calculations, with bell cranks of 132 deg."""
 
 PRINTED_SPRING_FORCES = (
     (92.0, 173.8, 199.8),
@@ -51,6 +54,12 @@ class PrintedNumber:
     recomputed: float
     misprint: str = ""
 
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The number as a row of a table."""
+        misprint = f"MISPRINT: {self.misprint}" if self.misprint else ""
+        return self.quantity, self.unit, f"{self.printed:.6g}", f"{self.recomputed:.7g}", misprint
+
 
 @dataclass(frozen=True, kw_only=True)
 class PaperComparison:
@@ -72,16 +81,7 @@ class PaperComparison:
     def __str__(self) -> str:
         """Return a table of the numbers, with the misprints marked."""
         misprinted = [number for number in self.table if number.misprint]
-        rows = [
-            (
-                number.quantity,
-                number.unit,
-                f"{number.printed:.6g}",
-                f"{number.recomputed:.7g}",
-                f"MISPRINT: {number.misprint}" if number.misprint else "",
-            )
-            for number in (*self.numbers, *misprinted, *self.counter_example)
-        ]
+        rows = [number.cells for number in (*self.numbers, *misprinted, *self.counter_example)]
         n_agreeing = len(self.table) - len(misprinted)
         table = format_table(("quantity", "unit", "printed", "recomputed", ""), rows, "llrrl")
         return f"{table}\ntable 2: {n_agreeing} of {len(self.table)} spring forces agree with their formula"
@@ -102,21 +102,8 @@ def compare_with_paper() -> PaperComparison:
     )
 
 
-def paper_governor() -> closed.HartungGovernor:
-    """Return the governor of the paper's calculations, with bell cranks of 132 deg."""
-    return closed.HartungGovernor(
-        weight_arm=0.115,
-        sleeve_arm=0.170,
-        angle=math.radians(132),
-        fulcrum_radius=0.122,
-        weight_mass=45.0,
-        sleeve_mass=15.0,
-        gravity=KILOGRAM_FORCE,
-    )
-
-
 def _compare_radii_and_speeds() -> Iterator[PrintedNumber]:
-    radii = [1e3 * float(closed.weight_radius(paper_governor(), lever_angle=math.radians(side))) for side in (15, -15)]
+    radii = [1e3 * float(closed.weight_radius(PAPER_GOVERNOR, lever_angle=math.radians(side))) for side in (15, -15)]
     yield PrintedNumber("radius of a weight at the inner end", "mm", 95, 15 + 77, "the next lines use 92")
     yield PrintedNumber("radius of the fulcrum", "mm", 122, 92 + 30)
     yield PrintedNumber("sagitta", "mm", 4, 115 * (1 - math.cos(math.radians(15))))
@@ -134,39 +121,37 @@ def _compare_centrifugal_forces() -> Iterator[PrintedNumber]:
     forces = [mass * speed**2 * x for speed, x in zip(PAPER_SPEEDS, (0.092, 0.152), strict=True)]
     yield PrintedNumber("centrifugal force C1", "kgf", 192, forces[0])
     yield PrintedNumber("centrifugal force C2", "kgf", 344, forces[1])
-    first = formulas.spring_abscissa(inner_force=192.0, outer_force=344.0, stroke=60.0)
-    yield PrintedNumber("abscissa y1", "mm", 76, float(first))
+    yield PrintedNumber("abscissa y1", "mm", 76, float(formulas.spring_abscissa(inner_force=192.0, outer_force=344.0, stroke=60.0)))
     yield PrintedNumber("abscissa y0", "mm", 106, 76 + 30)
     angle = float(formulas.bell_crank_angle(weight_arm=115.0, middle_abscissa=106.0))
     yield PrintedNumber("tangent of the angle", "1", -0.92, math.tan(angle))
     misprint = "the arc of 0.92 was added to 90 deg instead of taken from 180 deg; 132 deg is used"
     yield PrintedNumber("angle of the bell crank", "deg", 133, math.degrees(angle), misprint)
-    swing = math.radians(15)
-    arm = formulas.symmetric_sleeve_arm(fulcrum_radius=122.0, angle=math.radians(132), swing=swing)
+    arm = formulas.symmetric_sleeve_arm(fulcrum_radius=122.0, angle=math.radians(132), swing=math.radians(15))
     yield PrintedNumber("sleeve's arm b, at 132 deg", "mm", 170, float(arm))
 
 
 def _compare_spring() -> Iterator[PrintedNumber]:
-    rise, wire_diameter, coil_diameter, shear_modulus = 345.8 - 173.8, 0.012, 0.08, 750_000 * TECHNICAL_ATMOSPHERE
-    rate = rise * KILOGRAM_FORCE / 0.06
+    rise = 345.8 - 173.8
+    coil = {"wire": PAPER_INPUTS.wire, "coil": PAPER_INPUTS.coil}
+    spring = {**coil, "rate": rise * KILOGRAM_FORCE / 0.06, "modulus": PAPER_INPUTS.modulus}
     yield PrintedNumber("rise of the spring force", "kgf", 172, rise)
-    moment = 1e8 * float(formulas.polar_moment(wire=wire_diameter))
+    moment = 1e8 * float(formulas.polar_moment(wire=PAPER_INPUTS.wire))
     misprint = "its formula lacks the fourth power of 1.2; the number is correct"
     yield PrintedNumber("polar moment of the wire", "cm^4", 0.2036, moment, misprint)
-    length = 100 * float(formulas.wire_length(wire=wire_diameter, coil=coil_diameter, rate=rate, modulus=shear_modulus))
+    length = 100 * float(formulas.wire_length(**spring))
     yield PrintedNumber("length of the wire", "cm", 332, length, "should be 333; its formula has cm^4 and cm^2 that do not belong there")
-    turns = float(formulas.coil_turns(wire=wire_diameter, coil=coil_diameter, rate=rate, modulus=shear_modulus))
-    yield PrintedNumber("turns", "1", 13, turns)
-    section = 1e6 * float(formulas.section_modulus(wire=wire_diameter))
+    yield PrintedNumber("turns", "1", 13, float(formulas.coil_turns(**spring)))
+    section = 1e6 * float(formulas.section_modulus(wire=PAPER_INPUTS.wire))
     yield PrintedNumber("section modulus of the wire", "cm^3", 0.338, section, "its formula lacks the cube of 1.2; should be 0.339")
-    stress = float(formulas.coil_stress(wire=wire_diameter, coil=coil_diameter, force=346 * KILOGRAM_FORCE)) / TECHNICAL_ATMOSPHERE
+    stress = float(formulas.coil_stress(**coil, force=346 * KILOGRAM_FORCE)) / TECHNICAL_ATMOSPHERE
     yield PrintedNumber("stress under 346 kgf", "kgf/cm^2", 4100, stress)
 
 
 def _compare_sleeve_forces() -> Iterator[PrintedNumber]:
     static_forces, regulating_forces = [], []
     for side, force in ((15, 173.8), (-15, 345.8)):
-        static_force = closed.static_sleeve_force(paper_governor(), lever_angle=math.radians(side), spring_force=force * KILOGRAM_FORCE)
+        static_force = closed.static_sleeve_force(PAPER_GOVERNOR, lever_angle=math.radians(side), spring_force=force * KILOGRAM_FORCE)
         static_forces.append(float(static_force) / KILOGRAM_FORCE)
         regulating_forces.append(float(formulas.regulating_force(static_force=static_forces[-1])))
     misprint = "intermediate - 0.677 for x 0.677, and 85.8 for 185.8; the number is correct"
@@ -182,8 +167,8 @@ def _compare_spring_force_table() -> Iterator[PrintedNumber]:
     for radius, *printed in PRINTED_SPRING_FORCES:
         lever_angle = math.asin((122 - radius) / 115)
         for rpm, speed, force in zip((204, 212), PAPER_SPEEDS, printed, strict=True):
-            balance = closed.astatic_spring_force(paper_governor(), lever_angle=lever_angle, spindle_speed=speed)
-            recomputed = float(balance) / KILOGRAM_FORCE
+            force_in_newton = closed.astatic_spring_force(PAPER_GOVERNOR, lever_angle=lever_angle, spindle_speed=speed)
+            recomputed = float(force_in_newton) / KILOGRAM_FORCE
             is_misprint = abs(force - recomputed) > SLIDE_RULE_TOLERANCE
             misprint = "not on the curve of its neighbours; one digit wrong, 189.8 is meant" if is_misprint else ""
             yield PrintedNumber(f"spring force at {radius:g} mm, {rpm} rpm", "kgf", force, recomputed, misprint)
@@ -193,5 +178,4 @@ def _compare_counter_example() -> Iterator[PrintedNumber]:
     forces = [float(formulas.regulating_force(static_force=force)) for force in COUNTER_EXAMPLE_FORCES]
     for position, printed, force in zip(("low", "middle", "high"), (7.5, 10.5, 13.4), forces, strict=True):
         yield PrintedNumber(f"Pohlhausen's no. 97, K {position}", "kgf", printed, force)
-    change = 100 * (13.4 - 7.5) / 10.5
-    yield PrintedNumber("Pohlhausen's no. 97, change of K", "%", 56, change)
+    yield PrintedNumber("Pohlhausen's no. 97, change of K", "%", 56, 100 * (13.4 - 7.5) / 10.5)

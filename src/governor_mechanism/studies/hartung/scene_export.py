@@ -1,5 +1,6 @@
 """A designed governor as a scene: as a document and as the text of a scene file."""
 
+import json
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -13,15 +14,13 @@ DAMPING_RATIO = 0.7
 """Damping ratio of the dashpot of the scene at mid stroke."""
 
 
-def export_scene_document(design: HartungDesign, title: str = "Hartung governor, designed") -> dict[str, Any]:
+def export_scene_document(design: HartungDesign) -> dict[str, Any]:
     """Return a runnable scene of the design: a run-up from the slow to the fast speed, with stops and a dashpot.
 
     Parameters
     ----------
     design
         The design.
-    title
-        Title of the scene.
 
     Returns
     -------
@@ -32,7 +31,7 @@ def export_scene_document(design: HartungDesign, title: str = "Hartung governor,
     slow, fast = (speed * 30 / math.pi for speed in (inputs.slow_speed, inputs.fast_speed))
     swing = f"{math.degrees(inputs.swing):.12g} deg"
     return {
-        "title": title,
+        "title": "Hartung governor, designed",
         "machine": "hartung",
         "dimensions": {
             "weight_arm": _format_mm(governor.weight_arm),
@@ -76,8 +75,8 @@ def _sleeve_damping(design: HartungDesign) -> float:
     """Return the damping of the dashpot on the sleeve (N s/m) from stiffness and inertia at mid stroke."""
     governor, forces = design.layout.governor, design.layout.spring_forces
     middle_force = float(forces[len(forces) // 2])
-    spring_arguments: dict[str, Any] = {"lever_angle": 0.0, "spring_force": middle_force, "spring_rate": design.spring_rate}
-    squared_frequency = float(closed.squared_natural_frequency(governor, **spring_arguments))
+    spring = {"spring_force": middle_force, "spring_rate": design.spring_rate}
+    squared_frequency = float(closed.squared_natural_frequency(governor, lever_angle=0.0, **spring))
     lift_derivative = float(closed.lift_derivative(governor, lever_angle=0.0))
     inertia = float(closed.lever_inertia(governor, lever_angle=0.0))
     return 2 * DAMPING_RATIO * inertia * math.sqrt(abs(squared_frequency)) / lift_derivative**2
@@ -107,13 +106,10 @@ def format_scene_toml(document: Mapping[str, Any], comment: str) -> str:
 
 
 def _format_toml(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
+    """Return a value as TOML, which writes all but tables as JSON does."""
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{key} = {_format_toml(item)}" for key, item in value.items()) + " }"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(_format_toml, value)) + "]"
-    return f'"{value}"' if isinstance(value, str) else repr(value)
+    return json.dumps(value, ensure_ascii=False)
 
 
 def _format_mm(metres: float) -> str:

@@ -170,10 +170,10 @@ def study_cyclic_motion(scene: Scene, fluctuation_ratios: Sequence[float] | Floa
         If the scene has no such friction or speed, or if the sleeve does not move at a ratio of 2.
     """
     requested_ratios = np.asarray(fluctuation_ratios, dtype=np.float64)
-    mean_speed, insensitivity_band = _compute_mean_speed_and_band(scene)
+    spindle, insensitivity_band = _find_spindle_and_band(scene)
 
     def does_sleeve_move(fluctuation_ratio: float) -> bool:
-        run = _run_fluctuating(scene, fluctuation_ratio * insensitivity_band, mean_speed, 2)
+        run = _run_fluctuating(scene, replace(spindle, speed_fluctuation=fluctuation_ratio * insensitivity_band), 2)
         return any(event.kind is not EventKind.CROSSING for event in run.events)
 
     low, high = 0.0, 2.0
@@ -184,7 +184,8 @@ def study_cyclic_motion(scene: Scene, fluctuation_ratios: Sequence[float] | Floa
     while high - low > THRESHOLD_TOLERANCE:
         midpoint = 0.5 * (low + high)
         low, high = (low, midpoint) if does_sleeve_move(midpoint) else (midpoint, high)
-    runs = (_run_fluctuating(scene, ratio * insensitivity_band, mean_speed, n_turns + 1) for ratio in requested_ratios.tolist())
+    spindles = (replace(spindle, speed_fluctuation=ratio * insensitivity_band) for ratio in requested_ratios.tolist())
+    runs = (_run_fluctuating(scene, one, n_turns + 1) for one in spindles)
     return CyclicMotionStudy(
         title=scene.title,
         fluctuation_ratios=requested_ratios,
@@ -217,12 +218,9 @@ def study_clearance(scene: Scene, clearances: Sequence[float] | FloatArray, n_tu
     """
     _find_sleeve_friction(scene)  # raises if there is none, before anything else of the scene is judged
     requested_clearances = np.asarray(clearances, dtype=np.float64)
-    mean_speed, insensitivity_band = _compute_mean_speed_and_band(_make_scene_with_clearance(scene, 0.0))
-    speed_fluctuation = scene.spindle.speed_fluctuation if isinstance(scene.spindle, Spindle) else 0.0
-    runs = [
-        _run_fluctuating(_make_scene_with_clearance(scene, clearance), speed_fluctuation, mean_speed, n_turns + 1)
-        for clearance in (0.0, *requested_clearances.tolist())
-    ]
+    scenes = (_make_scene_with_clearance(scene, clearance) for clearance in (0.0, *requested_clearances.tolist()))
+    spindle, insensitivity_band = _find_spindle_and_band(_make_scene_with_clearance(scene, 0.0))
+    runs = [_run_fluctuating(one, spindle, n_turns + 1) for one in scenes]
     sleeve_motions = [run.readings[SLEEVE_READING] for run in runs]
     arm_motions = [run.readings[SLEEVE_READING] - run.readings.get(CLEARANCE_READING, 0.0) for run in runs[1:]]
     amplitude_without_clearance, *amplitudes = map(_compute_last_turn_amplitude, sleeve_motions)
@@ -234,7 +232,7 @@ def study_clearance(scene: Scene, clearances: Sequence[float] | FloatArray, n_tu
         arm_amplitudes=np.array([_compute_last_turn_amplitude(motion) for motion in arm_motions]),
         amplitude_without_clearance=amplitude_without_clearance,
         friction_carries_sleeve=_find_sleeve_friction(scene) > sleeve_weight,
-        fluctuation_ratio=speed_fluctuation / insensitivity_band,
+        fluctuation_ratio=spindle.speed_fluctuation / insensitivity_band,
         n_turns=n_turns,
     )
 
@@ -247,27 +245,22 @@ def _find_sleeve_friction(scene: Scene) -> float:
     raise MechanismError("cyclic sleeve motion needs dry friction on the sleeve; add effects.dry_friction = { sleeve = ... }")
 
 
-def _compute_mean_speed_and_band(scene: Scene) -> tuple[float, float]:
-    """Return the mean speed, rad/s, and the relative width of the insensitivity band at the start."""
+def _find_spindle_and_band(scene: Scene) -> tuple[Spindle, float]:
+    """Return the spindle with its mean speed, and the relative width of the insensitivity band at the start."""
     spindle = scene.spindle
     if not isinstance(spindle, Spindle) or not spindle.speed_function.is_constant:
         raise MechanismError("cyclic sleeve motion needs a constant mean speed; give spindle.speed as a number")
-    mean_speed, coordinate = spindle.speeds[0], scene.part.mechanism.coordinate
-    start_value = float(evaluate_output_value(scene.part.mechanism, coordinate, initial_state(scene)[0]))
+    mechanism = scene.part.mechanism
+    start_value = float(evaluate_output_value(mechanism, mechanism.coordinate, initial_state(scene)[0]))
     band = compute_insensitivity_band(scene, [start_value], _find_sleeve_friction(scene), SLEEVE_READING)
-    return mean_speed, float((band.rising_speed - band.falling_speed)[0]) / mean_speed
+    return replace(spindle, times=(0.0,), speeds=spindle.speeds[:1]), float((band.rising_speed - band.falling_speed)[0]) / spindle.speeds[0]
 
 
-def _run_fluctuating(scene: Scene, speed_fluctuation: float, mean_speed: float, n_turns: int) -> Trajectory:
-    """Run the scene for some turns with a speed fluctuation about a mean speed, rad/s."""
-    spindle = scene.spindle
-    cycles_per_turn = spindle.cycles_per_turn if isinstance(spindle, Spindle) else 1.0
-    turn_period = 2 * math.pi / mean_speed
-    fluctuating_scene = scene.with_changes(
-        spindle=Spindle(speeds=(mean_speed,), speed_fluctuation=speed_fluctuation, cycles_per_turn=cycles_per_turn),
-        run=replace(scene.run, duration=n_turns * turn_period, output_interval=turn_period / SAMPLES_PER_TURN),
-    )
-    return run_uncertified(fluctuating_scene)
+def _run_fluctuating(scene: Scene, spindle: Spindle, n_turns: int) -> Trajectory:
+    """Run the scene for some turns of a spindle."""
+    turn_period = 2 * math.pi / spindle.speeds[0]
+    settings = replace(scene.run, duration=n_turns * turn_period, output_interval=turn_period / SAMPLES_PER_TURN)
+    return run_uncertified(scene.with_changes(spindle=spindle, run=settings))
 
 
 def _compute_last_turn_amplitude(values: FloatArray) -> float:

@@ -144,8 +144,8 @@ def study_fold_jump(scene: Scene, ramp_rates: Sequence[float] | FloatArray) -> F
     asymptotic_delay = _compute_fold_delay(scene, fold_position, fold_speed, requested_rates)
     speeds = [
         (
-            *_find_rising_passage_speeds(scene, stops.low, fold_position, stop_speed, ramp_rate),
-            _find_falling_passage_speed(scene, fold_position, fold_speed, stops.high, ramp_rate, delay),
+            *_find_rising_speeds(scene, stops.low, fold_position, stop_speed, ramp_rate),
+            _find_falling_speed(scene, fold_position, fold_speed, stops.high, ramp_rate, delay),
         )
         for ramp_rate, delay in zip(requested_rates.tolist(), asymptotic_delay.tolist(), strict=True)
     ]
@@ -175,8 +175,7 @@ def _compute_generalised_damping(scene: Scene, value: float) -> float:
 def _compute_divergence_rate(scene: Scene, value: float, speed: float) -> float:
     """Return the divergence rate, 1/s, of a disturbance at an unstable equilibrium: I x'' + c x' + K x = 0."""
     coefficients = SingleDofReduction(scene).evaluate([value])
-    inertia = float(coefficients.inertia[0])
-    stiffness = float(coefficients.potential_second_derivative[0] - 0.5 * speed**2 * coefficients.spindle_inertia_second_derivative[0])
+    inertia, stiffness = float(coefficients.inertia[0]), float(coefficients.stiffness_terms(speed**2).sum())
     decay = 0.5 * _compute_generalised_damping(scene, value) / inertia
     return math.sqrt(decay**2 - stiffness / inertia) - decay
 
@@ -193,7 +192,7 @@ def _compute_fold_delay(scene: Scene, fold_position: float, fold_speed: float, r
         return np.full_like(ramp_rates, math.nan)
     step = 1e-3
     coefficients = SingleDofReduction(scene).evaluate([fold_position - step, fold_position, fold_position + step])
-    stiffness = coefficients.potential_second_derivative - 0.5 * fold_speed**2 * coefficients.spindle_inertia_second_derivative
+    stiffness = coefficients.stiffness_terms(fold_speed**2).sum(axis=0)
     stiffness_derivative = float(stiffness[2] - stiffness[0]) / (2 * step)
     speed_sensitivity = fold_speed * float(coefficients.spindle_inertia_derivative[1])
     delay: FloatArray = AIRY_PRIME_FIRST_ZERO * np.cbrt(2 * damping**2 * ramp_rates**2 / (stiffness_derivative * speed_sensitivity))
@@ -215,9 +214,7 @@ def _find_passage_time(scene: Scene, passage_value: float, spindle: Spindle, sta
     return float(brentq(curve, *run.times[bracket], xtol=1e-14)), run
 
 
-def _find_rising_passage_speeds(
-    scene: Scene, low_stop: float, fold_position: float, stop_speed: float, ramp_rate: float
-) -> tuple[float, float]:
+def _find_rising_speeds(scene: Scene, low_stop: float, fold_position: float, stop_speed: float, ramp_rate: float) -> tuple[float, float]:
     """Return the speeds, rad/s, at the fold on the way up and when the governor leaves its stop."""
     time_before, time_after = 1.0, 16.0  # s
     while time_after < 1e4:
@@ -231,9 +228,7 @@ def _find_rising_passage_speeds(
     raise MechanismError(f"with {ramp_rate:g} rad/s2 the governor does not rise from its low stop to the fold")
 
 
-def _find_falling_passage_speed(
-    scene: Scene, fold_position: float, fold_speed: float, high_stop: float, ramp_rate: float, delay: float
-) -> float:
+def _find_falling_speed(scene: Scene, fold_position: float, fold_speed: float, high_stop: float, ramp_rate: float, delay: float) -> float:
     """Return the speed, rad/s, at the fold on the way down from the stable branch above it."""
     max_speed = float(equilibrium_speed_at(scene, np.array([high_stop]))[0])
     delay_estimate = 0.01 * fold_speed if math.isnan(delay) else delay

@@ -37,8 +37,6 @@ class SettlingStudy:
         Linear dashpot on the sleeve, N s/m; shape (n,).
     settling_times
         Time from the change of load until the arms stay within the settling band, s; shape (n,); infinite if they do not settle in the run.
-    tolerance
-        Half-width of the settling band, relative to the whole change.
     best
         Damping coefficient with the shortest settling time, N s/m, and that time, s.
     """
@@ -46,7 +44,6 @@ class SettlingStudy:
     title: str
     damping_coefficients: FloatArray
     settling_times: FloatArray
-    tolerance: float
     best: tuple[float, float]
 
     @property
@@ -55,9 +52,7 @@ class SettlingStudy:
         return f"shortest settling time {self.best[1]:.4g} s with a dashpot of {self.best[0]:.4g} N s/m"
 
 
-def study_settling(
-    scene: Scene, damping_coefficients: Sequence[float] | FloatArray, tolerance: float = SETTLING_TOLERANCE
-) -> SettlingStudy:
+def study_settling(scene: Scene, damping_coefficients: Sequence[float] | FloatArray) -> SettlingStudy:
     """Run a scene whose load changes with several dashpots on the sleeve, and find the best one.
 
     The new equilibrium is the one of the angular momentum at the end. Time counts from the first jump of the torque.
@@ -68,8 +63,6 @@ def study_settling(
         Scene with a free spindle and a torque that changes.
     damping_coefficients
         Linear dashpots on the sleeve, N s/m; shape (n,).
-    tolerance
-        Half-width of the settling band, relative to the whole change.
 
     Returns
     -------
@@ -90,7 +83,7 @@ def study_settling(
 
     def settling_time_of(damping_coefficient: float) -> float:
         dashpot = Dashpot(reading=SLEEVE_READING, linear=damping_coefficient)
-        return _compute_settling_time(run_uncertified(scene.with_changes(effects=(*other_effects, dashpot))), tolerance) - load_change_time
+        return _compute_settling_time(run_uncertified(scene.with_changes(effects=(*other_effects, dashpot)))) - load_change_time
 
     requested_coefficients = np.asarray(damping_coefficients, dtype=np.float64)
     settling_times = np.array([settling_time_of(coefficient) for coefficient in requested_coefficients.tolist()])
@@ -98,27 +91,21 @@ def study_settling(
         raise MechanismError(f"with no dashpot does the governor settle within {scene.run.duration:g} s; increase run.duration")
     k = int(np.argmin(settling_times))
     bounds = (requested_coefficients[max(k - 1, 0)], requested_coefficients[min(k + 1, len(requested_coefficients) - 1)])
+    options = {"xatol": 1e-3 * requested_coefficients[k]}
     refined = minimize_scalar(
-        lambda coefficient: min(settling_time_of(coefficient), 1e3 * scene.run.duration),
-        bounds=bounds,
-        method="bounded",
-        options={"xatol": 1e-3 * requested_coefficients[k]},
+        lambda one: min(settling_time_of(one), 1e3 * scene.run.duration), bounds=bounds, method="bounded", options=options
     )
     best_time, best_coefficient = min((float(settling_times[k]), float(requested_coefficients[k])), (float(refined.fun), float(refined.x)))
     return SettlingStudy(
-        title=scene.title,
-        damping_coefficients=requested_coefficients,
-        settling_times=settling_times,
-        tolerance=tolerance,
-        best=(best_coefficient, best_time),
+        title=scene.title, damping_coefficients=requested_coefficients, settling_times=settling_times, best=(best_coefficient, best_time)
     )
 
 
-def _compute_settling_time(run: Trajectory, tolerance: float) -> float:
+def _compute_settling_time(run: Trajectory) -> float:
     """Return the time, s, from which the coordinate stays in the settling band about its new equilibrium, or infinity."""
     name = run.scene.part.mechanism.coordinate
     deviation = run.readings[name] - _find_equilibrium_of_momentum(run)
-    band_width = tolerance * abs(float(deviation[0]))
+    band_width = SETTLING_TOLERANCE * abs(float(deviation[0]))
     curve = CubicHermiteSpline(run.times, deviation, run.rates[name])
     band_crossings = np.concatenate([curve.solve(side * band_width, extrapolate=False) for side in (-1.0, 1.0)])
     if band_crossings.size == 0 or np.max(np.abs(deviation[run.times > 0.8 * run.times[-1]])) > band_width:
@@ -136,7 +123,7 @@ def _find_equilibrium_of_momentum(run: Trajectory) -> float:
     def generalised_force(value: float) -> float:
         coefficients = reduction.evaluate([value], last_poses)
         speed = angular_momentum / (reduction.free_spindle_inertia + coefficients.spindle_inertia[0])
-        return float(coefficients.potential_derivative[0] - 0.5 * speed**2 * coefficients.spindle_inertia_derivative[0])
+        return float(coefficients.force_terms(speed**2).sum())
 
     width = 1e-3
     while generalised_force(last_value - width) * generalised_force(last_value + width) > 0:

@@ -15,7 +15,7 @@ from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, evaluate_
 from governor_mechanism.units.text_table import format_table
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class ValveEvent:
     """One valve event: crank angle (rad, 0 to 2 pi) and stroke, the fraction of its end's piston stroke.
 
@@ -50,6 +50,13 @@ class ValveEvent:
         """Delay against the theory (rad)."""
         return math.remainder(self.simulated - self.theory, math.tau)
 
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The event as a row of a table: its angles and its shift in deg, and its strokes."""
+        angles = (f"{math.degrees(angle):.6f}" for angle in (self.simulated, self.exact, self.theory))
+        strokes = (f"{stroke:.6f}" for stroke in (self.simulated_stroke, self.exact_stroke, self.theory_stroke))
+        return self.name, *angles, f"{math.degrees(self.shift):+.6f}", *strokes
+
 
 @dataclass(frozen=True, kw_only=True)
 class ValveTiming:
@@ -75,18 +82,9 @@ class ValveTiming:
     def __str__(self) -> str:
         """Return the timing as a table."""
         header = ("event", "simulated", "exact", "theory", "shift", "stroke", "exact", "theory")
-        cells = [
-            (
-                row.name,
-                *(f"{math.degrees(angle):.6f}" for angle in (row.simulated, row.exact, row.theory)),
-                f"{math.degrees(row.shift):+.6f}",
-                *(f"{stroke:.6f}" for stroke in (row.simulated_stroke, row.exact_stroke, row.theory_stroke)),
-            )
-            for row in self.rows
-        ]
         footer = "crank angles and shift in deg from the crank end's dead centre; strokes as fractions, from the event's own end"
         lead = ", ".join(f"{1e3 * lead_value:.6g} mm at the {end}" for lead_value, end in zip(self.leads, CYLINDER_ENDS, strict=True))
-        return "\n".join([self.title, format_table(header, cells, "lr"), footer, f"lead {lead}"])
+        return "\n".join([self.title, format_table(header, [row.cells for row in self.rows], "lr"), footer, f"lead {lead}"])
 
     def as_json(self) -> dict[str, Any]:
         """Return the timing as plain values in SI."""
@@ -118,25 +116,12 @@ def tabulate_valve_timing(scene: Scene) -> ValveTiming:
         closed_form_angle = partial(event_angle, event=name, outside_lap=dimensions["outside_lap"], inside_lap=dimensions["inside_lap"])
         exact, theory = closed_form_angle(eccentric, centre=centre), closed_form_angle(ideal_eccentric)
         end = name.rsplit(" ", 1)[0]
-        piston_travel = float(readings[f"{end.replace(' ', '_')}_travel"][k])
-        rows.append(
-            ValveEvent(
-                name=name,
-                simulated=angle,
-                exact=exact,
-                theory=theory,
-                simulated_stroke=piston_travel / (2 * train.crank),
-                exact_stroke=stroke_fraction(train, exact, end),
-                theory_stroke=stroke_fraction(ideal_train, theory, end),
-            )
-        )
+        simulated_stroke = float(readings[f"{end.replace(' ', '_')}_travel"][k]) / (2 * train.crank)
+        strokes = (simulated_stroke, stroke_fraction(train, exact, end), stroke_fraction(ideal_train, theory, end))
+        rows.append(ValveEvent(name, angle, exact, theory, *strokes))
     dead_centre_readings = evaluate_at_crank_angles(scene, np.array([0.0, math.pi])).readings
-    return ValveTiming(
-        title=scene.title,
-        rows=tuple(rows),
-        leads=(float(dead_centre_readings["crank_end_steam"][0]), float(dead_centre_readings["head_end_steam"][1])),
-        centre=dimensions["centre"],
-    )
+    leads = (float(dead_centre_readings["crank_end_steam"][0]), float(dead_centre_readings["head_end_steam"][1]))
+    return ValveTiming(title=scene.title, rows=tuple(rows), leads=leads, centre=dimensions["centre"])
 
 
 def stroke_fraction(train: CrankTrain, angle: float, end: str) -> float:

@@ -7,7 +7,7 @@ import csv
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +23,8 @@ DISTRIBUTION_NAME = "governor-mechanism"
 SETTING_LABELS = {"scene": "scene", "axes": "values of the keys", "quantities": "quantities", "package": "version of the package"}
 """Names in messages of the settings that distinguish two sweeps."""
 
-RowWriter = Callable[[Iterable[SweepRow]], None]
-"""Function that stores a chunk of rows."""
+RowWriter = Callable[[SweepRow], None]
+"""Function that stores a row."""
 
 
 def journal_path(folder: Path, source: str) -> Path:
@@ -63,26 +63,38 @@ class SweepFiles:
     def read_finished_rows(self) -> dict[int, SweepRow]:
         """Return the rows that are on disk, by index."""
         if self._record_path.exists() and self._table_path.exists():
-            rows = _read_table_rows(self._table_path, self._n_axes, self._n_quantities)
+            with self._table_path.open(newline="", encoding="utf-8") as stream:
+                table = list(csv.reader(stream))[1:]
+            rows = self._parse_rows([index, line[self._n_axes : -2], *line[-2:]] for index, line in enumerate(table))
             if len(rows) == self._n_rows:
                 return rows
         if not self._journal_path.exists():
             return {}
-        journal_rows = (_parse_journal_line(line, self._n_quantities) for line in self._journal_path.read_text("utf-8").split("\n")[1:])
-        return {row.index: row for row in journal_rows if row is not None and 0 <= row.index < self._n_rows}
+        return self._parse_rows(map(_parse_json, self._journal_path.read_text("utf-8").split("\n")[1:]))
+
+    def _parse_rows(self, records: Iterable[Any]) -> dict[int, SweepRow]:
+        """Return the rows of records of index, numbers, outcome and message, without incomplete records, as of a half-written line."""
+        rows = {}
+        for record in records:
+            with suppress(ValueError, TypeError):
+                index, cells, outcome, message = record
+                numbers = tuple(math.nan if cell in (None, "") else float(cell) for cell in cells)
+                if len(numbers) == self._n_quantities and 0 <= index < self._n_rows:
+                    rows[index] = SweepRow(index=index, numbers=numbers, outcome=outcome, message=message)
+        return rows
 
     @contextmanager
     def open_journal(self, rows: Iterable[SweepRow]) -> Iterator[RowWriter]:
-        """Rewrite the journal with the given rows, without a half-written last line; yield a function that appends a chunk of rows."""
+        """Rewrite the journal with the given rows, without a half-written last line; yield a function that appends a row."""
         with atomic_write(self._journal_path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as stream:
-            stream.write(json.dumps({"sweep": self._identity}) + "\n" + _format_journal_lines(rows))
+            stream.writelines([json.dumps({"sweep": self._identity}) + "\n", *map(_format_journal_line, rows)])
         with self._journal_path.open("a", encoding="utf-8", newline="\n") as stream:
 
-            def append_rows(rows: Iterable[SweepRow]) -> None:
-                stream.write(_format_journal_lines(rows))
+            def append_row(row: SweepRow) -> None:
+                stream.write(_format_journal_line(row))
                 stream.flush()
 
-            yield append_rows
+            yield append_row
 
     def write_results(self, sweep: Sweep) -> None:
         """Write table and record and delete the journal. The same sweep always gives the same files."""
@@ -110,42 +122,18 @@ class SweepFiles:
 
 def _read_identity(path: Path) -> Mapping[str, Any] | None:
     text = path.read_text("utf-8", errors="replace")
-    try:
-        record = json.loads(text.partition("\n")[0] if path.suffix == ".part" else text)
-        identity = record["sweep"]
-    except (ValueError, TypeError, KeyError):
-        return None
+    record = _parse_json(text.partition("\n")[0] if path.suffix == ".part" else text)
+    identity = record.get("sweep") if isinstance(record, Mapping) else None
     return identity if isinstance(identity, Mapping) else None
 
 
-def _format_journal_lines(rows: Iterable[SweepRow]) -> str:
-    """Return one line per row; JSON writes the shortest digits that give the same float."""
-    return "".join(json.dumps([row.index, row.numbers_or_none, row.outcome, row.message]) + "\n" for row in rows)
+def _parse_json(text: str) -> Any:
+    """Return the value of a JSON text, or None if it is incomplete."""
+    with suppress(ValueError):
+        return json.loads(text)
+    return None
 
 
-def _parse_journal_line(line: str, n_quantities: int) -> SweepRow | None:
-    """Return the row of a line, or None for a half-written line."""
-    try:
-        index, numbers, outcome, message = json.loads(line)
-        values = tuple(math.nan if number is None else float(number) for number in numbers)
-    except (ValueError, TypeError):
-        return None
-    return SweepRow(index=index, numbers=values, outcome=outcome, message=message) if len(values) == n_quantities else None
-
-
-def _read_table_rows(path: Path, n_axes: int, n_quantities: int) -> dict[int, SweepRow]:
-    """Return the rows of a finished table, by index; none if it is incomplete."""
-    with path.open(newline="", encoding="utf-8") as stream:
-        lines = list(csv.reader(stream))[1:]
-    try:
-        return {
-            index: SweepRow(
-                index=index,
-                numbers=tuple(float(cell) if cell else math.nan for cell in line[n_axes : n_axes + n_quantities]),
-                outcome=line[n_axes + n_quantities],
-                message=line[n_axes + n_quantities + 1],
-            )
-            for index, line in enumerate(lines)
-        }
-    except (ValueError, IndexError):
-        return {}
+def _format_journal_line(row: SweepRow) -> str:
+    """Return a row as a line; JSON writes the shortest digits that give the same float."""
+    return json.dumps([row.index, row.numbers_or_none, row.outcome, row.message]) + "\n"

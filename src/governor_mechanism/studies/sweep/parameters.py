@@ -19,7 +19,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.problems import ProblemCode, ProblemCollector
 from governor_mechanism.studies.sweep.quantities import find_display_unit
-from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
+from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, number_or_text
 
 MAX_SWEEP_ROWS = 200_000
 """Maximum number of rows of a sweep; a larger number suggests a slip."""
@@ -146,9 +146,8 @@ def parse_axes(document: Mapping[str, Any], vary: Mapping[str, Any] | Sequence[s
     collector, axes = ProblemCollector(), []
     requests = _parse_axis_requests(vary, collector)
     for request in requests:
-        other_values = [(other.key, other.values[0]) for other in requests if other.key != request.key]
         with collector.at("vary:"):
-            axes.append(_parse_axis(_apply_first_values(document, other_values), request, is_only_axis=not other_values))
+            axes.append(_parse_axis(document, request, [other for other in requests if other.key != request.key]))
     if collector.has_failed:
         raise MechanismError(*dict.fromkeys(collector.problems))
     return tuple(axes)
@@ -217,11 +216,8 @@ def _parse_plain_value(text: str) -> Any:
     """Return a number, true or false as such, and any other text unchanged."""
     if text in ("true", "false"):
         return text == "true"
-    try:
-        number = float(text)
-    except ValueError:
-        return text
-    return number if math.isfinite(number) else text
+    number = number_or_text(text)
+    return number if isinstance(number, float) and math.isfinite(number) else text
 
 
 def _find_item(items: Sequence[Any], name: str, key_path: str) -> int:
@@ -234,15 +230,11 @@ def _find_item(items: Sequence[Any], name: str, key_path: str) -> int:
     raise MechanismError(f"{key_path} has no {format_value(name)}; its items are {known_names}1 to {len(items)}{did_you_mean(name, names)}")
 
 
-def _apply_first_values(document: Mapping[str, Any], other_values: Iterable[tuple[str, Any]]) -> Mapping[str, Any]:
-    """Return the document for the check of one axis: all other axes have their first values, if these are valid."""
-    for key, value in other_values:
+def _parse_axis(document: Mapping[str, Any], request: AxisRequest, other_requests: Sequence[AxisRequest]) -> SweepAxis:
+    """Return one axis; for its check all other axes have their first values, if these are valid."""
+    for other in other_requests:
         with suppress(MechanismError):  # reported when that axis is checked
-            document = replace_document_value(document, key, value)
-    return document
-
-
-def _parse_axis(document: Mapping[str, Any], request: AxisRequest, *, is_only_axis: bool) -> SweepAxis:
+            document = replace_document_value(document, other.key, other.values[0])
     existing_problems = set(_find_document_problems(document))
 
     def find_problems(value: Any) -> list[str]:
@@ -253,7 +245,7 @@ def _parse_axis(document: Mapping[str, Any], request: AxisRequest, *, is_only_ax
     kind = next((name for name, kind in QUANTITY_KINDS.items() if any(f" is {kind.name}; " in line for line in sentinel_problems)), None)
     axis = _make_axis(request, kind, find_problems)
     _refuse_repeated_values(axis, request)
-    _refuse_ineffective_axis(document, axis, is_only_axis=is_only_axis)
+    _refuse_ineffective_axis(document, axis, is_only_axis=not other_requests)
     return axis
 
 
@@ -266,8 +258,8 @@ def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFin
         raise MechanismError(*(find_problems(request.values[0]) or [no_range_message]))
     values = _parse_values(request, kind, find_problems)
     if request.range_count is not None:
-        low, high = values
-        values = list(_interpolate_range(low, high, request.range_count))
+        (low, high), count = values, request.range_count
+        values = [high if 0 < k == count - 1 else low + (high - low) * k / max(count - 1, 1) for k in range(count)]
     suspicious_limit, _ = UNITLESS_LIMITS.get(kind or "", (math.inf, math.inf))
 
     def to_document_value(value: Any) -> Any:
@@ -297,11 +289,6 @@ def _parse_values(request: AxisRequest, kind: str | None, find_problems: Problem
     if problems:
         raise MechanismError(*problems)
     return values
-
-
-def _interpolate_range(low: float, high: float, count: int) -> Iterable[float]:
-    for k in range(count):
-        yield high if k and k == count - 1 else low + (high - low) * k / max(count - 1, 1)
 
 
 def _refuse_repeated_values(axis: SweepAxis, request: AxisRequest) -> None:

@@ -8,24 +8,22 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
 
 from governor_mechanism.engines.reduced.batch import UncertifiedResult
 from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.scenes.problems import ProblemCode, ProblemCollector
+from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value
 
-STATISTICS: Mapping[str, Callable[[Any], float]] = {
-    "final": lambda values: float(values[-1]),
-    "min": lambda values: float(np.min(values)),
-    "max": lambda values: float(np.max(values)),
-    "span": lambda values: float(np.max(values) - np.min(values)),
-}
+STATISTICS: Mapping[str, Callable[[FloatArray], float]] = {"final": itemgetter(-1), "min": np.min, "max": np.max, "span": np.ptp}
 """Statistics of a reading over its reported times."""
 
 DURATION_RULE, ERROR_ESTIMATE_RULE = "duration", "error_estimate"
@@ -33,8 +31,6 @@ DURATION_RULE, ERROR_ESTIMATE_RULE = "duration", "error_estimate"
 
 RATE_PREFIX = "rate of "
 """Prefix of a rule that takes the rate of a reading."""
-
-_SI_UNITS = {"angle": "rad", "length": "m"}
 
 DISPLAY_RATE_UNITS = {"rad/s": (180 / math.pi, "deg/s"), "m/s": (1e3, "mm/s")}
 """Display units of rates of readings; shaft speeds have their own in DISPLAY_UNITS."""
@@ -137,7 +133,7 @@ def find_quantity_reading(quantity: RunQuantity, scene: Scene) -> str | None:
 
 def find_reading_units(scene: Scene) -> dict[str, str]:
     """Return the names of the readings of a run with their SI units."""
-    units = {reading.name: _SI_UNITS[reading.quantity] for reading in scene.mechanism.readings}
+    units = {reading.name: READING_UNITS[reading.quantity] for reading in scene.mechanism.readings}
     for plane in scene.system.planes:
         units[f"{plane.prefix}{SPINDLE_SPEED}"] = "rad/s"
         if not plane.given_speed:
@@ -206,4 +202,4 @@ def _evaluate_rule(rule: str, run: RunOutput) -> float:
     source = run.rates if is_rate else run.readings
     if reading not in source:
         raise MechanismError(f"this scene has no {rule!r}; its readings are {', '.join(run.readings)}")
-    return STATISTICS[statistic](source[reading])
+    return float(STATISTICS[statistic](source[reading]))

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -110,11 +111,8 @@ class Sweep(AxisGrid):
         if name not in names:
             raise MechanismError(f"the sweep has no {name!r}; it has {names}.{did_you_mean(name, names)}")
         position = names.index(name)
-        if position < len(self.quantities):
-            return np.array([row.numbers[position] for row in self.rows])
-        position -= len(self.quantities)
-        values = self.axes[position].values
-        return np.array([values[place] for place in np.indices(self.shape)[position].ravel()])
+        axis_values = product(*(axis.values for axis in self.axes))  # as in the rows, the last axis varies fastest
+        return np.array([(*row.numbers, *values)[position] for row, values in zip(self.rows, axis_values, strict=True)])
 
     def grid(self, name: str) -> NDArray[Any]:
         """Return the values of `column` in the shape of the axes: the first index counts the values of the first axis."""
@@ -127,11 +125,8 @@ class Sweep(AxisGrid):
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """Sentences on keys that change no quantity by more than the accuracy."""
-        return tuple(
-            f"{axis.key} changes {', '.join(one.name for one in self.quantities)} by less than the accuracy"
-            for at, axis in enumerate(self.axes)
-            if self._has_no_effect(at)
-        )
+        effect = f"changes {', '.join(one.name for one in self.quantities)} by less than the accuracy"
+        return tuple(f"{axis.key} {effect}" for at, axis in enumerate(self.axes) if self._has_no_effect(at))
 
     def __str__(self) -> str:
         """Return a line per row, or for many rows the extremes of each quantity; then outcomes and notes."""
@@ -169,7 +164,7 @@ class Sweep(AxisGrid):
 
     def _format_table(self) -> list[str]:
         names = [*(axis.key for axis in self.axes), *(one.name for one in self.quantities), "outcome"]
-        cells = [[*self._format_axis_values(row), *self._format_numbers(row), row.outcome] for row in self.rows]
+        cells = [[*self._format_axis_values(row), *map(_format_value, row.numbers, self.quantities), row.outcome] for row in self.rows]
         return format_table(names, cells, justify="r").splitlines()
 
     def _format_extremes(self) -> Iterator[str]:
@@ -193,14 +188,12 @@ class Sweep(AxisGrid):
                 yield f"{row.outcome}, first at {', '.join(self._format_axis_values(row))}: {row.message}"
 
     def _format_axis_values(self, row: SweepRow) -> list[str]:
-        values = zip(self.axes, self.values_at(row.index), strict=True)
-        return [_format_value(v, axis) if isinstance(v, float) else str(v) for axis, v in values]
-
-    def _format_numbers(self, row: SweepRow) -> list[str]:
-        pairs = zip(self.quantities, row.numbers, strict=True)
-        return [_format_value(v, one) if math.isfinite(v) else "-" for one, v in pairs]
+        return list(map(_format_value, self.values_at(row.index), self.axes))
 
 
-def _format_value(value: float, source: SweepAxis | RunQuantity) -> str:
+def _format_value(value: float | str | bool, source: SweepAxis | RunQuantity) -> str:
+    """Return a value with its unit; a missing number is a dash."""
+    if not isinstance(value, float):
+        return str(value)
     factor, unit = source.display_unit
-    return f"{value * factor + 0.0:.6g} {unit}".strip()  # adding 0.0 turns -0 into 0
+    return f"{value * factor + 0.0:.6g} {unit}".strip() if math.isfinite(value) else "-"  # adding 0.0 turns -0 into 0

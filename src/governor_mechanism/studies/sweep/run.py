@@ -5,33 +5,32 @@ dropped as soon as their numbers are taken.
 """
 
 import math
-import time
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from governor_mechanism.engines import select_engine
+from governor_mechanism.engines import ReducedEngine, select_engine
+from governor_mechanism.engines.certificate import initial_tolerance
+from governor_mechanism.engines.reduced.batch import ReducedBatch, UncertifiedResult
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
+from governor_mechanism.machines.base import Machine
+from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.problems import ProblemCollector
-from governor_mechanism.studies.sweep.batch_rows import DIMENSION_PREFIX, BatchedRows, make_batched_rows
 from governor_mechanism.studies.sweep.checkpoint import RowWriter, SweepFiles
 from governor_mechanism.studies.sweep.parameters import AxisGrid, parse_axes, parse_scene_with
-from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, parse_quantities
+from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, find_quantity_reading, parse_quantities
 from governor_mechanism.studies.sweep.results import ROW_FAILED, ROW_OK, ROW_REFUSED, Sweep, SweepRow
 from governor_mechanism.studies.sweep.workers import map_in_processes, record_interrupts
 from governor_mechanism.units.quantities import format_value
 
-TARGET_CHUNK_TIME = 0.5
-"""Target time of a chunk of rows, s; an interruption loses at most about as much."""
-
-MAX_CHUNK_SIZE = 512
-"""Maximum number of rows in a chunk."""
+DIMENSION_PREFIX = "dimensions."
+"""First part of the key of a dimension."""
 
 SweepProgress = Callable[[int, int], None]
 """Callback with the number of finished rows and of all rows."""
@@ -39,7 +38,11 @@ SweepProgress = Callable[[int, int], None]
 
 @dataclass(frozen=True, kw_only=True)
 class SweepTask(AxisGrid):
-    """Everything that determines the rows; it can be pickled."""
+    """Everything that determines the rows; it can be pickled.
+
+    Rows that differ in dimensions only may have a fast path: what they share is parsed and prepared once. It needs the engine
+    `reduced`, runs without certificates, and a scene whose forces are all in the tables of the reduced model.
+    """
 
     document: Mapping[str, Any]
     quantities: tuple[RunQuantity, ...]
@@ -47,42 +50,63 @@ class SweepTask(AxisGrid):
     accuracy: float | None
     certify: bool
 
-    def build_scene(self, index: int) -> Scene:
-        """Return the scene of a row; raise MechanismError if it is invalid."""
-        return parse_scene_with(self.document, [(axis.key, axis.document_values[place]) for axis, place in self.places(index)])
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What distinguishes the sweep from others, in types that JSON knows."""
+        return {
+            "scene": self.document,
+            "axes": {axis.key: axis.document_values for axis in self.axes},
+            "quantities": {one.name: one.identity for one in self.quantities},
+            "engine": self.engine,
+            "accuracy": self.accuracy,
+            "certify": self.certify,
+        }
 
-    def changed_dimensions(self, index: int) -> dict[str, Any]:
-        """Return the dimensions of a row that differ from the scene's, SI, if all axes are dimensions."""
-        return {axis.key.removeprefix(DIMENSION_PREFIX): axis.values[place] for axis, place in self.places(index)}
+    def run(self, index: int) -> Trajectory:
+        """Return the run of a row; raise MechanismError if its scene is invalid."""
+        scene = parse_scene_with(self.document, [(axis.key, axis.document_values[place]) for axis, place in self.places(index)])
+        chosen_engine, reason = select_engine(scene.run.engine if self.engine == "auto" else self.engine, scene, self.accuracy)
+        return chosen_engine.run(scene, accuracy=self.accuracy, certify=self.certify, reason=reason)
+
+    def run_batched(self, index: int) -> UncertifiedResult | None:
+        """Return the run of a row by the fast path, or None if that does not apply to the sweep or to the row."""
+        if self._batch is None:
+            return None
+        scene, machine_class, given_dimensions, batch = self._batch
+        changed_dimensions = {axis.key.removeprefix(DIMENSION_PREFIX): axis.values[place] for axis, place in self.places(index)}
+        try:
+            machine = machine_class(**{**given_dimensions, **changed_dimensions})
+            if machine.start_problems(scene.start.values):
+                return None
+            mechanism = machine.mechanism_with_effects(scene.effects)
+        except MechanismError:
+            return None
+        return batch.run(scene.with_changes(mechanism=mechanism))
 
     @cached_property
-    def batched_rows(self) -> BatchedRows | None:
-        """Fast path for the rows, or None if it does not apply."""
-        if self.certify:
+    def _batch(self) -> tuple[Scene, type[Machine], Mapping[str, Any], ReducedBatch] | None:
+        """Scene, machine and dimensions before they are changed, and the batch of the fast path, or None if that does not apply."""
+        from governor_mechanism.scenes.schema import dimensions_table_model  # slow to import: pydantic
+        from governor_mechanism.scenes.table import validate
+
+        if self.certify or not all(axis.key.startswith(DIMENSION_PREFIX) and axis.is_numeric for axis in self.axes):
             return None
-        return make_batched_rows(self.document, self.axes, self.quantities, self.engine, self.accuracy)
+        scene = parse_scene_document(self.document)
+        reading_names = [find_quantity_reading(one, scene) for one in self.quantities]
+        machine_class = MACHINES.get(scene.part.machine)
+        accuracy = scene.run.accuracy if self.accuracy is None else self.accuracy
+        engine, _ = select_engine(scene.run.engine if self.engine == "auto" else self.engine, scene, accuracy)
+        if machine_class is None or None in reading_names or engine.name != ReducedEngine.name or engine.refusal(scene):
+            return None
+        given_dimensions = validate(dimensions_table_model(machine_class), self.document["dimensions"]).given_values()
+        names = [name for name in dict.fromkeys(reading_names) if name]
+        return scene, machine_class, given_dimensions, ReducedBatch(scene, names, initial_tolerance(accuracy), ReducedEngine().max_steps)
 
 
-def compute_rows(task: SweepTask, indices: Sequence[int]) -> list[SweepRow]:
-    """Return the rows of these indices in their order; no row depends on another."""
-    return [_compute_row(task, index) for index in indices]
-
-
-def sweep(
-    scene: Scene,
-    vary: Mapping[str, Any] | Sequence[str],
-    quantities: QuantityRequest = None,
-    *,
-    engine: str = "auto",
-    accuracy: float | None = None,
-    certify: bool = False,
-    workers: int = 1,
-    out: str | Path | None = None,
-    progress: SweepProgress | None = None,
-) -> Sweep:
-    """Run a scene at every combination of values of its keys.
-
-    Raises MechanismError with a message for each mistake of the request, or if `out` holds another sweep.
+def make_task(
+    scene: Scene, vary: Any, quantities: QuantityRequest, engine: str, accuracy: float | None, certify: bool, workers: int
+) -> SweepTask:
+    """Return the task of a sweep of a scene at every combination of values of its keys.
 
     Parameters
     ----------
@@ -99,49 +123,18 @@ def sweep(
     certify
         Whether to estimate the error of every run.
     workers
-        Number of processes; the result does not depend on it.
-    out
-        Folder for journal, table and record; an interrupted sweep continues from there. None writes nothing.
-    progress
-        Callback with the number of finished rows and of all rows.
+        Number of processes, which is only validated.
 
     Returns
     -------
-    Sweep
-        Rows and axes.
+    SweepTask
+        The task.
+
+    Raises
+    ------
+    MechanismError
+        With a message for each mistake of the request.
     """
-    task = _make_task(scene, vary, quantities, engine, accuracy, certify, workers)
-    files = None if out is None else SweepFiles(Path(out), scene.source, task, _task_settings(task))
-    rows = {} if files is None else files.read_finished_rows()
-    n_rows = math.prod(task.shape)
-    pending = [index for index in range(n_rows) if index not in rows]
-    journal: AbstractContextManager[RowWriter] = nullcontext(lambda rows: None)
-    if files is not None and pending:
-        journal = files.open_journal(rows.values())
-    report_progress = progress or (lambda n_done, n_rows: None)
-    report_progress(n_rows - len(pending), n_rows)
-    with journal as append_rows, closing(_compute_chunks(task, pending, workers)) as chunks:
-        for chunk in chunks:
-            rows.update((row.index, row) for row in chunk)
-            append_rows(chunk)
-            report_progress(len(rows), n_rows)
-    result = Sweep(
-        title=scene.title,
-        source=scene.source,
-        axes=task.axes,
-        quantities=task.quantities,
-        accuracy=scene.run.accuracy if accuracy is None else accuracy,
-        rows=tuple(rows[index] for index in range(n_rows)),
-    )
-    if files is not None:
-        files.write_results(result)
-    return result
-
-
-def _make_task(
-    scene: Scene, vary: Any, quantities: QuantityRequest, engine: str, accuracy: float | None, certify: bool, workers: int
-) -> SweepTask:
-    """Return the task; raise MechanismError with all mistakes of the request."""
     collector = ProblemCollector()
     document = collector.attempt("", _require_unchanged_document, scene) or {}
     axes = (collector.attempt("", parse_axes, document, vary) if document else None) or ()
@@ -156,18 +149,61 @@ def _make_task(
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
         problems.append(f"workers must be a whole number of at least 1; got {workers!r}")
     given_for_all = {"run.engine": engine != "auto", "run.accuracy": accuracy is not None}
-    problems += [
-        f"vary: {axis.key} has no effect if it is also given for all rows; leave one of the two out"
-        for axis in axes
-        if given_for_all.get(axis.key)
-    ]
-    names = [axis.key for axis in axes]
-    problems += [
-        f"quantity {one.name!r} has the name of a varied key; choose another name" for one in parsed_quantities if one.name in names
-    ]
+    keys, reason = [axis.key for axis in axes], "has no effect if it is also given for all rows; leave one of the two out"
+    problems += [f"vary: {key} {reason}" for key in keys if given_for_all.get(key)]
+    clashes = [one.name for one in parsed_quantities if one.name in keys]
+    problems += [f"quantity {name!r} has the name of a varied key; choose another name" for name in clashes]
     if problems:
         raise MechanismError(*problems)
     return SweepTask(document=document, axes=axes, quantities=parsed_quantities, engine=engine, accuracy=accuracy, certify=certify)
+
+
+def run_sweep(scene: Scene, task: SweepTask, workers: int, out: str | Path | None, progress: SweepProgress | None) -> Sweep:
+    """Run all rows of a task that are not on disk yet.
+
+    Parameters
+    ----------
+    scene
+        Scene of the task.
+    task
+        What determines the rows.
+    workers
+        Number of processes; the result does not depend on it.
+    out
+        Folder for journal, table and record; an interrupted sweep continues from there. None writes nothing.
+    progress
+        Callback with the number of finished rows and of all rows.
+
+    Returns
+    -------
+    Sweep
+        Rows and axes.
+
+    Raises
+    ------
+    MechanismError
+        If `out` holds another sweep.
+    """
+    files = None if out is None else SweepFiles(Path(out), scene.source, task, task.settings)
+    rows = {} if files is None else files.read_finished_rows()
+    n_rows = math.prod(task.shape)
+    pending = [index for index in range(n_rows) if index not in rows]
+    journal: AbstractContextManager[RowWriter] = nullcontext(lambda row: None)
+    if files is not None and pending:
+        journal = files.open_journal(rows.values())
+    report_progress = progress or (lambda n_done, n_rows: None)
+    report_progress(len(rows), n_rows)
+    with journal as append_row, closing(_compute_rows(task, pending, workers)) as new_rows:
+        for row in new_rows:
+            rows[row.index] = row
+            append_row(row)
+            report_progress(len(rows), n_rows)
+    tolerance = scene.run.accuracy if task.accuracy is None else task.accuracy
+    ordered = tuple(rows[index] for index in range(n_rows))
+    result = Sweep(title=scene.title, source=scene.source, axes=task.axes, quantities=task.quantities, accuracy=tolerance, rows=ordered)
+    if files is not None:
+        files.write_results(result)
+    return result
 
 
 def _require_unchanged_document(scene: Scene) -> Mapping[str, Any]:
@@ -180,96 +216,40 @@ def _require_unchanged_document(scene: Scene) -> Mapping[str, Any]:
     return scene.document if parsed_scene.run == scene.run else {**scene.document, "run": asdict(scene.run)}
 
 
-def _task_settings(task: SweepTask) -> dict[str, Any]:
-    return {
-        "scene": task.document,
-        "axes": {axis.key: axis.document_values for axis in task.axes},
-        "quantities": {one.name: one.identity for one in task.quantities},
-        "engine": task.engine,
-        "accuracy": task.accuracy,
-        "certify": task.certify,
-    }
+def _compute_rows(task: SweepTask, indices: Sequence[int], workers: int) -> Generator[SweepRow, None, None]:
+    """Yield rows as they are finished, computed in this process or in several; an interrupted row is dropped."""
+    if workers > 1 and len(indices) > 1:
+        yield from map_in_processes(partial(compute_row, task), indices, min(workers, len(indices)))
+        return
+    with record_interrupts() as was_interrupted:
+        for index in indices:
+            row = compute_row(task, index)
+            if was_interrupted():
+                raise KeyboardInterrupt
+            yield row
 
 
-def _compute_row(task: SweepTask, index: int) -> SweepRow:
+def compute_row(task: SweepTask, index: int) -> SweepRow:
+    """Return a row, which depends on no other row."""
+    numbers: tuple[float, ...] = (math.nan,) * len(task.quantities)
     try:
-        if task.batched_rows is not None:
-            uncertified_result = task.batched_rows.run_uncertified(task.changed_dimensions(index))
-            if uncertified_result is not None:
-                numbers = tuple(one.evaluate(uncertified_result) for one in task.quantities)
-                return SweepRow(index=index, numbers=numbers, outcome=ROW_OK)
-        scene = task.build_scene(index)
-        chosen_engine, reason = select_engine(scene.run.engine if task.engine == "auto" else task.engine, scene, task.accuracy)
-        return _make_row(task, index, chosen_engine.run(scene, accuracy=task.accuracy, certify=task.certify, reason=reason))
+        numbers, outcome, message = _compute_numbers(task, index)
     except GovernorMechanismError as error:
-        return _make_failed_row(task, index, ROW_REFUSED, getattr(error, "problems", (str(error),)))
+        outcome, message = ROW_REFUSED, "; ".join(getattr(error, "problems", (str(error),)))
     except Exception as error:  # an error of one row is stored in that row; the others continue
-        return _make_failed_row(task, index, ROW_FAILED, [f"{type(error).__name__}: {error}"])
+        outcome, message = ROW_FAILED, f"{type(error).__name__}: {error}"
+    return SweepRow(index=index, numbers=numbers, outcome=outcome, message=" ".join(message.split()))
 
 
-def _make_row(task: SweepTask, index: int, run: Trajectory) -> SweepRow:
-    """Return the numbers of a run; a run that ended early has only its duration, because its last value is not the final one."""
-    outcome = run.outcome
-    has_final_values = outcome.ok or outcome.name == "ACCURACY_MISSED"
+def _compute_numbers(task: SweepTask, index: int) -> tuple[tuple[float, ...], str, str]:
+    """Return numbers, outcome and message of a row; a run that ended early has only its duration: its last value is not the final one."""
+    batched_run = task.run_batched(index)
+    if batched_run is not None:
+        return tuple(one.evaluate(batched_run) for one in task.quantities), ROW_OK, ""
+    run = task.run(index)
+    has_final_values = run.outcome.ok or run.outcome is Outcome.ACCURACY_MISSED
     numbers = tuple(
         one.evaluate(run) if has_final_values or (one.rule == "duration" and len(run.times)) else math.nan for one in task.quantities
     )
-    message = "" if outcome.ok else " ".join(run.message.split())
-    name = ROW_OK if outcome is Outcome.NOT_CERTIFIED else outcome.name.lower()
-    return SweepRow(index=index, numbers=numbers, outcome=name, message=message)
-
-
-def _make_failed_row(task: SweepTask, index: int, outcome: str, problems: Sequence[str]) -> SweepRow:
-    message = " ".join("; ".join(problems).split())
-    return SweepRow(index=index, numbers=(math.nan,) * len(task.quantities), outcome=outcome, message=message)
-
-
-class _ChunkScheduler:
-    """Iterator over chunks of indices that take about TARGET_CHUNK_TIME each, estimated from the rows before."""
-
-    def __init__(self, indices: Sequence[int], workers: int) -> None:
-        self._indices = indices
-        self._size = 1
-        self._max_size = min(MAX_CHUNK_SIZE, max(len(indices) // (2 * workers), 1))
-
-    def __iter__(self) -> Iterator[list[int]]:
-        start = 0
-        while start < len(self._indices):
-            end = start + self._size
-            yield list(self._indices[start:end])
-            start = end
-
-    def record_chunk_time(self, n_rows: int, duration: float) -> None:
-        """Adapt the chunk size; it grows at most fourfold, because the first rows may not be typical."""
-        fitting_size = int(TARGET_CHUNK_TIME * n_rows / max(duration, 1e-9))
-        self._size = max(1, min(fitting_size, 4 * n_rows, self._max_size))
-
-
-def _compute_chunks(task: SweepTask, indices: Sequence[int], workers: int) -> Generator[list[SweepRow], None, None]:
-    """Yield chunks of rows as they are finished, computed in this process or in several."""
-    scheduler = _ChunkScheduler(indices, workers)
-    is_serial = workers == 1 or len(indices) < 2
-    timed_chunks = (
-        _compute_in_process(task, scheduler)
-        if is_serial
-        else map_in_processes(partial(_compute_rows_timed, task), scheduler, min(workers, len(indices)))
-    )
-    for rows, duration in timed_chunks:
-        scheduler.record_chunk_time(len(rows), duration)
-        yield rows
-
-
-def _compute_in_process(task: SweepTask, scheduler: _ChunkScheduler) -> Iterator[tuple[list[SweepRow], float]]:
-    """Yield chunks computed in this process; an interrupted chunk is dropped."""
-    with record_interrupts() as was_interrupted:
-        for chunk in scheduler:
-            timed_chunk = _compute_rows_timed(task, chunk)
-            if was_interrupted():
-                raise KeyboardInterrupt
-            yield timed_chunk
-
-
-def _compute_rows_timed(task: SweepTask, indices: Sequence[int]) -> tuple[list[SweepRow], float]:
-    start_time = time.perf_counter()
-    rows = compute_rows(task, indices)
-    return rows, time.perf_counter() - start_time
+    outcome = ROW_OK if run.outcome is Outcome.NOT_CERTIFIED else run.outcome.name.lower()
+    return numbers, outcome, "" if run.outcome.ok else run.message

@@ -16,15 +16,16 @@ _Result = TypeVar("_Result")
 def map_in_processes(function: Callable[[_Item], _Result], items: Iterable[_Item], n_processes: int) -> Iterator[_Result]:
     """Yield the results of a function for each item, in the order in which they are finished.
 
-    The function must be picklable; items are taken a few at a time. Raises RunFailed if a process is terminated from outside.
+    The function must be picklable; a process gets as many items at once as take it up to about a second. Raises RunFailed if a process is
+    terminated from outside.
     """
     from joblib import Parallel, delayed
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-    parallel = Parallel(n_jobs=n_processes, batch_size=1, pre_dispatch=2 * n_processes, return_as="generator_unordered")
+    parallel = Parallel(n_jobs=n_processes, return_as="generator_unordered")
     with record_interrupts(only_first=True):
         try:
-            with _ignore_interrupts():  # inherited by the processes: only the main process handles Ctrl-C
+            with _interrupt_handler(signal.SIG_IGN):  # inherited by the processes: only the main process handles Ctrl-C
                 results = parallel(delayed(function)(one) for one in items)
             with closing(results):
                 yield from results
@@ -42,9 +43,6 @@ def record_interrupts(*, only_first: bool = False) -> Iterator[Callable[[], bool
     are ignored, here and in processes started afterwards, so that the processes of a sweep can be ended.
     """
     signals: list[int] = []
-    if threading.current_thread() is not threading.main_thread():
-        yield lambda: False
-        return
     previous_handler: Any = signal.getsignal(signal.SIGINT)
 
     def record_signal(signal_number: int, frame: FrameType | None) -> None:
@@ -54,20 +52,17 @@ def record_interrupts(*, only_first: bool = False) -> Iterator[Callable[[], bool
             signal.signal(signal.SIGINT, signal.SIG_IGN)
         previous_handler(signal_number, frame)
 
-    if callable(previous_handler):
-        signal.signal(signal.SIGINT, record_signal)
-    try:
+    with _interrupt_handler(record_signal if callable(previous_handler) else previous_handler):
         yield lambda: bool(signals)
-    finally:
-        signal.signal(signal.SIGINT, previous_handler)
 
 
 @contextmanager
-def _ignore_interrupts() -> Iterator[None]:
+def _interrupt_handler(handler: Any) -> Iterator[None]:
+    """Set the handler of SIGINT within the context; only the main thread can do so."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    previous_handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    previous_handler = signal.signal(signal.SIGINT, handler)
     try:
         yield
     finally:

@@ -203,10 +203,10 @@ class AccuracyStudy:
 
     def variant(self, name: str) -> EngineVariant:
         """Return the variant of that name, such as "impulse staggered"."""
-        match = next((variant for variant in self.variants if variant.name == name), None)
-        if match is None:
-            raise MechanismError(f"unknown variant {name!r}; available: {[variant.name for variant in self.variants]}")
-        return match
+        variants = {variant.name: variant for variant in self.variants}
+        if name not in variants:
+            raise MechanismError(f"unknown variant {name!r}; available: {list(variants)}")
+        return variants[name]
 
     def cheapest_for(self, error: float) -> WorkPrecisionPoint | None:
         """Return the fastest of all settings within an error; None if there is none.
@@ -259,8 +259,9 @@ class AccuracyStudy:
 
     def save_csv(self, path: str | os.PathLike[str]) -> Path:
         """Write one row per setting in SI, and return the path."""
-        rows = ([getattr(point, name.partition(" ")[0]) for name in POINT_CSV_COLUMNS] for point in self.points)
-        return save_table(POINT_CSV_COLUMNS, rows, Path(path))
+        columns = POINT_CSV_HEADER.split(",")
+        rows = ([getattr(point, column.partition(" ")[0]) for column in columns] for point in self.points)
+        return save_table(columns, rows, Path(path))
 
     def save_json(self, path: str | os.PathLike[str]) -> Path:
         """Write the study as JSON, and return the path."""
@@ -278,21 +279,10 @@ class AccuracyStudy:
         return f"the reference has an error of {reference.error:.1e} and resolves errors from {resolvable} up; {error:g} is smaller"
 
 
-POINT_CSV_COLUMNS = (
-    "variant",
-    "setting",
-    "step [s]",
-    "error",
-    "worst_reading",
-    "event_time_error [s]",
-    "max_error",
-    "wall_time [s]",
-    "n_repeats",
-    "evaluations",
-    "joint_gap",
-    "drift",
+POINT_CSV_HEADER = (
+    "variant,setting,step [s],error,worst_reading,event_time_error [s],max_error,wall_time [s],n_repeats,evaluations,joint_gap,drift"
 )
-"""Columns of the CSV file: attributes of a point, some with their unit."""
+"""Header of the CSV file: attributes of a point, some with their unit."""
 
 
 def validate_target_error(error: float) -> None:

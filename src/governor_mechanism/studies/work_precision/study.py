@@ -8,6 +8,7 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from itertools import accumulate
 
 import numpy as np
@@ -116,14 +117,14 @@ def run_accuracy_study(
     ladders = list(build_ladders(scene))
     *starts, total = accumulate((len(ladder.settings) for ladder in ladders), initial=0)
     variants = []
+
+    def report_progress(n_before: int, n_settings: int) -> None:
+        if progress is not None:
+            progress(n_before + n_settings, total)
+
     for ladder, start in zip(ladders, starts, strict=True):
-
-        def report_progress(n_settings: int, n_before: int = start) -> None:
-            if progress is not None:
-                progress(n_before + n_settings, total)
-
-        variants.append(benchmark.run_ladder(ladder, report_progress))
-        report_progress(len(ladder.settings))
+        variants.append(benchmark.run_ladder(ladder, partial(report_progress, start)))
+        report_progress(start, len(ladder.settings))
     return AccuracyStudy(
         scene=scene,
         reference=confirm_by_impulse(benchmark.error_reference, variants),
@@ -169,12 +170,8 @@ class ErrorBenchmark:
             return unconfirmed
         errors, event_time_error = self._measure_errors(run)
         difference = max(*errors.values(), (event_time_error or 0.0) / self.time_scale)
-        return replace(
-            unconfirmed,
-            confirmed_by=reduced_engine.name,
-            confirmation_error=difference,
-            error=max(unconfirmed.error / ESTIMATE_TOLERANCE_RATIO, difference),
-        )
+        error = max(unconfirmed.error / ESTIMATE_TOLERANCE_RATIO, difference)
+        return replace(unconfirmed, confirmed_by=reduced_engine.name, confirmation_error=difference, error=error)
 
     def run_ladder(self, ladder: SettingsLadder, report_progress: Callable[[int], None]) -> EngineVariant:
         """Run the settings of a ladder from coarse to fine until more of them are of no use."""
@@ -211,12 +208,10 @@ class ErrorBenchmark:
             points.append(result)
             if result.max_error < max(self.error_reference.resolvable_error, self.target_error):
                 break
-            is_gap_decreasing = len(points) < 2 or _is_joint_gap_decreasing(points)
-            n_stagnant = (
-                0
-                if result.max_error < IMPROVEMENT_RATIO * smallest_error or (smallest_error > MAX_ASYMPTOTIC_ERROR and is_gap_decreasing)
-                else n_stagnant + 1
-            )
+            # The joint gap decreases if it is at most half that of the coarser setting, or below rounding.
+            is_gap_decreasing = len(points) < 2 or result.joint_gap <= max(0.5 * points[-2].joint_gap, JOINT_GAP_ROUNDING)
+            is_coarse = smallest_error > MAX_ASYMPTOTIC_ERROR and is_gap_decreasing
+            n_stagnant = 0 if is_coarse or result.max_error < IMPROVEMENT_RATIO * smallest_error else n_stagnant + 1
             if ladder.varies_step and n_stagnant and (n_stagnant == MAX_STAGNANT_SETTINGS or not is_gap_decreasing):
                 if iteration_factor >= MAX_ITERATION_FACTOR:
                     break
@@ -290,32 +285,27 @@ class ErrorBenchmark:
         """
         reference_run = self.reference_run
         n_shared = min(len(reference_run.times), len(run.times))
-        is_compared, event_time_error = np.ones(n_shared, dtype=np.bool_), None
+        compared, event_time_error = np.arange(n_shared), None
         if self.has_contacts:
             times = reference_run.times[:n_shared]
             event_time_error, _ = compare_event_logs(reference_run.events, run.events, times, 0.0)
             exclusion_time = max(min(event_time_error, MAX_EVENT_EXCLUSION * self.time_scale), MIN_EVENT_EXCLUSION * self.time_scale)
-            is_compared = ~compare_event_logs(reference_run.events, run.events, times, exclusion_time * (1 + MIN_EVENT_EXCLUSION))[1]
-        errors = {}
-        for prefix, scale, run_values, reference_values in (
-            ("", 1.0, run.readings, reference_run.readings),
-            ("rate of ", self.time_scale, run.rates, reference_run.rates),
-        ):
-            for name, values in reference_values.items():
-                difference = np.abs(values[:n_shared][is_compared] - run_values[name][:n_shared][is_compared])
-                errors[f"{prefix}{name}"] = float(np.max(difference, initial=0.0)) * scale / reference_run.scales[name]
+            exclusion_time *= 1 + MIN_EVENT_EXCLUSION
+            compared = np.flatnonzero(~compare_event_logs(reference_run.events, run.events, times, exclusion_time)[1])
+
+        def largest_difference(values: FloatArray, reference_values: FloatArray) -> float:
+            return float(np.max(np.abs(reference_values[compared] - values[compared]), initial=0.0))
+
+        scales, rates = reference_run.scales, reference_run.rates
+        errors = {name: largest_difference(run.readings[name], one) / scales[name] for name, one in reference_run.readings.items()}
+        rate_errors = {name: largest_difference(run.rates[name], one) * self.time_scale / scales[name] for name, one in rates.items()}
+        errors |= {f"rate of {name}": error for name, error in rate_errors.items()}
         return errors, event_time_error
 
 
 def _format_notes(notes: Mapping[str, list[str]]) -> tuple[str, ...]:
     """Return one sentence per reason with the settings concerned."""
     return tuple(f"{settings[0]}{f' to {settings[-1]}' if len(settings) > 1 else ''}: {reason}" for reason, settings in notes.items())
-
-
-def _is_joint_gap_decreasing(points: list[WorkPrecisionPoint]) -> bool:
-    """Return whether the joint gap still decreases with the step: to half at least, or below rounding."""
-    coarser_gap, finer_gap = points[-2].joint_gap, points[-1].joint_gap
-    return finer_gap <= max(0.5 * coarser_gap, JOINT_GAP_ROUNDING)
 
 
 def fit_order(points: list[WorkPrecisionPoint], floor: float) -> FittedParameter | None:
