@@ -3,64 +3,49 @@
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Final
 
-from pydantic import Field, PlainValidator, TypeAdapter
+from pydantic import Field
 
 from governor_mechanism.errors import did_you_mean
 from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling, RatioCoupling
 from governor_mechanism.scenes.loads import FUNCTION_KEYS, parse_reading_function
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
-from governor_mechanism.scenes.quantities import check_label, parse_first_fitting, quantity
-from governor_mechanism.scenes.table import SceneFileTable, nearest_type, union_by_key, validate
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake
+from governor_mechanism.scenes.quantities import Label, parse_first_fitting, quantity
+from governor_mechanism.scenes.table import SceneFileTable, validate
 from governor_mechanism.units.quantities import format_value
 
-AngleName = Annotated[str, PlainValidator(check_label)]
-"""Name of an angle of a part."""
 
-
-class CouplingTable(SceneFileTable):
-    """[coupling.NAME] of any type."""
-
-    type: str = ""
-
-    def build(self, name: str) -> Coupling:
-        """Return the coupling."""
-        raise NotImplementedError
-
-
-class FollowTable(CouplingTable):
+class FollowTable(SceneFileTable):
     """A spindle that follows an angle without reaction."""
 
-    coupling: ClassVar[type[RatioCoupling]] = FollowCoupling
+    element: ClassVar[type[RatioCoupling]] = FollowCoupling
     example = '{ type = "follow", first = "engine.crank_angle", second = "governor.spindle_angle", ratio = 2.0 }'
 
-    first: AngleName = Field(description='the angle that is followed, as "engine.crank_angle"')
-    second: AngleName = Field(description='the angle of the spindle that follows, as "governor.spindle_angle"')
+    type: str = ""
+    first: Label = Field(description='the angle that is followed, as "engine.crank_angle"')
+    second: Label = Field(description='the angle of the spindle that follows, as "governor.spindle_angle"')
     ratio: Annotated[float, quantity("number", "not zero")] = 1.0
-
-    def build(self, name: str) -> Coupling:
-        """Return the coupling."""
-        return self.coupling(name=name, **{key: value for key, value in self.given_values().items() if key != "type"})
 
 
 class GearTable(FollowTable):
     """A gear or belt between two angles."""
 
-    coupling = GearCoupling
+    element = GearCoupling
     example = '{ type = "gear", first = "engine.crank_angle", second = "governor.spindle_angle", ratio = 2.0 }'
 
-    first: AngleName = Field(description='the first angle, as "engine.crank_angle"')
-    second: AngleName = Field(description='the second angle, as "governor.spindle_angle"')
+    first: Label = Field(description='the first angle, as "engine.crank_angle"')
+    second: Label = Field(description='the second angle, as "governor.spindle_angle"')
     until: Annotated[float | None, quantity("time", "not negative")] = None
 
 
-class ControlTable(CouplingTable):
+class ControlTable(SceneFileTable):
     """A load that follows a reading."""
 
     example = '{ type = "control", reading = "governor.sleeve_lift", sets = "engine.torque", gain = "-200 N m/m", about = "20 mm" }'
 
-    reading: AngleName = Field(description='the reading that is followed, as "governor.sleeve_lift"')
-    sets: AngleName | None = None
-    scales: AngleName | None = None
+    type: str = ""
+    reading: Label = Field(description='the reading that is followed, as "governor.sleeve_lift"')
+    sets: Label = ""
+    scales: Label = ""
     table: Any = None
     gain: Any = None
     about: Any = 0.0
@@ -73,43 +58,24 @@ class ControlTable(CouplingTable):
             text = f"{KEY} needs one of sets (the load to add the function to) and scales (the load to multiply by it)"
             yield Problem(f"{text}; write {cls.example}", ProblemCode.CONFLICT)
 
-    def build(self, name: str) -> Coupling:
+    def make_element(self, **arguments: Any) -> Coupling:
         """Return the coupling."""
         given = {key: value for key, value in self.given_values().items() if key in ("reading", "about", "lag", *FUNCTION_KEYS)}
         kinds = ("ratio",) if self.scales else ("torque", "force")
         _, function = parse_first_fitting(kinds, lambda kind: parse_reading_function(given, kind))
-        return ControlCoupling(name=name, function=function, target=self.scales or self.sets or "", scales=bool(self.scales))
+        return ControlCoupling(function=function, target=self.scales or self.sets, scales=bool(self.scales), **arguments)
 
 
-COUPLING_TABLES: Final[Mapping[str, type[CouplingTable]]] = {"gear": GearTable, "follow": FollowTable, "control": ControlTable}
+COUPLING_TABLES: Final[Mapping[str, type[SceneFileTable]]] = {"gear": GearTable, "follow": FollowTable, "control": ControlTable}
 """Tables of couplings by their type."""
 
-COUPLING: Final[TypeAdapter[CouplingTable]] = union_by_key(COUPLING_TABLES, lambda values, types: nearest_type(values, types) or "gear")
-"""[coupling.NAME] of any type."""
 
-
-def parse_couplings(table: object, collector: ProblemCollector) -> tuple[Coupling, ...]:
-    """Return the couplings of a scene file.
-
-    Parameters
-    ----------
-    table
-        Tables by name.
-    collector
-        Takes the problems.
-
-    Returns
-    -------
-    tuple[Coupling, ...]
-        The couplings without mistakes.
-    """
-    return tuple(collector.parse_tables("coupling", table, _parse_coupling))
-
-
-def _parse_coupling(name: str, values: object) -> Coupling:
-    kind = values.get("type") if isinstance(values, Mapping) else None
-    if isinstance(values, Mapping) and kind not in list(COUPLING_TABLES):
+def parse_coupling(name: str, values: object) -> Coupling:
+    """Return a coupling from its table."""
+    kind = values.get("type") if isinstance(values, Mapping) else "gear"
+    if not isinstance(kind, str) or kind not in COUPLING_TABLES:
         suggestion = did_you_mean(kind, list(COUPLING_TABLES)) if isinstance(kind, str) else ""
         found = f"{format_value(kind)} is unknown" if kind is not None else "is missing"
         raise mistake(ProblemCode.UNKNOWN_NAME, f"{KEY}.type {found}; types are {', '.join(COUPLING_TABLES)}.{suggestion}")
-    return validate(COUPLING, values).build(name)
+    coupling: Coupling = validate(COUPLING_TABLES[kind], values).make_element(name=name)
+    return coupling

@@ -19,7 +19,7 @@ from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Part, Spindle, Start
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.scenes import schema
-from governor_mechanism.scenes.coupling_tables import parse_couplings
+from governor_mechanism.scenes.coupling_tables import parse_coupling
 from governor_mechanism.scenes.cross_validation import check_tables_together
 from governor_mechanism.scenes.custom.parser import CustomMachineParser, CustomSceneTable
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_effects
@@ -61,7 +61,7 @@ class DocumentParser:
         """Return title, parts, couplings and readings of a document of several parts."""
         top_level = self.collector.attempt("", validate, schema.CoupledSceneTable, self.document)
         tables = given if isinstance(given := self.document.get("part"), Mapping) else {}
-        couplings = parse_couplings(self.document.get("coupling"), self.collector)
+        couplings = self.collector.parse_tables("coupling", self.document.get("coupling"), parse_coupling)
         coupled = {angle for coupling in couplings if isinstance(coupling, RatioCoupling) for angle in (coupling.first, coupling.second)}
         parts, quantities = [], dict[str, str]()
         for name, table in tables.items():
@@ -74,7 +74,7 @@ class DocumentParser:
                 quantities |= {f"{prefix}{reading}": quantity for reading, quantity in (parser.quantities or {}).items()}
             self.collector.problems += [problem.at(f"part.{name}:") for problem in collector.problems]
         title = top_level.title if top_level else None
-        return title or "", tuple(parts), couplings, quantities if len(parts) == len(tables) else None
+        return title or "", tuple(parts), tuple(couplings), quantities if len(parts) == len(tables) else None
 
 
 class PartParser:
@@ -117,7 +117,7 @@ class PartParser:
         default: Spindle | FreeSpindle = FreeSpindle() if self.is_coupled else Spindle()
         if not self.tables.get("spindle") and ("spindle" not in self.tables or self.is_coupled):
             return default
-        given = self.collector.attempt("spindle", lambda: validate(schema.SPINDLE, self.tables["spindle"], context=self.is_coupled).build())
+        given = self.collector.attempt("spindle", schema.parse_spindle, self.tables["spindle"], self.is_coupled)
         return given or default
 
     def _parse_effects(self, readings: Iterable[tuple[str, str]] | None) -> tuple[Effect, ...]:

@@ -8,7 +8,7 @@ from pydantic import Field, PlainValidator
 
 from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, ReadingFunction, TableFunction
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake, parse_each, wrong_value
-from governor_mechanism.scenes.quantities import SIGNS, check_label, parse_first_fitting, parse_pairs, parse_si, parse_time_points, quantity
+from governor_mechanism.scenes.quantities import SIGNS, Label, parse_first_fitting, parse_pairs, parse_si, parse_time_points, quantity
 from governor_mechanism.scenes.table import SceneFileTable, validate
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 
@@ -31,7 +31,7 @@ class ReadingFunctionTable(SceneFileTable):
 
     example = '{ reading = "sleeve_lift", gain = "200 N m/m", about = "20 mm" }'
 
-    reading: Annotated[str, PlainValidator(check_label)] = Field(description='the name of the reading, as "sleeve_lift"')
+    reading: Label = Field(description='the name of the reading, as "sleeve_lift"')
     table: Any = None
     gain: Any = None
     about: Any = 0.0

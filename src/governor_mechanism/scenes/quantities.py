@@ -202,7 +202,7 @@ def parse_first_fitting(kinds: Iterable[str], parse: Callable[[str], _Parsed]) -
 
 Position = Annotated[FloatPair, PlainValidator(parse_position)]
 Bool = Annotated[bool, PlainValidator(check_bool)]
-Label = Annotated[str | None, PlainValidator(check_label)]
+Label = Annotated[str, PlainValidator(check_label)]
 Angle = Annotated[float, quantity("angle")]
 PositiveLength = Annotated[float, built("length")]
 Length = Annotated[float, built("length", "not negative")]

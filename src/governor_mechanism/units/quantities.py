@@ -198,15 +198,16 @@ def _unit_factor(unit: str, number: Decimal, expected: QuantityKind, message_sta
         raise MechanismError(
             f'{message_start} has an unknown unit "{unit}"; {expected.units_hint}{_suggest_unit(unit, expected)}'
         ) from error
-    if base_unit == _base_unit_of(expected.si_unit) and (expected.units or normalised == "%"):
+    if _is_like(base_unit, expected.si_unit) and (expected.units or normalised == "%"):
         return factor
-    if base_unit == _base_unit_of("rad/s") and expected.si_unit == "Hz":
+    if _is_like(base_unit, "rad/s") and expected.si_unit == "Hz":
         return factor / _in_base_units("turn")[0]
-    if base_unit == _base_unit_of("1/s") and expected.si_unit == "rad/s":
+    if _is_like(base_unit, "1/s") and expected.si_unit == "rad/s":
         return _per_time_factor(normalised, number * factor, message_start)
     raise MechanismError(f"{message_start} is {_wrong_kind_message(normalised, number, factor, base_unit, expected)}")
 
 
+@cache
 def _in_base_units(unit: str) -> tuple[Decimal, Any]:
     """Return the factor and the pint unit of a unit in base units; unlike pint's dimensions, they keep radians."""
     registry = _unit_registry()
@@ -214,9 +215,8 @@ def _in_base_units(unit: str) -> tuple[Decimal, Any]:
     return Decimal(factor), base_unit
 
 
-@cache
-def _base_unit_of(si_unit: str) -> Any:
-    return _in_base_units(si_unit)[1]
+def _is_like(base_unit: Any, si_unit: str) -> bool:
+    return bool(base_unit == _in_base_units(si_unit)[1])
 
 
 @cache
@@ -243,15 +243,15 @@ def _per_time_factor(unit: str, per_second: Decimal, message_start: str) -> Deci
 
 def _wrong_kind_message(unit: str, number: Decimal, factor: Decimal, base_unit: Any, expected: QuantityKind) -> str:
     """Return the kind that a unit belongs to instead, and the cure; weight and mass are often confused."""
-    if expected.si_unit == "kg" and base_unit == _base_unit_of("N"):
+    if expected.si_unit == "kg" and _is_like(base_unit, "N"):
         if unit in ("kgf", "kp"):
             return f"a force: that is a weight; write {float(number * factor / _KILOGRAM_FORCE):.12g} kg"
         kilograms = float(number * factor / _NEWTON_PER_KILOGRAM)
         return f"a force: that is a weight; write {kilograms:.3g} kg (rounded: its mass at 9.81 m/s^2)"
-    if expected.si_unit == "N" and base_unit == _base_unit_of("kg"):
+    if expected.si_unit == "N" and _is_like(base_unit, "kg"):
         return f'a mass, not a force; write "{float(number * factor):.12g} kgf" or in N'
     known = [*((kind.name, kind.si_unit) for kind in QUANTITY_KINDS.values() if kind.units), *_OTHER_KINDS, ("a plain number", "")]
-    kind_name = next((name for name, si_unit in known if base_unit == _base_unit_of(si_unit)), "of another kind")
+    kind_name = next((name for name, si_unit in known if _is_like(base_unit, si_unit)), "of another kind")
     return f"{kind_name}; {expected.units_hint}"
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Final
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Final
 
 from pydantic import Field, model_validator
 
@@ -22,8 +22,9 @@ MASS_PROPERTY_KEYS: Final = ("inertia", "moments", "centre")
 
 
 class MomentsTable(SceneFileTable):
-    """Arguments of SecondMoments."""
+    """Second moments of mass."""
 
+    element = SecondMoments
     example = '{ xx = "0.5 kg m^2" }'
     xx: Annotated[float, built("moment_of_inertia", "not negative")] = 0.0
     yy: Annotated[float, built("moment_of_inertia", "not negative")] = 0.0
@@ -38,33 +39,27 @@ class MomentsTable(SceneFileTable):
         return self
 
 
-class ShapeTable(SceneFileTable):
-    """A shape; its keys are the arguments of a function."""
-
-    make_shape: ClassVar[Callable[..., custom.BodyShape]]
-
-
-class RodTable(ShapeTable):
+class RodTable(SceneFileTable):
     """A slender rod."""
 
-    make_shape = custom.rod_shape
+    element = custom.rod_shape
     example = '{ length = "100 mm" }'
     length: PositiveLength = Field(description='the length of the rod, as "100 mm"')
 
 
-class DiscTable(ShapeTable):
+class DiscTable(SceneFileTable):
     """A disc in the plane."""
 
-    make_shape = custom.disc_shape
+    element = custom.disc_shape
     example = '{ radius = "100 mm" }'
     radius: PositiveLength = Field(description='the radius of the disc, as "100 mm"')
     thickness: Length = 0.0
 
 
-class PlateTable(ShapeTable):
+class PlateTable(SceneFileTable):
     """A plate in the plane."""
 
-    make_shape = custom.plate_shape
+    element = custom.plate_shape
     example = '{ width = "100 mm", height = "50 mm" }'
     width: PositiveLength = Field(description='the width along x, as "100 mm"')
     height: PositiveLength = Field(description='the height along y, as "100 mm"')
@@ -74,6 +69,7 @@ class PlateTable(ShapeTable):
 class PointMassTable(SceneFileTable):
     """A mass on a body, in a point or as a solid ball."""
 
+    element = custom.PointMass
     example = '{ mass = "5 kg", at = ["300 mm", 0] }'
     mass: Annotated[float, built("mass")] = Field(description='the mass, as "5 kg"')
     position: Position = Field(alias="at", description='the position in the axes of the body, as ["300 mm", 0]')
@@ -94,7 +90,7 @@ class BodyTable(SceneFileTable):
     plate: PlateTable | None = None
     point: Bool = False
     turns: Bool = True
-    points: NamedPoints = None
+    points: NamedPoints = {}  # noqa: RUF012 - pydantic copies it
     at: Position = (0.0, 0.0)
     angle: Angle = 0.0
 
@@ -124,8 +120,7 @@ class BodyTable(SceneFileTable):
     @model_validator(mode="after")
     def _check_values(self) -> BodyTable:
         collector = ProblemCollector()
-        is_shaped = self._shape is not None or self.moments is not None
-        if self.mass and self.can_rotate and not is_shaped and not self.inertia:
+        if self.mass and self.can_rotate and not (self._shape or self.moments or self.inertia):
             hint = (
                 "give inertia or moments, a shape (rod, disc, plate, point), point_masses instead of mass, "
                 "or turns = false for a body that does not rotate"
@@ -136,7 +131,7 @@ class BodyTable(SceneFileTable):
         if self.angle and not self.can_rotate:
             text = f"angle must be left out for a body that does not rotate; found {format_value(self.angle)} rad"
             collector.add(ProblemCode.CONFLICT, text)
-        for name in {"origin", "centre", *(("start", "end") if self.rod else ())}.intersection(self.points or {}):
+        for name in {"origin", "centre", *(("start", "end") if self.rod else ())} & self.points.keys():
             collector.add(ProblemCode.DUPLICATE, f"points.{name} is the name of a point that the body already has; choose another")
         collector.raise_if_failed()
         return self
@@ -147,24 +142,22 @@ class BodyTable(SceneFileTable):
         return self.turns and not self.point
 
     @property
-    def _shape(self) -> ShapeTable | None:
+    def _shape(self) -> RodTable | DiscTable | PlateTable | None:
         return self.rod or self.disc or self.plate
 
     def build(self, registry: PointRegistry) -> custom.SketchedBody:
         """Return the body."""
-        point_masses = [custom.PointMass(**table.given_values()) for table in self.point_masses]
         mass, shape = self.mass, self._build_shape()
-        if point_masses:
-            mass, shape = custom.add_point_masses(mass, shape, point_masses)
+        if self.point_masses:
+            mass, shape = custom.add_point_masses(mass, shape, [table.make_element() for table in self.point_masses])
         return custom.SketchedBody(
-            name=self.name, mass=mass, shape=shape, can_rotate=self.can_rotate, points=self.points or {}, origin=self.at, angle=self.angle
+            name=self.name, mass=mass, shape=shape, can_rotate=self.can_rotate, points=self.points, origin=self.at, angle=self.angle
         )
 
     def _build_shape(self) -> custom.BodyShape:
-        if (shape := self._shape) is not None:
-            return type(shape).make_shape(self.mass, **shape.given_values())
-        if self.moments is not None:
-            moments = SecondMoments(**self.moments.given_values())
-        else:  # in a fixed plane only the sum counts
-            moments = SecondMoments(xx=self.inertia / 2, yy=self.inertia / 2)
+        if self._shape is not None:
+            shape: custom.BodyShape = self._shape.make_element(mass=self.mass)
+            return shape
+        # In a fixed plane only the sum counts.
+        moments = self.moments.make_element() if self.moments else SecondMoments(xx=self.inertia / 2, yy=self.inertia / 2)
         return custom.BodyShape(second_moments=moments, mass_centre=self.centre)
