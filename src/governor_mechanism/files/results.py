@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.files.plain_values import save_json as save_json_file
-from governor_mechanism.files.plain_values import save_table
+from governor_mechanism.files.plain_values import save_json, save_table
 from governor_mechanism.model.trajectory import Trajectory
 
 REPORTED_PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy")
@@ -116,7 +115,7 @@ def summarise_run(run: Trajectory) -> dict[str, Any]:
     }
 
 
-def save_json(run: Trajectory, path: Path) -> None:
+def save_summary(run: Trajectory, path: Path) -> None:
     """Write the summary of a run as JSON.
 
     Parameters
@@ -126,7 +125,7 @@ def save_json(run: Trajectory, path: Path) -> None:
     path
         Path of the file.
     """
-    save_json_file(summarise_run(run), path)
+    save_json(summarise_run(run), path)
 
 
 def package_versions() -> dict[str, str]:

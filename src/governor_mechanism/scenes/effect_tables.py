@@ -97,8 +97,9 @@ class EffectTable(SceneFileTable):
 
 
 @cache
-def _table_model(effect: type[Effect], quantity: str) -> type[EffectTable]:
+def _table_model(effect_key: str, quantity: str) -> type[EffectTable]:
     """Return the model of a table of an effect, along a reading of a quantity, with the keys that the effect declares."""
+    effect = next(effect for effect in EFFECTS if effect.key == effect_key)
     keys = {name: key for name, key in scene_keys_of(effect).items() if name not in effect.common_keys}
     for derivation in effect.derivations:
         keys |= {name: SceneKey(kind) for name, kind in derivation.kinds.items()}
@@ -119,7 +120,8 @@ def _build_effect(effect: type[Effect], value: Any, quantity: str = "", **argume
     names, keys = effect.value_fields, scene_keys_of(effect)
     has_table = len(names) + len(effect.common_keys) < len(keys)
     if not names or (has_table and isinstance(value, Mapping)):
-        return validate(_table_model(effect, quantity), value).make_element(**arguments)
+        built: Effect = validate(_table_model(effect.key, quantity), value).make_element(**arguments)
+        return built
     if len(names) == 1:
         key = keys[names[0]]
         if not key.is_program:

@@ -8,7 +8,7 @@ from pydantic import Field, PlainValidator
 
 from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, ReadingFunction, TableFunction
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake, parse_each, wrong_value
-from governor_mechanism.scenes.quantities import SIGNS, Label, parse_first_fitting, parse_pairs, parse_si, parse_time_points, quantity
+from governor_mechanism.scenes.quantities import SIGNS, Label, parse_first_fitting, parse_points, parse_si, parse_time_points, quantity
 from governor_mechanism.scenes.table import SceneFileTable, validate
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 
@@ -55,10 +55,11 @@ class ReadingFunctionTable(SceneFileTable):
             return HarmonicFunction(reading=self.reading, lag=self.lag, harmonics=harmonics, quantity="angle")
         if self.table is not None:
             path, kinds = f"{KEY}.table", ("reading", load_kind)
-            kind, points = parse_first_fitting(READING_KINDS, lambda kind: parse_pairs(self.table, (kind, load_kind), kinds, path))
-            if len(points) < 2:
-                raise mistake(ProblemCode.WRONG_TYPE, f"{path} needs two points or more; found {len(points)}")
-            positions, values = zip(*points, strict=True)
+            kind, (positions, values) = parse_first_fitting(
+                READING_KINDS, lambda kind: parse_points(self.table, (kind, load_kind), kinds, path)
+            )
+            if len(positions) < 2:
+                raise mistake(ProblemCode.WRONG_TYPE, f"{path} needs two points or more; found {len(positions)}")
             has_unit = any(isinstance(point[0], str) for point in self.table)
             return TableFunction(reading=self.reading, lag=self.lag, positions=positions, values=values, quantity=kind if has_unit else "")
         kind, (gain, about) = parse_first_fitting(

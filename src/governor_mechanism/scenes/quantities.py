@@ -32,6 +32,7 @@ SIGNS: Final[Mapping[str, tuple[Callable[[float], bool], str]]] = {
 """Conditions on the sign of a quantity, with the requirement in messages."""
 
 FloatPair = tuple[float, float]
+Columns = tuple[tuple[float, ...], tuple[float, ...]]
 _Parsed = TypeVar("_Parsed")
 
 
@@ -171,22 +172,22 @@ def parse_position(value: object, key: str = KEY) -> FloatPair:
     return position
 
 
-def parse_pairs(value: object, kinds: tuple[str, str], names: tuple[str, str], key: str = KEY) -> list[FloatPair]:
-    """Return the pairs of a list."""
+def parse_points(value: object, kinds: tuple[str, str], names: tuple[str, str], key: str = KEY) -> Columns:
+    """Return the first and the second quantities of a list of pairs."""
     if not isinstance(value, list | tuple):
         raise wrong_value(value, f"must be a list of [{', '.join(names)}]", path=key)
-    return parse_each(lambda item, number: parse_pair(item, kinds, names, f"{key}, point {number}:"), value, count(1))
+    points = parse_each(lambda item, number: parse_pair(item, kinds, names, f"{key}, point {number}:"), value, count(1))
+    return tuple(first for first, _ in points), tuple(second for _, second in points)
 
 
-def parse_time_points(value: object, kind: str, name: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def parse_time_points(value: object, kind: str, name: str) -> Columns:
     """Return times and values of a list of [time, value]; a single value is constant."""
     if not isinstance(value, list | tuple):
         return (0.0,), (parse_si(value, kind),)
     if not value:
         example = QUANTITY_KINDS[kind].example
         raise mistake(ProblemCode.WRONG_TYPE, f'{KEY} is an empty list of points; write [[0, "{example}"]], or one {name}')
-    times, values = zip(*parse_pairs(value, ("time", kind), ("time", name)), strict=True)
-    return times, values
+    return parse_points(value, ("time", kind), ("time", name))
 
 
 def parse_first_fitting(kinds: Iterable[str], parse: Callable[[str], _Parsed]) -> tuple[str, _Parsed]:

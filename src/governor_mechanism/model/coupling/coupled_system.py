@@ -5,8 +5,7 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.coupling.checks import apply_control, check_gears, check_reading_functions
-from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling
+from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling, check_gears, check_loads
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.force_elements import Torque
 from governor_mechanism.model.joints import GROUND, Gear, Point
@@ -123,8 +122,8 @@ def couple_parts(parts: Sequence[Part], couplings: Sequence[Coupling]) -> Couple
     effects = tuple(with_prefix(effect, prefix, prefixes) for prefix, part in prefixes.items() for effect in part.output_effects)
     for control in couplings:
         if isinstance(control, ControlCoupling):
-            mechanism, effects = apply_control(control, mechanism, effects)
-    check_reading_functions(mechanism, effects)
+            mechanism, effects = control.apply(mechanism, effects)
+    check_loads(mechanism, effects)
     gravity = {body.name: part.gravity for part, piece in zip(parts, pieces, strict=True) for body in piece.bodies}
     return CoupledSystem(
         mechanism=mechanism,
