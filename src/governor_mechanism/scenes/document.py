@@ -19,10 +19,10 @@ from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Part, Spindle, Start
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.scenes import schema
-from governor_mechanism.scenes.coupling_tables import parse_coupling
 from governor_mechanism.scenes.cross_validation import check_tables_together
 from governor_mechanism.scenes.custom.parser import CustomMachineParser, CustomSceneTable
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_effects
+from governor_mechanism.scenes.loads import parse_coupling
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.scenes.quantities import parse_name
 from governor_mechanism.scenes.table import validate
@@ -120,8 +120,9 @@ class PartParser:
         given = self.collector.attempt("spindle", schema.parse_spindle, self.tables["spindle"], self.is_coupled)
         return given or default
 
-    def _parse_effects(self, readings: Iterable[tuple[str, str]] | None) -> tuple[Effect, ...]:
-        self.quantities = None if readings is None else dict(readings)
+    def _parse_effects(self, readings: Iterable[Reading] | None, extra_quantities: Mapping[str, str] | None = None) -> tuple[Effect, ...]:
+        if readings is not None:
+            self.quantities = {reading.name: reading.quantity for reading in readings} | dict(extra_quantities or {})
         return parse_effects(self.tables.get("effects", {}), self.quantities, self.collector)
 
     def _parse_top_level(self, model: type[_TopLevel]) -> _TopLevel | None:
@@ -134,7 +135,7 @@ class PartParser:
         """Return part, effects and start of a scene with a custom machine."""
         top_level = self._parse_top_level(CustomSceneTable)
         part, start, readings = CustomMachineParser(self.document, top_level, self.collector).parse()
-        effects = self._parse_effects(None if readings is None else _quantities(readings))
+        effects = self._parse_effects(readings)
         self._add_effect_problems(unsupported_effect_messages(CUSTOM_MACHINE, effects))
         return part, effects, start
 
@@ -150,8 +151,7 @@ class PartParser:
         # A clearance with a mistake still brings its reading, or naming that reading would be reported as a mistake too.
         has_clearance = machine_class is not None and Clearance in machine_class.supported_effects
         has_clearance = has_clearance and self.tables.get("effects", {}).get("clearance", False) is not False
-        extra_readings = ((CLEARANCE_READING, "length"),) if has_clearance else ()
-        effects = self._parse_effects((*_quantities(mechanism.readings), *extra_readings) if mechanism else None)
+        effects = self._parse_effects(mechanism and mechanism.readings, {CLEARANCE_READING: "length"} if has_clearance else None)
         effect_problems = machine_class.effect_problems(effects) if machine_class else ()
         self._add_effect_problems(effect_problems)
         if machine_class is not None and machine_class.driver_dimensions:
@@ -212,18 +212,14 @@ def _find_intended_machine(document: Mapping[str, Any]) -> str:
     return close_matches[0] if close_matches else CUSTOM_MACHINE if "body" in document and "dimensions" not in document else ""
 
 
-def _quantities(readings: Iterable[Reading]) -> list[tuple[str, str]]:
-    return [(reading.name, reading.quantity) for reading in readings]
-
-
 def _build_part(machine: Machine, mechanism: Mechanism, effects: tuple[Effect, ...]) -> Part:
     """Return the part; `mechanism` is used unless the effects change its bodies."""
     if problems := machine.stop_problems(effects):
         raise MechanismError(*problems)
     if any(effect.changes_bodies_of for effect in effects):
         mechanism = machine.mechanism_with_effects(effects)
-    name = GOVERNOR_PART_NAME
-    return Part(name=name, machine=machine.name, dimensions=machine.dimensions(), mechanism=mechanism, plane=machine.plane)
+    dimensions = machine.dimensions()
+    return Part(name=GOVERNOR_PART_NAME, machine=machine.name, dimensions=dimensions, mechanism=mechanism, plane=machine.plane)
 
 
 def _required_dimensions(machine_class: type[Machine]) -> list[str]:

@@ -288,13 +288,11 @@ class UntypedForceTable(ForceElementTable, extra="ignore"):
     """A force of unknown type; only the common keys are checked."""
 
 
-_JOINT_TABLES = (PinTable, WeldTable, PrismaticTable, SliderTable, ArcTable, CurveSlotTable, GearTable, RackTable)
-_DRIVER_TABLES = (DrivenTurnTable, DrivenSlideTable)
-_FORCE_TABLES = (SpringForceTable, DamperTable, TorsionSpringForceTable, TorsionDamperTable, TorqueTable, ForceTable)
+_SLOTS_AND_PINS = (PinTable, WeldTable, PrismaticTable, SliderTable, ArcTable, CurveSlotTable)
+_TRANSMISSIONS = (GearTable, RackTable, DrivenTurnTable, DrivenSlideTable)
+_FORCES = (SpringForceTable, DamperTable, TorsionSpringForceTable, TorsionDamperTable, TorqueTable, ForceTable)
 
-JOINT_TABLES: Final[Mapping[str, type[ElementTable]]] = {
-    "": UntypedJointTable,
-    **dict(zip(JOINT_TYPES, (*_JOINT_TABLES, *_DRIVER_TABLES), strict=True)),
-}
-FORCE_TABLES: Final[Mapping[str, type[ElementTable]]] = {"": UntypedForceTable, **dict(zip(FORCE_TYPES, _FORCE_TABLES, strict=True))}
+ElementTables = Mapping[str, type[ElementTable]]
+JOINT_TABLES: ElementTables = dict(zip(("", *JOINT_TYPES), (UntypedJointTable, *_SLOTS_AND_PINS, *_TRANSMISSIONS), strict=True))
+FORCE_TABLES: ElementTables = dict(zip(("", *FORCE_TYPES), (UntypedForceTable, *_FORCES), strict=True))
 """Tables of [[joint]] and [[force]] by type."""
