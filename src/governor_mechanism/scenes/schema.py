@@ -13,6 +13,7 @@ from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.events import CROSSING_DIRECTIONS, NamedCrossing
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Spindle, Start
+from governor_mechanism.model.scene import RunSettings
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_by_quantity, resolve_reading_name
 from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, wrong_value
@@ -95,12 +96,11 @@ class SpindleTable(SceneFileTable):
     cycles_per_turn: Annotated[float, quantity("number", "positive")] = 1.0
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> list[Problem]:
-        """Report cycles per turn without a fluctuation."""
-        if "cycles_per_turn" not in values or "speed_fluctuation" in values:
-            return []
-        text = f"{KEY}.cycles_per_turn has no effect without a fluctuation; write speed_fluctuation = 0.03, or leave cycles_per_turn out"
-        return [Problem(text, ProblemCode.CONFLICT, f"{KEY}.cycles_per_turn")]
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+        """Yield cycles per turn without a fluctuation."""
+        if "cycles_per_turn" in values and "speed_fluctuation" not in values:
+            path, hint = f"{KEY}.cycles_per_turn", "write speed_fluctuation = 0.03, or leave cycles_per_turn out"
+            yield Problem(f"{path} has no effect without a fluctuation; {hint}", ProblemCode.CONFLICT, path)
 
     def make_element(self, **arguments: Any) -> Spindle:
         """Return the spindle."""
@@ -142,6 +142,7 @@ def parse_spindle(values: Mapping[str, Any], is_coupled: bool) -> Spindle | Free
 class RunTable(SceneFileTable):
     """[run]."""
 
+    element = RunSettings
     duration: Annotated[float, quantity("time", "positive")] = 0.0
     output_interval: Annotated[float, quantity("time", "positive")] = 0.0
     accuracy: Annotated[float, number_between(0, 1, open_ends="low high", reason=", relative to the scale of each reading, as 1e-6")] = 0.0

@@ -91,7 +91,7 @@ _NOT_A_NUMBER = re.compile(r"[+-]?(nan|inf|infinity)\b", re.IGNORECASE)
 # Only small exponents and no other digits: pint would evaluate 9^9^9^9.
 _UNIT = re.compile(r"(?:[()*/\s]|1(?![0-9])|(?:[^\W\d]|[°%])+(?:\^-?[1-9](?![0-9]))?)+")
 # Turns; r and U only per time, since alone they may be misspelt rad or something else.
-_TURN_UNIT = re.compile(r"(?:revs?(?![^\W\d_])|[rU](?=\s*/|[\s*]+(?:s|min|h)\^-1))")
+_TURN_UNIT = r"(?:revs?(?![^\W\d_])|[rU](?=\s*/|[\s*]+(?:s|min|h)\^-1))"
 # For suggestions only: beginnings of misspelt turns and angles in lower case, and endings of "per second".
 _TURN_SPELLING = re.compile(r"re|ro|r(?![^\W\d_])|[tucgo]")
 _ANGLE_SPELLING = re.compile(r"ra|rd|ad|d|°")
@@ -124,9 +124,9 @@ def parse_quantity(value: object, kind: str, what: str) -> float:
     MechanismError
         If the value is not a finite quantity of this kind.
     """
-    expected = QUANTITY_KINDS.get(kind)
-    if expected is None:
+    if kind not in QUANTITY_KINDS:
         raise MechanismError(f"{what}: no kind of quantity {kind!r}; kinds are {list(QUANTITY_KINDS)}.{did_you_mean(kind, QUANTITY_KINDS)}")
+    expected = QUANTITY_KINDS[kind]
     if isinstance(value, str):
         number = _text_to_si(value, expected, what)
     elif isinstance(value, Real) and not isinstance(value, bool):
@@ -165,18 +165,18 @@ def _text_to_si(text: str, expected: QuantityKind, what: str) -> float:
     if len(cleaned) > _MAX_TEXT_LENGTH:
         raise MechanismError(f"{message_start} is too long for a quantity; {expected.hint}")
     number = _NUMBER.match(cleaned)
+    if _NOT_A_NUMBER.match(cleaned):
+        return math.nan
     if number is None:
-        if _NOT_A_NUMBER.match(cleaned):
-            return math.nan
-        raise MechanismError(f"{message_start} {'is empty' if not cleaned else 'has no number'}; {expected.hint}")
+        raise MechanismError(f"{message_start} {'has no number' if cleaned else 'is empty'}; {expected.hint}")
     unit = cleaned[number.end() :]
     if unit.startswith(","):
         raise MechanismError(f"{message_start} has a comma; write a decimal point, and no thousands separator")
     if not unit and not expected.units:
         raise MechanismError(f"{message_start} is text; write the bare number {number[1]}")
     if not unit:
-        example_unit = expected.example.partition(" ")[2]
-        raise MechanismError(f'{message_start} has no unit; write "{number[1]} {example_unit}", or the bare number in {expected.si_unit}')
+        hint = f'write "{number[1]} {expected.example.partition(" ")[2]}", or the bare number in {expected.si_unit}'
+        raise MechanismError(f"{message_start} has no unit; {hint}")
     try:
         return float(Decimal(number[1]) * _unit_factor(unit, Decimal(number[1]), expected, message_start))
     except ArithmeticError:  # an exponent beyond the range of Decimal
@@ -185,19 +185,16 @@ def _text_to_si(text: str, expected: QuantityKind, what: str) -> float:
 
 def _unit_factor(unit: str, number: Decimal, expected: QuantityKind, message_start: str) -> Decimal:
     """Return the SI value of one `unit`, if it is of the expected kind."""
-    normalised = re.sub(r"([^\W\d_])(-?[1-9])", r"\1^\2", unit)
-    normalised = f"1{normalised}" if normalised.startswith("/") else normalised
-    turn_match = _TURN_UNIT.match(normalised)
-    normalised = f"turn{normalised[turn_match.end() :]}" if turn_match else normalised
+    with_powers = re.sub(r"([^\W\d_])(-?[1-9])", r"\1^\2", unit)
+    normalised = re.sub(rf"^{_TURN_UNIT}", "turn", f"1{with_powers}" if with_powers.startswith("/") else with_powers)
     try:
         if not _UNIT.fullmatch(normalised):
             raise MechanismError(f"{normalised!r} contains no unit names")
         factor, base_unit = _in_base_units(normalised)
     except Exception as error:
         # pint raises many unrelated types (its own, tokenizer's, AssertionError) with one meaning for the user.
-        raise MechanismError(
-            f'{message_start} has an unknown unit "{unit}"; {expected.units_hint}{_suggest_unit(unit, expected)}'
-        ) from error
+        hint = f"{expected.units_hint}{_suggest_unit(unit, expected)}"
+        raise MechanismError(f'{message_start} has an unknown unit "{unit}"; {hint}') from error
     if _is_like(base_unit, expected.si_unit) and (expected.units or normalised == "%"):
         return factor
     if _is_like(base_unit, "rad/s") and expected.si_unit == "Hz":

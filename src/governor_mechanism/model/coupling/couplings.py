@@ -111,10 +111,8 @@ class ControlCoupling(Coupling):
         """
         loads = {name: (owner, field_name) for name, owner, field_name in _loads(mechanism, effects)}
         if self.target not in loads:
-            raise MechanismError(
-                f"coupling {self.name!r} sets {self.target!r}, which is no load; the loads are {list(loads)}."
-                f"{did_you_mean(self.target, loads)}"
-            )
+            known = f"the loads are {list(loads)}.{did_you_mean(self.target, loads)}"
+            raise MechanismError(f"coupling {self.name!r} sets {self.target!r}, which is no load; {known}")
         owner, field_name = loads[self.target]
         load: InputFunction = getattr(owner, field_name)
         kind = "factors" if self.scales else "functions"
@@ -155,18 +153,14 @@ def check_gears(gears: Sequence[GearCoupling], spindle_angles: Sequence[str], me
     for gear in gears:
         for name in (gear.first, gear.second):
             if name in spindle_angles and name not in readings:
-                raise MechanismError(
-                    f"gear {gear.name!r} couples {name!r}, whose speed is given or follows another part, so that no torque acts on it; "
-                    "use type follow, or leave spindle.speed out"
-                )
+                reason = "whose speed is given or follows another part, so that no torque acts on it"
+                raise MechanismError(f"gear {gear.name!r} couples {name!r}, {reason}; use type follow, or leave spindle.speed out")
         (first_root, first_ratio), (second_root, second_ratio) = (trains.setdefault(one, (one, 1.0)) for one in (gear.first, gear.second))
         if first_root == second_root:
             through_others = second_ratio / first_ratio
             problem = "is superfluous" if abs(through_others - gear.ratio) <= 1e-12 * abs(gear.ratio) else "contradicts the others"
-            raise MechanismError(
-                f"gear {gear.name!r} closes a loop of gears and {problem}: through the others the ratio of {gear.second!r} to "
-                f"{gear.first!r} is {through_others:g}, and here it is {gear.ratio:g}; leave it out"
-            )
+            found = f"the ratio of {gear.second!r} to {gear.first!r} is {through_others:g}, and here it is {gear.ratio:g}"
+            raise MechanismError(f"gear {gear.name!r} closes a loop of gears and {problem}: through the others {found}; leave it out")
         joined = gear.ratio * first_ratio / second_ratio
         trains |= {name: (first_root, ratio * joined) for name, (root, ratio) in trains.items() if root == second_root}
 
