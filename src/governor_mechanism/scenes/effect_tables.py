@@ -118,8 +118,7 @@ def _table_model(effect_key: str, quantity: str) -> type[EffectTable]:
 def _build_effect(effect: type[Effect], value: Any, quantity: str = "", **arguments: Any) -> Effect:
     """Return an effect from its value along a quantity; `arguments` are the fields given elsewhere."""
     names, keys = effect.value_fields, scene_keys_of(effect)
-    has_table = len(names) + len(effect.common_keys) < len(keys)
-    if not names or (has_table and isinstance(value, Mapping)):
+    if not names or (len(names) + len(effect.common_keys) < len(keys) and isinstance(value, Mapping)):
         built: Effect = validate(_table_model(effect.key, quantity), value).make_element(**arguments)
         return built
     if len(names) == 1:
@@ -141,8 +140,7 @@ def _parse_range(effect: type[Effect], quantity: str, value: Any) -> dict[str, f
         requirement = f'must be [{", ".join(names)}], with "{NO_END}" for a missing end'
         raise wrong_value(value, requirement, f"; write {_effect_example(effect, quantity)}")
     given = {name: end for name, end in zip(names, value, strict=True) if end != NO_END}
-    ends = parse_each(lambda name: parse_si(given[name], keys[name].kind_along(quantity), f"{KEY}, {name} end"), given)
-    return dict(zip(given, ends, strict=True))
+    return dict(parse_each(lambda name: (name, parse_si(given[name], keys[name].kind_along(quantity), f"{KEY}, {name} end")), given))
 
 
 def _parse_single_effect(effect: type[Effect], value: object) -> tuple[Effect, ...]:
@@ -213,8 +211,7 @@ def resolve_reading_name(name: str, quantities: ReadingQuantities, path: str = K
         return name
     if name == SLEEVE_ALIAS and SLEEVE_LIFT_NAME in quantities:
         return SLEEVE_LIFT_NAME
-    aliases = [SLEEVE_ALIAS] if SLEEVE_LIFT_NAME in quantities else []
-    suggestion = did_you_mean(name, [*aliases, *quantities])
+    suggestion = did_you_mean(name, [*([SLEEVE_ALIAS] if SLEEVE_LIFT_NAME in quantities else []), *quantities])
     raise mistake(ProblemCode.UNKNOWN_NAME, f"{path} is not a reading; readings are {', '.join(quantities)}.{suggestion}")
 
 

@@ -9,12 +9,11 @@ from typing import Annotated, Any, ClassVar, Final
 
 from pydantic import Field, PlainValidator
 
-from governor_mechanism.errors import did_you_mean
 from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling, RatioCoupling
 from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, ReadingFunction, TableFunction
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake, parse_each, wrong_value
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.scenes.quantities import SIGNS, Label, parse_first_fitting, parse_points, parse_si, parse_time_points, quantity
-from governor_mechanism.scenes.table import SceneFileTable, validate
+from governor_mechanism.scenes.table import SceneFileTable, SceneFileTables, validate
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
 READING_KINDS: Final = ("length", "angle", "angular_speed")
@@ -48,8 +47,8 @@ class ReadingFunctionTable(SceneFileTable):
         """Yield a missing function, or more than one."""
         given = [key for key in FUNCTION_KEYS if key in values]
         if len(given) != 1:
-            found = f"found {' and '.join(given)}" if given else "found none"
-            yield Problem(f"{KEY} needs one of {', '.join(FUNCTION_KEYS)}; {found}; write {cls.example}", ProblemCode.CONFLICT)
+            text = f"{KEY} needs one of {', '.join(FUNCTION_KEYS)}; found {' and '.join(given) or 'none'}; write {cls.example}"
+            yield Problem(text, ProblemCode.CONFLICT)
         elif "about" in values and given != ["gain"]:
             yield Problem(f"{KEY}.about belongs to a gain; leave it out", ProblemCode.CONFLICT, f"{KEY}.about")
 
@@ -222,7 +221,7 @@ class ControlTable(SceneFileTable):
         return ControlCoupling(function=function, target=self.scales or self.sets, scales=bool(self.scales), **arguments)
 
 
-COUPLING_TABLES: Final[Mapping[str, type[SceneFileTable]]] = {"gear": GearTable, "follow": FollowTable, "control": ControlTable}
+COUPLING_TABLES: SceneFileTables = {"gear": GearTable, "follow": FollowTable, "control": ControlTable}
 """Tables of couplings by their type."""
 
 
@@ -230,8 +229,7 @@ def parse_coupling(name: str, values: object) -> Coupling:
     """Return a coupling from its table."""
     kind = values.get("type") if isinstance(values, Mapping) else "gear"
     if not isinstance(kind, str) or kind not in COUPLING_TABLES:
-        suggestion = did_you_mean(kind, list(COUPLING_TABLES)) if isinstance(kind, str) else ""
         found = f"{format_value(kind)} is unknown" if kind is not None else "is missing"
-        raise mistake(ProblemCode.UNKNOWN_NAME, f"{KEY}.type {found}; types are {', '.join(COUPLING_TABLES)}.{suggestion}")
+        raise unknown_name(f"{KEY}.type {found}; types are", kind, COUPLING_TABLES)
     coupling: Coupling = validate(COUPLING_TABLES[kind], values).make_element(name=name)
     return coupling

@@ -1,16 +1,16 @@
 """Values of a scene file: quantities in SI, words, positions and functions of time. Slow to import: pydantic."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from itertools import count
 from types import UnionType
 from typing import Annotated, Final, TypeVar
 
 from pydantic import PlainValidator
 
-from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import MAX_DIMENSION, MIN_DIMENSION
 from governor_mechanism.model.part import MAX_SPINDLE_SPEED
-from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, wrong_value
+from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, parse_quantity
 
 UNITLESS_LIMITS: Final = {"length": (50.0, MAX_DIMENSION), "mass": (1e6, MAX_DIMENSION), "angular_speed": (1e3, MAX_SPINDLE_SPEED)}
@@ -110,15 +110,13 @@ def number_between(low: float, high: float, *, open_ends: str = "", reason: str 
     return PlainValidator(lambda value: parse_number(value, low, high, open_ends=open_ends, reason=reason))
 
 
-def choice(names: Iterable[str]) -> PlainValidator:
+def choice(known_words: Collection[str]) -> PlainValidator:
     """Return the validator of a word from a list."""
-    known_words = tuple(names)
 
     def check(value: object) -> str:
         if isinstance(value, str) and value in known_words:
             return value
-        suggestion = did_you_mean(value, known_words) if isinstance(value, str) else ""
-        raise mistake(ProblemCode.UNKNOWN_NAME, f"{KEY} {format_value(value)} is unknown; known are {', '.join(known_words)}.{suggestion}")
+        raise unknown_name(f"{KEY} {format_value(value)} is unknown; known are", value, known_words)
 
     return PlainValidator(check)
 

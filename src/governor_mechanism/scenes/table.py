@@ -103,6 +103,10 @@ class SceneFileTable(BaseModel, extra="forbid", protected_namespaces=()):
             yield Problem(text, ProblemCode.WRONG_TYPE, path)
 
 
+SceneFileTables = Mapping[str, type[SceneFileTable]]
+"""Models of tables by the type or the key that determines the model."""
+
+
 def validate(model: type[_Table], values: object, path: str = KEY, context: Any = None) -> _Table:
     """Return the parsed table.
 

@@ -293,12 +293,10 @@ def _plane(prefix: str, follows: Mapping[str, FollowCoupling], mechanism: Mechan
     """Return the turning plane of a part."""
     part = prefixes[prefix]
     coupling = follows.get(f"{prefix}{SPINDLE_ANGLE}")
-    given_speed = part.spindle if isinstance(part.spindle, Spindle) else None
-    shaft = "" if given_speed else f"{prefix}{SHAFT_NAME}"
-    if coupling is not None:
-        leader = prefixes.get(coupling.first.removesuffix(SPINDLE_ANGLE)) if coupling.first.endswith(SPINDLE_ANGLE) else None
-        given_speed = leader.spindle if leader and isinstance(leader.spindle, Spindle) else None
-        shaft = "" if given_speed else rotating_body(mechanism, coupling.name, coupling.first)
+    leader = prefixes.get(coupling.first.removesuffix(SPINDLE_ANGLE)) if coupling else part
+    given_speed = leader.spindle if leader and isinstance(leader.spindle, Spindle) else None
+    own_shaft = f"{prefix}{SHAFT_NAME}"
+    shaft = "" if given_speed else rotating_body(mechanism, coupling.name, coupling.first) if coupling else own_shaft
     return TurningPlane(
         prefix=prefix,
         bodies=tuple(mechanism.body_index(prefix + body.name) for body in part.mechanism.bodies),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Final
+from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
@@ -15,10 +15,6 @@ from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, Proble
 from governor_mechanism.scenes.quantities import Angle, Bool, Length, Mass, Position, PositiveLength, built
 from governor_mechanism.scenes.table import SceneFileTable
 from governor_mechanism.units.quantities import format_value
-
-SHAPE_KEYS: Final = ("rod", "disc", "plate", "point")
-MASS_PROPERTY_KEYS: Final = ("inertia", "moments", "centre")
-"""Keys of a body that describe its mass: one shape, or mass properties."""
 
 
 class MomentsTable(SceneFileTable):
@@ -97,13 +93,12 @@ class BodyTable(SceneFileTable):
     @classmethod
     def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
         """Yield mass properties that are missing, given twice or not sufficient."""
-        shapes = [key for key in SHAPE_KEYS if key in values and values[key] is not False]
-        properties = [key for key in MASS_PROPERTY_KEYS if key in values]
+        shapes = [key for key in ("rod", "disc", "plate", "point") if key in values and values[key] is not False]
+        properties = [key for key in ("inertia", "moments", "centre") if key in values]
         if len(shapes) > 1:
             yield Problem(f"{' and '.join(shapes)} are given; a body has one shape, or inertia and centre", ProblemCode.CONFLICT)
         elif shapes and properties:
-            text = f"{' and '.join(properties)} cannot be combined with {shapes[0]}, which determines them"
-            yield Problem(text, ProblemCode.CONFLICT)
+            yield Problem(f"{' and '.join(properties)} cannot be combined with {shapes[0]}, which determines them", ProblemCode.CONFLICT)
         if "inertia" in values and "moments" in values:
             yield Problem("inertia cannot be combined with moments, from which it follows as xx + yy", ProblemCode.CONFLICT)
         if values.get("point") is True and values.get("turns") is True:
@@ -121,11 +116,9 @@ class BodyTable(SceneFileTable):
     def _check_values(self) -> BodyTable:
         collector = ProblemCollector()
         if self.mass and self.can_rotate and not (self._shape or self.moments or self.inertia):
-            hint = (
-                "give inertia or moments, a shape (rod, disc, plate, point), point_masses instead of mass, "
-                "or turns = false for a body that does not rotate"
-            )
-            collector.add(ProblemCode.MISSING_KEY, f"inertia is missing; {hint}", key=f"{KEY}.inertia")
+            hint = "give inertia or moments, a shape (rod, disc, plate, point), point_masses instead of mass, or turns = false"
+            text = f"inertia is missing; {hint} for a body that does not rotate"
+            collector.add(ProblemCode.MISSING_KEY, text, key=f"{KEY}.inertia")
         if self.moments is not None and self.can_rotate and self.moments.xx + self.moments.yy <= 0:
             collector.add(ProblemCode.OUT_OF_RANGE, "moments must have xx or yy above 0; a body without extent has point = true")
         if self.angle and not self.can_rotate:

@@ -9,14 +9,14 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, PlainValidator, ValidationInfo
 
-from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.custom import BodyShape, InitialConfiguration, SketchedBody
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalDriver
 from governor_mechanism.model.mechanism import SecondMoments
 from governor_mechanism.model.time_functions import Harmonic, PrescribedMotion
-from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, wrong_value
+from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.scenes.quantities import Angle, FloatPair, check_label, parse_name, parse_points, parse_position, parse_si, quantity
 from governor_mechanism.scenes.table import SceneFileTable, validate
 from governor_mechanism.units.quantities import format_value
@@ -63,8 +63,7 @@ class PointRegistry:
             raise MechanismError
         known_names = [GROUND, *self.bodies, *sorted(self.invalid_bodies - {GROUND})]
         if name not in known_names:
-            text = f"{KEY} names the unknown body {format_value(name)}; bodies are {', '.join(known_names)}."
-            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(name, known_names))
+            raise unknown_name(f"{KEY} names the unknown body {format_value(name)}; bodies are", name, known_names)
         return name
 
     def find_point(self, name: str, point: str = "", position: FloatPair | None = None) -> Point:
@@ -77,11 +76,8 @@ class PointRegistry:
         if position is None:
             known_names = [*named_points, *(self.moving_points if body is None else ())]
             location = "[ground]" if body is None else f"the points of body {format_value(name)}"
-            text = (
-                f"{KEY} names the unknown point {format_value(point)} of {format_value(name)}; "
-                f"known are {', '.join(known_names)}; add others to {location}."
-            )
-            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(point, known_names))
+            text = f"{KEY} names the unknown point {format_value(point)} of {format_value(name)}; known are"
+            raise unknown_name(text, point, known_names, f"; add others to {location}")
         return Point(body=GROUND, x=position[0], y=position[1]) if body is None else body.point(position)
 
     def reserve_name(self, base_name: str) -> str:

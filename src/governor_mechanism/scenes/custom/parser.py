@@ -73,14 +73,12 @@ class CustomMachineParser:
         if not length_scale and not self.has_problems:
             text = 'size is missing: the initial configuration has no length that could be the length scale; write size = "1 m"'
             self.collector.add(ProblemCode.MISSING_KEY, text, key="size")
-        known_readings = tuple(readings) if readings and are_all_known else None
-        part = None
-        if not self.has_problems:
-            coordinate = _leading_coordinate(self.document.get("start", {}), readings)
-            with self.collector.at(""):
-                mechanism = sketch.build(readings, coordinate, length_scale)
-                part = Part(name=CUSTOM_PART_NAME, machine=CUSTOM_MACHINE, dimensions={}, mechanism=mechanism, plane=self.registry.plane)
-        return part, start, known_readings
+        part = None if self.has_problems else self.collector.attempt("", self._build_part, sketch, readings, length_scale)
+        return part, start, tuple(readings) if readings and are_all_known else None
+
+    def _build_part(self, sketch: MechanismSketch, readings: list[Reading], length_scale: float) -> Part:
+        mechanism = sketch.build(readings, _leading_coordinate(self.document.get("start"), readings), length_scale)
+        return Part(name=CUSTOM_PART_NAME, machine=CUSTOM_MACHINE, dimensions={}, mechanism=mechanism, plane=self.registry.plane)
 
     def _tables_under(self, key: str) -> list[Any]:
         """Return the tables under a heading; anything but a list is reported with the top level."""
@@ -131,12 +129,11 @@ class CustomMachineParser:
 
     def _check_sketch(self, sketch: MechanismSketch) -> None:
         """Report names that occur twice, drivers in conflict, and bodies without connection to the ground."""
-        body_names = Counter(body.name for body in sketch.bodies)
-        joint_names, force_names = (Counter(one.name for one in elements) for elements in (sketch.joints, sketch.force_elements))
-        for kind, counts in (("body", body_names), ("joint or link", joint_names), ("force", force_names)):
-            for name, count in counts.items():
-                if count > 1:
-                    self.collector.add(ProblemCode.DUPLICATE, f"{kind} {name!r} is defined {count} times; names must differ", key=kind)
+        groups = {"body": [body.name for body in sketch.bodies], "joint or link": [joint.name for joint in sketch.joints]}
+        groups["force"] = [element.name for element in sketch.force_elements]
+        for kind, counts in ((kind, Counter(group)) for kind, group in groups.items()):
+            texts = [f"{kind} {name!r} is defined {count} times; names must differ" for name, count in counts.items() if count > 1]
+            self.collector.add(ProblemCode.DUPLICATE, *texts, key=kind)
         for first, second in sketch.conflicting_drivers:
             text = f"joints {first.name!r} and {second.name!r} drive the same two bodies, {first.first.body!r} and {first.second.body!r}"
             self.collector.add(ProblemCode.CONFLICT, f"{text}; leave one of them out", key="joint")

@@ -5,7 +5,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from functools import partial
-from typing import Any, Final
+from typing import Any
 
 from pydantic import Field
 
@@ -14,13 +14,13 @@ from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.scenes.custom.field_types import BodyRef, PointRef, TwoPointRefs, make_unique_name
 from governor_mechanism.scenes.problems import ProblemCode, mistake
-from governor_mechanism.scenes.table import SceneFileTable
+from governor_mechanism.scenes.table import SceneFileTable, SceneFileTables
 
 _X_COORDINATE = partial(PointCoordinate, quantity="length", direction_x=1.0, direction_y=0.0)
 _Y_COORDINATE = partial(PointCoordinate, quantity="length", direction_x=0.0, direction_y=1.0)
 
 
-class AngleReadingTable(SceneFileTable):
+class AngleTable(SceneFileTable):
     """Angle of a body against another one."""
 
     angle: BodyRef
@@ -33,7 +33,7 @@ class AngleReadingTable(SceneFileTable):
         return BodyAngle(quantity="angle", body=self.angle, reference_body=self.against, **arguments)
 
 
-class LineReadingTable(SceneFileTable):
+class LineTable(SceneFileTable):
     """Angle of a line from x, counterclockwise."""
 
     line: TwoPointRefs
@@ -45,7 +45,7 @@ class LineReadingTable(SceneFileTable):
         return LineAngle(quantity="angle", start=start, end=end, zero=math.pi / 2, **arguments)
 
 
-class DistanceReadingTable(SceneFileTable):
+class DistanceTable(SceneFileTable):
     """Distance of two points."""
 
     distance: TwoPointRefs
@@ -62,7 +62,7 @@ def _require_different(key: str, points: list[Point]) -> list[Point]:
     return points
 
 
-class XReadingTable(SceneFileTable):
+class XTable(SceneFileTable):
     """Coordinate x of a point, relative to another one."""
 
     element = _X_COORDINATE
@@ -70,20 +70,14 @@ class XReadingTable(SceneFileTable):
     point: PointRef = Field(alias="x")
 
 
-class YReadingTable(XReadingTable):
+class YTable(XTable):
     """Coordinate y of a point, relative to another one."""
 
     element = _Y_COORDINATE
     point: PointRef = Field(alias="y")
 
 
-READING_TABLES: Final[Mapping[str, type[SceneFileTable]]] = {
-    "angle": AngleReadingTable,
-    "line": LineReadingTable,
-    "x": XReadingTable,
-    "y": YReadingTable,
-    "distance": DistanceReadingTable,
-}
+READING_TABLES: SceneFileTables = {"angle": AngleTable, "line": LineTable, "x": XTable, "y": YTable, "distance": DistanceTable}
 """Tables of readings by the key that determines the kind of reading; each has one of them."""
 
 
