@@ -262,11 +262,11 @@ class TorqueTable(ForceElementTable):
 class ForceTable(ForceElementTable):
     """Type "force"; its first end is the ground."""
 
-    element = force_elements.Force
+    element = partial(force_elements.Force, x=InputFunction(), y=InputFunction())
     one_body_message = "point must be of a moving body; a force on the ground has no effect"
     point: PointRef = Field(description='the point at which it acts, as "slider.centre"')
-    x: Annotated[Any, input_function("force", "force")] = InputFunction()
-    y: Annotated[Any, input_function("force", "force")] = InputFunction()
+    x: Annotated[Any, input_function("force", "force")] = None
+    y: Annotated[Any, input_function("force", "force")] = None
 
     @property
     def ends(self) -> tuple[Point | str, Point | str]:
