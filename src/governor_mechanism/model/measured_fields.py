@@ -1,6 +1,7 @@
 """Dataclass fields with a unit, series of numbers, and their validation."""
 
 import dataclasses
+import re
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
@@ -19,6 +20,11 @@ def require_valid_fields(instance: Any, owner: str) -> None:
         if "unit" in field.metadata:
             check = require_positive if field.metadata["positive"] else require_finite
             check(getattr(instance, field.name), field.metadata["unit"], f"{field.name.replace('_', ' ')} of {owner}")
+
+
+def class_words(instance: object) -> str:
+    """Return the name of a class in words, as "arc slot"."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(instance).__name__).lower()
 
 
 def require_rising(values: Sequence[float], what: str, unit: str = "", *, strictly: bool = True, hint: str = "") -> None:

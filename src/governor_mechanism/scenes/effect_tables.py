@@ -67,7 +67,7 @@ class EffectTable(SceneFileTable):
     quantity: ClassVar[str]
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
         """Yield fields given twice, or missing although they may be computed from other keys; only along a length."""
         for derivation in cls.element.derivations:
             field, keys, is_angle = derivation.field, list(derivation.kinds), cls.quantity == "angle"
@@ -77,12 +77,11 @@ class EffectTable(SceneFileTable):
             missing = [key for key in needed if key not in values]
             hint = f"write {field} = {_example(field_key, cls.quantity)}"
             if given and field in values:
-                text = f"{KEY}: {field} cannot be combined with {', '.join(given)}, from which it follows; leave one of the two out"
-                yield Problem(text, ProblemCode.CONFLICT)
+                yield f"{KEY}: {field} cannot be combined with {', '.join(given)}, from which it follows; leave one of the two out"
             elif given and is_angle:
-                yield Problem(f"{KEY} is an angle and cannot have {', '.join(given)}; {hint}", ProblemCode.CONFLICT)
+                yield f"{KEY} is an angle and cannot have {', '.join(given)}; {hint}"
             elif given and missing:
-                yield Problem(f"{KEY} lacks {', '.join(missing)}; {', '.join(needed)} are all needed", ProblemCode.CONFLICT)
+                yield f"{KEY} lacks {', '.join(missing)}; {', '.join(needed)} are all needed"
             elif not given and field not in values and field_key.is_required:
                 alternative = "" if is_angle else f", or {', '.join(keys)}"
                 yield Problem(f"{KEY}: {field} is missing; {hint}{alternative}", ProblemCode.MISSING_KEY)

@@ -43,12 +43,11 @@ class ReadingFunctionTable(SceneFileTable):
     lag: Annotated[float, quantity("time", "not negative")] = 0.0
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
         """Yield a missing function, or more than one."""
         given = [key for key in FUNCTION_KEYS if key in values]
         if len(given) != 1:
-            text = f"{KEY} needs one of {', '.join(FUNCTION_KEYS)}; found {' and '.join(given) or 'none'}; write {cls.example}"
-            yield Problem(text, ProblemCode.CONFLICT)
+            yield f"{KEY} needs one of {', '.join(FUNCTION_KEYS)}; found {' and '.join(given) or 'none'}; write {cls.example}"
         elif "about" in values and given != ["gain"]:
             yield Problem(f"{KEY}.about belongs to a gain; leave it out", ProblemCode.CONFLICT, f"{KEY}.about")
 
@@ -207,11 +206,11 @@ class ControlTable(SceneFileTable):
     lag: Any = 0.0
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
         """Yield a control of no load, or of two."""
         if ("sets" in values) == ("scales" in values):
             text = f"{KEY} needs one of sets (the load to add the function to) and scales (the load to multiply by it)"
-            yield Problem(f"{text}; write {cls.example}", ProblemCode.CONFLICT)
+            yield f"{text}; write {cls.example}"
 
     def make_element(self, **arguments: Any) -> Coupling:
         """Return the coupling."""

@@ -96,7 +96,7 @@ class SpindleTable(SceneFileTable):
     cycles_per_turn: Annotated[float, quantity("number", "positive")] = 1.0
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
         """Yield cycles per turn without a fluctuation."""
         if "cycles_per_turn" in values and "speed_fluctuation" not in values:
             path, hint = f"{KEY}.cycles_per_turn", "write speed_fluctuation = 0.03, or leave cycles_per_turn out"
@@ -120,7 +120,7 @@ class FreeSpindleTable(SceneFileTable):
     torque: Annotated[Any, input_function("torque", "torque")] = None
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
         """Yield what a spindle lacks that is not coupled (the context) and whose torque depends on no reading."""
         if context or (isinstance(values.get("torque"), Mapping | list) and "start_speed" not in values):
             return

@@ -44,8 +44,8 @@ class SceneFileTable(BaseModel, extra="forbid", protected_namespaces=()):
         return type(self).element(**self.given_values(), **arguments)
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterable[Problem]:
-        """Yield the problems of keys that are missing, or exclude each other; `context` is the caller's."""
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterable[str]:
+        """Yield the problems of keys that are missing, or exclude each other; `context` is the caller's. A mere sentence is a conflict."""
         return ()
 
     @classmethod
@@ -72,7 +72,7 @@ class SceneFileTable(BaseModel, extra="forbid", protected_namespaces=()):
         except ValidationError as error:
             problems += cls._field_problems(error)
         if not any(problem.code == ProblemCode.UNKNOWN_KEY for problem in problems):
-            problems += cls.find_conflicts(values, info.context)
+            problems += [Problem(text, ProblemCode.CONFLICT) for text in cls.find_conflicts(values, info.context)]
         if table is None or problems:
             raise MechanismError(*problems)
         return table

@@ -91,18 +91,18 @@ class BodyTable(SceneFileTable):
     angle: Angle = 0.0
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
         """Yield mass properties that are missing, given twice or not sufficient."""
         shapes = [key for key in ("rod", "disc", "plate", "point") if key in values and values[key] is not False]
         properties = [key for key in ("inertia", "moments", "centre") if key in values]
         if len(shapes) > 1:
-            yield Problem(f"{' and '.join(shapes)} are given; a body has one shape, or inertia and centre", ProblemCode.CONFLICT)
+            yield f"{' and '.join(shapes)} are given; a body has one shape, or inertia and centre"
         elif shapes and properties:
-            yield Problem(f"{' and '.join(properties)} cannot be combined with {shapes[0]}, which determines them", ProblemCode.CONFLICT)
+            yield f"{' and '.join(properties)} cannot be combined with {shapes[0]}, which determines them"
         if "inertia" in values and "moments" in values:
-            yield Problem("inertia cannot be combined with moments, from which it follows as xx + yy", ProblemCode.CONFLICT)
+            yield "inertia cannot be combined with moments, from which it follows as xx + yy"
         if values.get("point") is True and values.get("turns") is True:
-            yield Problem("a point mass does not rotate; leave out turns = true, or point = true", ProblemCode.CONFLICT)
+            yield "a point mass does not rotate; leave out turns = true, or point = true"
         if "mass" not in values and "point_masses" not in values:
             hint = 'it is the mass, as "0.2 kg", and 0 for a lever without mass; a bar without mass is a [[link]]'
             yield Problem(f"{KEY}.mass is missing; {hint}", ProblemCode.MISSING_KEY, f"{KEY}.mass")

@@ -165,11 +165,11 @@ class _DriverTable(JointTable):
     rate_example: ClassVar[str] = ""
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
         """Yield a motion given twice or not at all."""
         others = [key for key in ("rate", "start") if key in values]
         if "motion" in values and others:
-            yield Problem(f"{' and '.join(others)} cannot be combined with motion, which is complete", ProblemCode.CONFLICT)
+            yield f"{' and '.join(others)} cannot be combined with motion, which is complete"
         if "motion" not in values and "rate" not in values:
             yield Problem(f"rate or motion is missing; write {cls.rate_example}", ProblemCode.MISSING_KEY)
 
@@ -274,7 +274,7 @@ class ForceTable(ForceElementTable):
         return GROUND, self.point
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
         """Yield a force without components."""
         if "x" not in values and "y" not in values:
             yield Problem('x or y is missing; write x = "40 N" for a force along x', ProblemCode.MISSING_KEY)
