@@ -41,7 +41,7 @@ def test_the_netcdf_holds_every_array(run, tmp_path):
 
 
 def test_the_record_says_what_ran_how_it_ended_and_with_which_versions(run, tmp_path):
-    saving.save_json(run, tmp_path / "run.json")
+    saving.save_summary(run, tmp_path / "run.json")
     record = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
     assert record["outcome"] == "done"
     assert record["error_estimate"] == run.error_estimate
@@ -49,7 +49,7 @@ def test_the_record_says_what_ran_how_it_ended_and_with_which_versions(run, tmp_
     assert set(record["versions"]) == {"python", *saving.REPORTED_PACKAGES}
 
 
-@pytest.mark.parametrize("save", [saving.save_csv, saving.save_netcdf, saving.save_json])
+@pytest.mark.parametrize("save", [saving.save_csv, saving.save_netcdf, saving.save_summary])
 def test_a_failure_while_writing_leaves_the_old_file(save, run, tmp_path, monkeypatch):
     path = tmp_path / "run"
     path.write_text("old", encoding="utf-8")

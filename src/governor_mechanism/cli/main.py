@@ -173,7 +173,7 @@ def _write_results(result: Trajectory, out: Path, stem: str, film: FilmFormat | 
 
     If the film is interrupted, the results of an earlier run stay unchanged; a record proves that all results are complete.
     """
-    from governor_mechanism.files.results import save_csv, save_json, save_netcdf
+    from governor_mechanism.files.results import save_csv, save_netcdf, save_summary
     from governor_mechanism.render.figures.registry import write_machine_figures
     from governor_mechanism.render.figures.time_series import readings_figure
 
@@ -182,7 +182,7 @@ def _write_results(result: Trajectory, out: Path, stem: str, film: FilmFormat | 
         with console.show_progress_bar("film") as progress:
             written.append(gm.film(result, out / f"{stem}.{film.value}", progress=progress))
     written += write_machine_figures(result, out, stem)
-    writers = {"csv": save_csv, "nc": save_netcdf, "png": lambda run, path: readings_figure(run).save_png(path), "json": save_json}
+    writers = {"csv": save_csv, "nc": save_netcdf, "png": lambda run, path: readings_figure(run).save_png(path), "json": save_summary}
     for kind, write in writers.items():
         path = out / f"{stem}.{kind}"
         write(result, path)

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.files.plain_values import save_json as save_json_file
-from governor_mechanism.files.plain_values import save_table
+from governor_mechanism.files.plain_values import save_json, save_table
 from governor_mechanism.model.trajectory import Trajectory
 
 REPORTED_PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy")
@@ -52,8 +51,7 @@ def save_netcdf(run: Trajectory, path: Path) -> None:
         columns |= {name: (values, run.units[name]) for name, values in run.readings.items()}
         columns |= {f"{name}_rate": (values, f"{run.units[name]}/s") for name, values in run.rates.items()}
         energy_names = ("kinetic", "potential", "rotation", "jacobi", "dissipated_energy")
-        energies = {name: getattr(run.energy, name) for name in energy_names}
-        columns |= {f"energy_{name.removesuffix('_energy')}": (values, "J") for name, values in energies.items()}
+        columns |= {f"energy_{name.removesuffix('_energy')}": (getattr(run.energy, name), "J") for name in energy_names}
         for name, (values, unit) in columns.items():
             variable = dataset.createVariable(name, "d", ("time",))
             variable[:] = values
@@ -69,10 +67,9 @@ def _save_reactions(run: Trajectory, dataset: Any) -> None:
         return
     dataset.joints = ", ".join(run.reactions)
     dataset.createDimension("joint", len(run.reactions))
-    reactions = list(run.reactions.values())
-    blocks = [np.column_stack([one.force, one.moment]) for one in reactions]
+    blocks = [np.column_stack([one.force, one.moment]) for one in run.reactions.values()]
     dataset.createVariable("reaction", "d", ("time", "joint", "component"))[:] = np.stack(blocks, axis=1)
-    is_determined = np.stack([one.determined for one in reactions], axis=1)
+    is_determined = np.stack([one.determined for one in run.reactions.values()], axis=1)
     dataset.createVariable("reaction_determined", "b", ("time", "joint"))[:] = is_determined
 
 
@@ -116,7 +113,7 @@ def summarise_run(run: Trajectory) -> dict[str, Any]:
     }
 
 
-def save_json(run: Trajectory, path: Path) -> None:
+def save_summary(run: Trajectory, path: Path) -> None:
     """Write the summary of a run as JSON.
 
     Parameters
@@ -126,7 +123,7 @@ def save_json(run: Trajectory, path: Path) -> None:
     path
         Path of the file.
     """
-    save_json_file(summarise_run(run), path)
+    save_json(summarise_run(run), path)
 
 
 def package_versions() -> dict[str, str]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_finite
+from governor_mechanism.model.measured_fields import require_rising
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +51,4 @@ class SplineCurve(Curve):
         for x, y in zip(self.x, self.y, strict=True):
             require_finite(x, "m", "x of a curve's point")
             require_finite(y, "m", "y of a curve's point")
-        for before, after in zip(self.x, self.x[1:], strict=False):
-            if after <= before:
-                raise MechanismError(f"x of a curve's points must rise; {after:g} m follows {before:g} m")
+        require_rising(self.x, "x of a curve's points", " m")

@@ -1,11 +1,10 @@
 """Force elements between bodies: springs, dampers, applied forces and torques. Frozen values; the laws are in `mechanics.dynamics`."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND, Point
-from governor_mechanism.model.measured_fields import measured, require_valid_fields
+from governor_mechanism.model.measured_fields import class_words, measured, require_valid_fields
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, PointDistance
 from governor_mechanism.model.time_functions import InputFunction
 
@@ -20,8 +19,6 @@ class ForceElement:
         Name in messages and results.
     """
 
-    noun: ClassVar[str] = "force element"
-
     name: str
 
     @property
@@ -33,7 +30,7 @@ class ForceElement:
         first, second = self.bodies
         if first == second:
             raise MechanismError(f"force element {self.name!r} acts between body {first!r} and itself; it needs two different bodies")
-        require_valid_fields(self, f"{self.noun} {self.name!r}")
+        require_valid_fields(self, f"{class_words(self)} {self.name!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,8 +67,6 @@ class Spring(_PointToPointElement):
         Distance at zero force, m.
     """
 
-    noun = "spring"
-
     stiffness: float = measured("N/m", positive=True)
     free_length: float = measured("m", default=0.0)
 
@@ -92,8 +87,6 @@ class Damper(_PointToPointElement):
     damping
         Damping coefficient, N s/m; positive.
     """
-
-    noun = "damper"
 
     damping: float = measured("N s/m", positive=True)
 
@@ -130,8 +123,6 @@ class TorsionSpring(_RotationalElement):
         Relative angle at zero moment, rad.
     """
 
-    noun = "torsion spring"
-
     stiffness: float = measured("N m/rad", positive=True)
     free_angle: float = measured("rad", default=0.0)
 
@@ -152,8 +143,6 @@ class TorsionDamper(_RotationalElement):
     damping
         Damping coefficient, N m s/rad; positive.
     """
-
-    noun = "torsion damper"
 
     damping: float = measured("N m s/rad", positive=True)
 

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.curves import Curve
-from governor_mechanism.model.measured_fields import measured, require_valid_fields
+from governor_mechanism.model.measured_fields import class_words, measured, require_valid_fields
 from governor_mechanism.model.time_functions import PrescribedMotion
 
 GROUND = "ground"
@@ -44,7 +44,8 @@ class Joint:
         Points on two different bodies.
     """
 
-    noun: ClassVar[str] = "joint"
+    noun: ClassVar[str] = ""
+    """Word for it in messages, if that is not the name of the class."""
 
     name: str
     first: Point
@@ -53,7 +54,7 @@ class Joint:
     def __post_init__(self) -> None:
         if self.first.body == self.second.body:
             raise MechanismError(f"joint {self.name!r} joins body {self.first.body!r} to itself; a joint needs two different bodies")
-        require_valid_fields(self, f"{self.noun} {self.name!r}")
+        require_valid_fields(self, f"{self.noun or class_words(self)} {self.name!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,8 +87,6 @@ class Slider(Joint):
         Direction of the line through the first point, rad, anticlockwise from the x axis of the first body.
     """
 
-    noun = "slider"
-
     angle: float = measured("rad")
 
 
@@ -100,8 +99,6 @@ class Weld(Joint):
     relative_angle
         Angle of the second body minus that of the first, rad.
     """
-
-    noun = "weld"
 
     relative_angle: float = measured("rad", default=0.0)
 
@@ -131,8 +128,6 @@ class ArcSlot(Joint):
         Radius of the slot, m; positive.
     """
 
-    noun = "arc slot"
-
     radius: float = measured("m", positive=True)
 
 
@@ -147,8 +142,6 @@ class CurveSlot(Joint):
     angle
         Direction of the curve's x axis, rad, anticlockwise from the x axis of the first body.
     """
-
-    noun = "curve slot"
 
     curve: Curve
     angle: float = measured("rad", default=0.0)
@@ -167,8 +160,6 @@ class Gear(Joint):
     offset
         Angle of the second body at zero angle of the first, rad.
     """
-
-    noun = "gear"
 
     ratio: float = measured("")
     offset: float = measured("rad", default=0.0)

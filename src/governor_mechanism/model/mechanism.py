@@ -141,15 +141,13 @@ class Mechanism:
     def __post_init__(self) -> None:
         require_positive(self.length_scale, "m", "length scale of the mechanism")
         names = [body.name for body in self.bodies]
-        groups: dict[str, tuple[Body | Joint | ForceElement, ...]]
-        groups = {"body": self.bodies, "joint": self.joints, "force element": self.force_elements}
-        counts = Counter((what, item.name) for what, group in groups.items() for item in group)
+        references = [("joint", joint.name, {joint.first.body, joint.second.body}) for joint in self.joints]
+        references += [("force element", element.name, set(element.bodies)) for element in self.force_elements]
+        counts = Counter([*(("body", name) for name in names), *((what, name) for what, name, _ in references)])
         problems = [f"{what} {name!r} occurs {n} times; names must differ" for (what, name), n in counts.items() if n > 1]
-        body_references = [("joint", joint.name, {joint.first.body, joint.second.body}) for joint in self.joints]
-        body_references += [("force element", element.name, set(element.bodies)) for element in self.force_elements]
         problems += [
             f"{what} {name!r} refers to body {body!r}; bodies are {names}.{did_you_mean(body, names)}"
-            for what, name, bodies in body_references
+            for what, name, bodies in references
             for body in sorted(bodies - {GROUND, *names})
         ]
         if len(self.initial_guess) != len(self.bodies):
@@ -176,11 +174,11 @@ class Mechanism:
 
     def reading(self, name: str) -> Reading:
         """Return the reading of a name. Raise MechanismError if there is none."""
-        for reading in (*self.readings, *self.internal_outputs):
-            if reading.name == name:
-                return reading
-        names = [reading.name for reading in self.readings]
-        raise MechanismError(f"no reading {name!r}; readings are {names}.{did_you_mean(name, names)}")
+        found = next((reading for reading in (*self.readings, *self.internal_outputs) if reading.name == name), None)
+        if found is None:
+            names = [reading.name for reading in self.readings]
+            raise MechanismError(f"no reading {name!r}; readings are {names}.{did_you_mean(name, names)}")
+        return found
 
     def output_scale(self, name: str) -> float:
         """Return the scale of a reading: 1 rad, or the length scale in m."""

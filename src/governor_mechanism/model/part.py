@@ -1,5 +1,6 @@
 """A part of a scene: a mechanism in its plane, with its effects, its spindle and its start. Frozen values without mathematics."""
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
@@ -48,10 +49,8 @@ class Spindle:
 
     def __post_init__(self) -> None:
         if not 0 <= self.speed_fluctuation < 1:
-            raise MechanismError(
-                f"speed fluctuation of the spindle, (highest - lowest) / mean speed, must be at least 0 and below 1; "
-                f"got {self.speed_fluctuation:g}"
-            )
+            what = "speed fluctuation of the spindle, (highest - lowest) / mean speed"
+            raise MechanismError(f"{what}, must be at least 0 and below 1; got {self.speed_fluctuation:g}")
         require_positive(self.cycles_per_turn, "", "cycles per turn of the spindle's speed fluctuation")
         InputFunction(times=self.times, values=self.speeds)  # raises for wrong times and speeds
         for speed in self.speeds:
@@ -143,17 +142,14 @@ class Part:
     start: Start = field(default_factory=Start)
 
     def __post_init__(self) -> None:
-        kinds = [(type(effect), getattr(effect, "reading", "")) for effect in self.effects]
-        for kind, reading in kinds:
-            if kinds.count((kind, reading)) > 1:
-                location = f" on {reading!r}" if reading else ""
-                raise MechanismError(f"effect {kind.__name__}{location} is listed twice; list it once")
+        counts = Counter((type(effect).__name__, getattr(effect, "reading", "")) for effect in self.effects)
+        for (kind, reading), count in counts.items():
+            if count > 1:
+                raise MechanismError(f"effect {kind}{f' on {reading!r}' if reading else ''} is listed twice; list it once")
         is_free = isinstance(self.spindle, FreeSpindle)
         if is_free and self.plane != TURNING_PLANE:
-            raise MechanismError(
-                "a free spindle needs a mechanism that turns with it, and this one is in a fixed plane; "
-                'write plane = "turning", or leave the spindle out'
-            )
+            reason = "a free spindle needs a mechanism that turns with it, and this one is in a fixed plane"
+            raise MechanismError(f'{reason}; write plane = "turning", or leave the spindle out')
         if is_free and not self.has_centrifugal:
             raise MechanismError("a free spindle reacts to the bodies that turn with it; list effects.centrifugal, or give spindle.speed")
         for effect in self.output_effects:

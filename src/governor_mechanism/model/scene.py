@@ -96,22 +96,18 @@ class Scene:
 
     def with_changes(self, **changes: Any) -> Scene:
         """Return a copy with new values of these fields of the scene or of its only part."""
-        scene_fields = {one.name for one in fields(Scene)}
-        own_changes = {name: value for name, value in changes.items() if name in scene_fields}
-        part_changes = {name: value for name, value in changes.items() if name not in scene_fields}
-        if part_changes:
-            own_changes["parts"] = (replace(own_changes.get("parts", (self.part,))[0], **part_changes),)
+        own_changes = {one.name: changes.pop(one.name) for one in fields(Scene) if one.name in changes}
+        if changes:
+            own_changes["parts"] = (replace(own_changes.get("parts", (self.part,))[0], **changes),)
         return replace(self, **own_changes)
 
     @property
     def part(self) -> Part:
         """The only part. Raise MechanismError if there are several."""
         if len(self.parts) != 1:
-            names = ", ".join(repr(part.name) for part in self.parts)
-            raise MechanismError(
-                f"this works on a scene of one part, and this scene has the parts {names}; write the part that is meant in a scene file of "
-                "its own, with a given spindle.speed"
-            )
+            found = f"this scene has the parts {', '.join(repr(part.name) for part in self.parts)}"
+            cure = "write the part that is meant in a scene file of its own, with a given spindle.speed"
+            raise MechanismError(f"this works on a scene of one part, and {found}; {cure}")
         return self.parts[0]
 
     def part_of(self, name: str) -> tuple[Part, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_finite, require_not_negative
-from governor_mechanism.model.measured_fields import measured, require_valid_fields
+from governor_mechanism.model.measured_fields import measured, require_rising, require_valid_fields
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,9 +69,7 @@ class TableFunction(ReadingFunction):
             raise MechanismError(f"{what} needs two points or more, each with a reading and a value; got {len(self.positions)}")
         for number in (*self.positions, *self.values):
             require_finite(number, "", f"number in {what}")
-        for before, after in zip(self.positions, self.positions[1:], strict=False):
-            if after <= before:
-                raise MechanismError(f"the readings in {what} must rise; {after:g} follows {before:g}")
+        require_rising(self.positions, f"the readings in {what}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,9 +118,7 @@ class InputFunction:
 
     def __post_init__(self) -> None:
         _require_equal_lengths("an input function", self.times, self.values)
-        for before, after in zip(self.times, self.times[1:], strict=False):
-            if after < before:
-                raise MechanismError(f"times of an input function must not fall; {after:g} s follows {before:g} s")
+        require_rising(self.times, "times of an input function", " s", strictly=False)
         for first, _, third in zip(self.times, self.times[1:], self.times[2:], strict=False):
             if first == third:
                 raise MechanismError(f"three points of an input function are at {first:g} s; a step takes two")
@@ -185,9 +181,7 @@ class PrescribedMotion:
         _require_equal_lengths("a motion", self.times, self.values)
         if len(self.times) < 2:
             raise MechanismError("a motion needs two points or more; PrescribedMotion.constant_rate gives one of constant rate")
-        for before, after in zip(self.times, self.times[1:], strict=False):
-            if after <= before:
-                raise MechanismError(f"times of a motion must rise; {after:g} s follows {before:g} s; a driver cannot jump")
+        require_rising(self.times, "times of a motion", " s", hint="; a driver cannot jump")
 
     @classmethod
     def constant_rate(cls, start_value: float, rate: float, harmonics: tuple[Harmonic, ...] = ()) -> PrescribedMotion:

@@ -10,8 +10,6 @@ from governor_mechanism.model.part import TURNING_PLANE, FreeSpindle, Part, Spin
 from governor_mechanism.scenes.problems import Problem, ProblemCode
 from governor_mechanism.units.quantities import format_quantity
 
-_SI_UNITS = {"angle": "rad", "length": "m"}
-
 
 def check_tables_together(
     part: Part | None, effects: tuple[Effect, ...], spindle: Spindle | FreeSpindle, start: Start, centrifugal: object, *, has_spindle: bool
@@ -48,18 +46,15 @@ def _check_spindle_and_plane(part: Part | None, spindle: Spindle | FreeSpindle, 
         yield _conflict("spindle.inertia", f"has no effect, because nothing turns with the spindle in a fixed plane; {hint}")
     if is_fixed and centrifugal is True:
         yield _conflict("effects.centrifugal", f"= true needs a turning plane; {hint}")
-    if isinstance(spindle, Spindle) and spindle.speed_fluctuation > 0:
-        if is_fixed:
-            yield _conflict("spindle.speed_fluctuation", f"has no effect in a fixed plane; {hint}")
-        elif centrifugal is False:
-            text = "has no effect without effects.centrifugal = true; add it, or leave speed_fluctuation out"
-            yield _conflict("spindle.speed_fluctuation", text)
+    if isinstance(spindle, Spindle) and spindle.speed_fluctuation > 0 and (is_fixed or centrifugal is False):
+        unloaded_text = "without effects.centrifugal = true; add it, or leave speed_fluctuation out"
+        yield _conflict("spindle.speed_fluctuation", f"has no effect {f'in a fixed plane; {hint}' if is_fixed else unloaded_text}")
 
 
 def _check_stops(stops: OutputEffect, key: str, start: Start, part: Part | None) -> Iterator[Problem]:
     """Yield stops that leave nothing of the travel, or else a start beyond the stops; it may be on a stop."""
-    quantities = {reading.name: reading.quantity for reading in part.mechanism.readings} if part else {}
-    unit = _SI_UNITS.get(quantities.get(stops.reading, ""), "")
+    quantities = [reading.quantity for reading in part.mechanism.readings if reading.name == stops.reading] if part else []
+    unit = {"angle": "rad", "length": "m"}[quantities[0]] if quantities else ""
     low, high = stops.contact["low"], stops.contact["high"]
     stop_range = _format_range(low, high, unit)
     limits = [limit for limit in part.mechanism.limits if limit.reading == stops.reading] if part else []

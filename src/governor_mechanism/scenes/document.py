@@ -17,12 +17,12 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Part, Spindle, Start
-from governor_mechanism.model.scene import RunSettings, Scene
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes import schema
-from governor_mechanism.scenes.coupling_tables import parse_couplings
 from governor_mechanism.scenes.cross_validation import check_tables_together
 from governor_mechanism.scenes.custom.parser import CustomMachineParser, CustomSceneTable
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_effects
+from governor_mechanism.scenes.loads import parse_coupling
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.scenes.quantities import parse_name
 from governor_mechanism.scenes.table import validate
@@ -48,9 +48,8 @@ class DocumentParser:
             part, couplings = parser.parse(), ()
             title, parts, quantities = parser.title, () if part is None else (part,), parser.quantities
         crossings = schema.parse_crossings(self.document.get("events"), quantities, self.collector)
-        table = given if isinstance(given := self.document.get("run"), Mapping) else {}
-        run_table = self.collector.attempt("run", validate, schema.RunTable, table)
-        run = self.collector.attempt("[run]", lambda: RunSettings(**run_table.given_values() if run_table else {}))
+        run_table = self.collector.attempt("run", validate, schema.RunTable, _table(self.document, "run")) or schema.RunTable()
+        run = self.collector.attempt("[run]", run_table.make_element)
         if self.collector.problems or not parts or run is None:
             raise MechanismError(*self.collector.problems)
         title = title or Path(self.source).stem or parts[0].machine
@@ -60,8 +59,8 @@ class DocumentParser:
     def _parse_parts(self) -> tuple[str, tuple[Part, ...], tuple[Coupling, ...], ReadingQuantities]:
         """Return title, parts, couplings and readings of a document of several parts."""
         top_level = self.collector.attempt("", validate, schema.CoupledSceneTable, self.document)
-        tables = given if isinstance(given := self.document.get("part"), Mapping) else {}
-        couplings = parse_couplings(self.document.get("coupling"), self.collector)
+        tables = _table(self.document, "part")
+        couplings = self.collector.parse_tables("coupling", self.document.get("coupling"), parse_coupling)
         coupled = {angle for coupling in couplings if isinstance(coupling, RatioCoupling) for angle in (coupling.first, coupling.second)}
         parts, quantities = [], dict[str, str]()
         for name, table in tables.items():
@@ -73,8 +72,7 @@ class DocumentParser:
                 prefix = f"{name}." if len(tables) > 1 else ""
                 quantities |= {f"{prefix}{reading}": quantity for reading, quantity in (parser.quantities or {}).items()}
             self.collector.problems += [problem.at(f"part.{name}:") for problem in collector.problems]
-        title = top_level.title if top_level else None
-        return title or "", tuple(parts), couplings, quantities if len(parts) == len(tables) else None
+        return (top_level and top_level.title) or "", tuple(parts), tuple(couplings), quantities if len(parts) == len(tables) else None
 
 
 class PartParser:
@@ -117,11 +115,11 @@ class PartParser:
         default: Spindle | FreeSpindle = FreeSpindle() if self.is_coupled else Spindle()
         if not self.tables.get("spindle") and ("spindle" not in self.tables or self.is_coupled):
             return default
-        given = self.collector.attempt("spindle", lambda: validate(schema.SPINDLE, self.tables["spindle"], context=self.is_coupled).build())
-        return given or default
+        return self.collector.attempt("spindle", schema.parse_spindle, self.tables["spindle"], self.is_coupled) or default
 
-    def _parse_effects(self, readings: Iterable[tuple[str, str]] | None) -> tuple[Effect, ...]:
-        self.quantities = None if readings is None else dict(readings)
+    def _parse_effects(self, readings: Iterable[Reading] | None, extra_quantities: Mapping[str, str] | None = None) -> tuple[Effect, ...]:
+        if readings is not None:
+            self.quantities = {reading.name: reading.quantity for reading in readings} | dict(extra_quantities or {})
         return parse_effects(self.tables.get("effects", {}), self.quantities, self.collector)
 
     def _parse_top_level(self, model: type[_TopLevel]) -> _TopLevel | None:
@@ -134,7 +132,7 @@ class PartParser:
         """Return part, effects and start of a scene with a custom machine."""
         top_level = self._parse_top_level(CustomSceneTable)
         part, start, readings = CustomMachineParser(self.document, top_level, self.collector).parse()
-        effects = self._parse_effects(None if readings is None else _quantities(readings))
+        effects = self._parse_effects(readings)
         self._add_effect_problems(unsupported_effect_messages(CUSTOM_MACHINE, effects))
         return part, effects, start
 
@@ -150,8 +148,7 @@ class PartParser:
         # A clearance with a mistake still brings its reading, or naming that reading would be reported as a mistake too.
         has_clearance = machine_class is not None and Clearance in machine_class.supported_effects
         has_clearance = has_clearance and self.tables.get("effects", {}).get("clearance", False) is not False
-        extra_readings = ((CLEARANCE_READING, "length"),) if has_clearance else ()
-        effects = self._parse_effects((*_quantities(mechanism.readings), *extra_readings) if mechanism else None)
+        effects = self._parse_effects(mechanism.readings if mechanism else None, {CLEARANCE_READING: "length"} if has_clearance else None)
         effect_problems = machine_class.effect_problems(effects) if machine_class else ()
         self._add_effect_problems(effect_problems)
         if machine_class is not None and machine_class.driver_dimensions:
@@ -212,18 +209,14 @@ def _find_intended_machine(document: Mapping[str, Any]) -> str:
     return close_matches[0] if close_matches else CUSTOM_MACHINE if "body" in document and "dimensions" not in document else ""
 
 
-def _quantities(readings: Iterable[Reading]) -> list[tuple[str, str]]:
-    return [(reading.name, reading.quantity) for reading in readings]
-
-
 def _build_part(machine: Machine, mechanism: Mechanism, effects: tuple[Effect, ...]) -> Part:
     """Return the part; `mechanism` is used unless the effects change its bodies."""
     if problems := machine.stop_problems(effects):
         raise MechanismError(*problems)
     if any(effect.changes_bodies_of for effect in effects):
         mechanism = machine.mechanism_with_effects(effects)
-    name = GOVERNOR_PART_NAME
-    return Part(name=name, machine=machine.name, dimensions=machine.dimensions(), mechanism=mechanism, plane=machine.plane)
+    dimensions = machine.dimensions()
+    return Part(name=GOVERNOR_PART_NAME, machine=machine.name, dimensions=dimensions, mechanism=mechanism, plane=machine.plane)
 
 
 def _required_dimensions(machine_class: type[Machine]) -> list[str]:
@@ -236,6 +229,12 @@ def _build_placeholder_mechanism(machine_class: type[Machine]) -> Mechanism | No
         return machine_class(**dict.fromkeys(_required_dimensions(machine_class), 1.0)).mechanism()
     except ValueError:
         return None
+
+
+def _table(document: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    """Return a table of a document; an empty one if there is none, or something else, which is reported with the top level."""
+    table = document.get(key)
+    return table if isinstance(table, Mapping) else {}
 
 
 def _copy_document(value: Any) -> Any:

@@ -63,38 +63,36 @@ def _parse_key(key: SceneKey, quantity: str, value: object) -> Any:
 class EffectTable(SceneFileTable):
     """A table of the arguments of an effect."""
 
-    effect: ClassVar[type[Effect]]
+    element: ClassVar[type[Effect]]
     quantity: ClassVar[str]
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
         """Yield fields given twice, or missing although they may be computed from other keys; only along a length."""
-        for derivation in cls.effect.derivations:
+        for derivation in cls.element.derivations:
             field, keys, is_angle = derivation.field, list(derivation.kinds), cls.quantity == "angle"
-            field_key = scene_keys_of(cls.effect)[field]
+            field_key = scene_keys_of(cls.element)[field]
             given = [key for key in keys if key in values]
             needed = [key for key in keys if key not in (derivation.function.__kwdefaults__ or {})]
             missing = [key for key in needed if key not in values]
             hint = f"write {field} = {_example(field_key, cls.quantity)}"
             if given and field in values:
-                text = f"{KEY}: {field} cannot be combined with {', '.join(given)}, from which it follows; leave one of the two out"
-                yield Problem(text, ProblemCode.CONFLICT)
+                yield f"{KEY}: {field} cannot be combined with {', '.join(given)}, from which it follows; leave one of the two out"
             elif given and is_angle:
-                yield Problem(f"{KEY} is an angle and cannot have {', '.join(given)}; {hint}", ProblemCode.CONFLICT)
+                yield f"{KEY} is an angle and cannot have {', '.join(given)}; {hint}"
             elif given and missing:
-                yield Problem(f"{KEY} lacks {', '.join(missing)}; {', '.join(needed)} are all needed", ProblemCode.CONFLICT)
+                yield f"{KEY} lacks {', '.join(missing)}; {', '.join(needed)} are all needed"
             elif not given and field not in values and field_key.is_required:
                 alternative = "" if is_angle else f", or {', '.join(keys)}"
                 yield Problem(f"{KEY}: {field} is missing; {hint}{alternative}", ProblemCode.MISSING_KEY)
 
-    def build(self, **arguments: Any) -> Effect:
-        """Return the effect, its fields given or computed; `arguments` are the other fields."""
-        values = self.given_values()
-        for derivation in self.effect.derivations:
+    def given_values(self) -> dict[str, Any]:
+        """Return the fields of the effect, given or computed."""
+        values = super().given_values()
+        for derivation in self.element.derivations:
             given = {name: values.pop(name) for name in derivation.kinds if name in values}
-            if given:
-                values[derivation.field] = derivation.function(**given)
-        return self.effect(**values, **arguments)
+            values |= {derivation.field: derivation.function(**given)} if given else {}
+        return values
 
 
 @cache
@@ -107,13 +105,11 @@ def _table_model(effect_key: str, quantity: str) -> type[EffectTable]:
         keys[derivation.field] = dataclasses.replace(keys[derivation.field], is_required=False)
     fields: dict[str, Any] = {}
     for name, key in keys.items():
-        validator, field = PlainValidator(partial(_parse_key, key, quantity)), Field(None)
-        if key.is_required:
-            meaning = key.meaning or QUANTITY_KINDS[key.kind_along(quantity)].name
-            field = Field(..., description=f"{meaning}, as {_example(key, quantity)}")
-        fields[name] = (Annotated[Any, validator], field)
+        meaning = f"{key.meaning or QUANTITY_KINDS[key.kind_along(quantity)].name}, as {_example(key, quantity)}" if key.is_required else ""
+        field = Field(... if meaning else None, description=meaning)
+        fields[name] = (Annotated[Any, PlainValidator(partial(_parse_key, key, quantity))], field)
     model = create_model(f"{effect.__name__}Table", __base__=EffectTable, **fields)
-    model.effect, model.quantity = effect, quantity
+    model.element, model.quantity = effect, quantity
     model.example = "" if effect.value_fields else _effect_example(effect, quantity)
     return model
 
@@ -121,9 +117,9 @@ def _table_model(effect_key: str, quantity: str) -> type[EffectTable]:
 def _build_effect(effect: type[Effect], value: Any, quantity: str = "", **arguments: Any) -> Effect:
     """Return an effect from its value along a quantity; `arguments` are the fields given elsewhere."""
     names, keys = effect.value_fields, scene_keys_of(effect)
-    has_table = len(names) + len(effect.common_keys) < len(keys)
-    if not names or (has_table and isinstance(value, Mapping)):
-        return validate(_table_model(effect.key, quantity), value).build(**arguments)
+    if not names or (len(names) + len(effect.common_keys) < len(keys) and isinstance(value, Mapping)):
+        built: Effect = validate(_table_model(effect.key, quantity), value).make_element(**arguments)
+        return built
     if len(names) == 1:
         key = keys[names[0]]
         if not key.is_program:
@@ -143,27 +139,25 @@ def _parse_range(effect: type[Effect], quantity: str, value: Any) -> dict[str, f
         requirement = f'must be [{", ".join(names)}], with "{NO_END}" for a missing end'
         raise wrong_value(value, requirement, f"; write {_effect_example(effect, quantity)}")
     given = {name: end for name, end in zip(names, value, strict=True) if end != NO_END}
-    ends = parse_each(lambda name: parse_si(given[name], keys[name].kind_along(quantity), f"{KEY}, {name} end"), given)
-    return dict(zip(given, ends, strict=True))
+    return dict(parse_each(lambda name: (name, parse_si(given[name], keys[name].kind_along(quantity), f"{KEY}, {name} end")), given))
 
 
-def _parse_single_effect(effect: type[Effect], value: object) -> Effect | None:
-    """Return an effect that acts along no reading, or None if it is switched off."""
+def _parse_single_effect(effect: type[Effect], value: object) -> tuple[Effect, ...]:
+    """Return an effect that acts along no reading, or nothing if it is switched off."""
     keys = scene_keys_of(effect)
     may_be_true = bool(effect.value_fields) and not any(key.is_required for key in keys.values())
     if not keys or (may_be_true and isinstance(value, bool)):
-        return effect() if check_bool(value) else None
+        return (effect(),) if check_bool(value) else ()
     if value is False:
-        return None
-    if value is True and effect.value_fields:
-        (name,) = effect.value_fields
+        return ()
+    name = effect.value_fields[0] if effect.value_fields else ""
+    if value is True and name:
         raise wrong_value(value, f"is {keys[name].meaning}", f"; write {effect.key} = {_effect_example(effect, '')}")
     try:
-        return _build_effect(effect, value)
+        return (_build_effect(effect, value),)
     except MechanismError as error:
         if not may_be_true:
             raise
-        (name,) = effect.value_fields
         default = f"{getattr(effect(), name):g} {QUANTITY_KINDS[keys[name].kind].si_unit}"
         hint = f"; {effect.key} may also be true ({default}) or false"
         raise MechanismError(*(Problem(f"{problem}{hint}", Problem(problem).code) for problem in error.problems)) from error
@@ -175,7 +169,7 @@ def _parse_output_effects(effect: type[Effect], value: object, quantities: Readi
         return ()
     table = _require_readings(effect, value, quantities)
     collector, common, effects = ProblemCollector(), dict[str, Any](), dict[str, Effect]()
-    for name in [name for name in effect.common_keys if name in table]:
+    for name in table.keys() & effect.common_keys:
         with collector.at(f"{KEY}.{name}"):
             common[name] = _parse_key(scene_keys_of(effect)[name], "", table.pop(name))
     with collector.at():
@@ -216,17 +210,14 @@ def resolve_reading_name(name: str, quantities: ReadingQuantities, path: str = K
         return name
     if name == SLEEVE_ALIAS and SLEEVE_LIFT_NAME in quantities:
         return SLEEVE_LIFT_NAME
-    aliases = [SLEEVE_ALIAS] if SLEEVE_LIFT_NAME in quantities else []
-    suggestion = did_you_mean(name, [*aliases, *quantities])
+    suggestion = did_you_mean(name, [*([SLEEVE_ALIAS] if SLEEVE_LIFT_NAME in quantities else []), *quantities])
     raise mistake(ProblemCode.UNKNOWN_NAME, f"{path} is not a reading; readings are {', '.join(quantities)}.{suggestion}")
 
 
 def _parse_effect(effect: type[Effect], value: object, info: ValidationInfo) -> tuple[Effect, ...]:
     """Return the effects of a key; none if it is switched off."""
-    if issubclass(effect, OutputEffect):
-        return _parse_output_effects(effect, value, info.context)
-    single_effect = _parse_single_effect(effect, value)
-    return () if single_effect is None else (single_effect,)
+    is_along_readings = issubclass(effect, OutputEffect)
+    return _parse_output_effects(effect, value, info.context) if is_along_readings else _parse_single_effect(effect, value)
 
 
 _EFFECT_FIELDS: dict[str, Any] = {effect.key: (Annotated[Any, PlainValidator(partial(_parse_effect, effect))], ()) for effect in EFFECTS}

@@ -1,16 +1,20 @@
-"""Loads of a scene file: constants, functions of time, functions of readings, and sums of these. Slow to import: pydantic."""
+"""Loads and couplings of a scene file. Slow to import: pydantic.
+
+A load is a constant, a function of time, a function of a reading, or a sum of these; a coupling of type control adds to one.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import count
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, ClassVar, Final
 
 from pydantic import Field, PlainValidator
 
+from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling, RatioCoupling
 from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, ReadingFunction, TableFunction
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake, parse_each, wrong_value
-from governor_mechanism.scenes.quantities import SIGNS, check_label, parse_first_fitting, parse_pairs, parse_si, parse_time_points, quantity
-from governor_mechanism.scenes.table import SceneFileTable, validate
-from governor_mechanism.units.quantities import QUANTITY_KINDS
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake, parse_each, unknown_name, wrong_value
+from governor_mechanism.scenes.quantities import SIGNS, Label, parse_first_fitting, parse_points, parse_si, parse_time_points, quantity
+from governor_mechanism.scenes.table import SceneFileTable, SceneFileTables, validate
+from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
 READING_KINDS: Final = ("length", "angle", "angular_speed")
 """Kinds of quantity of what a load may depend on."""
@@ -31,7 +35,7 @@ class ReadingFunctionTable(SceneFileTable):
 
     example = '{ reading = "sleeve_lift", gain = "200 N m/m", about = "20 mm" }'
 
-    reading: Annotated[str, PlainValidator(check_label)] = Field(description='the name of the reading, as "sleeve_lift"')
+    reading: Label = Field(description='the name of the reading, as "sleeve_lift"')
     table: Any = None
     gain: Any = None
     about: Any = 0.0
@@ -39,12 +43,11 @@ class ReadingFunctionTable(SceneFileTable):
     lag: Annotated[float, quantity("time", "not negative")] = 0.0
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
         """Yield a missing function, or more than one."""
         given = [key for key in FUNCTION_KEYS if key in values]
         if len(given) != 1:
-            found = f"found {' and '.join(given)}" if given else "found none"
-            yield Problem(f"{KEY} needs one of {', '.join(FUNCTION_KEYS)}; {found}; write {cls.example}", ProblemCode.CONFLICT)
+            yield f"{KEY} needs one of {', '.join(FUNCTION_KEYS)}; found {' and '.join(given) or 'none'}; write {cls.example}"
         elif "about" in values and given != ["gain"]:
             yield Problem(f"{KEY}.about belongs to a gain; leave it out", ProblemCode.CONFLICT, f"{KEY}.about")
 
@@ -55,10 +58,11 @@ class ReadingFunctionTable(SceneFileTable):
             return HarmonicFunction(reading=self.reading, lag=self.lag, harmonics=harmonics, quantity="angle")
         if self.table is not None:
             path, kinds = f"{KEY}.table", ("reading", load_kind)
-            kind, points = parse_first_fitting(READING_KINDS, lambda kind: parse_pairs(self.table, (kind, load_kind), kinds, path))
-            if len(points) < 2:
-                raise mistake(ProblemCode.WRONG_TYPE, f"{path} needs two points or more; found {len(points)}")
-            positions, values = zip(*points, strict=True)
+            kind, (positions, values) = parse_first_fitting(
+                READING_KINDS, lambda kind: parse_points(self.table, (kind, load_kind), kinds, path)
+            )
+            if len(positions) < 2:
+                raise mistake(ProblemCode.WRONG_TYPE, f"{path} needs two points or more; found {len(positions)}")
             has_unit = any(isinstance(point[0], str) for point in self.table)
             return TableFunction(reading=self.reading, lag=self.lag, positions=positions, values=values, quantity=kind if has_unit else "")
         kind, (gain, about) = parse_first_fitting(
@@ -162,3 +166,69 @@ def _add_up(loads: Sequence[InputFunction]) -> InputFunction:
     base = varying[0] if varying else InputFunction()
     functions = tuple(function for load in loads for function in load.functions)
     return InputFunction(times=base.times, values=tuple(value + constant for value in base.values), functions=functions)
+
+
+class FollowTable(SceneFileTable):
+    """A spindle that follows an angle without reaction."""
+
+    element: ClassVar[type[RatioCoupling]] = FollowCoupling
+    example = '{ type = "follow", first = "engine.crank_angle", second = "governor.spindle_angle", ratio = 2.0 }'
+
+    type: str = ""
+    first: Label = Field(description='the angle that is followed, as "engine.crank_angle"')
+    second: Label = Field(description='the angle of the spindle that follows, as "governor.spindle_angle"')
+    ratio: Annotated[float, quantity("number", "not zero")] = 1.0
+
+
+class GearTable(FollowTable):
+    """A gear or belt between two angles."""
+
+    element = GearCoupling
+    example = '{ type = "gear", first = "engine.crank_angle", second = "governor.spindle_angle", ratio = 2.0 }'
+
+    first: Label = Field(description='the first angle, as "engine.crank_angle"')
+    second: Label = Field(description='the second angle, as "governor.spindle_angle"')
+    until: Annotated[float | None, quantity("time", "not negative")] = None
+
+
+class ControlTable(SceneFileTable):
+    """A load that follows a reading."""
+
+    example = '{ type = "control", reading = "governor.sleeve_lift", sets = "engine.torque", gain = "-200 N m/m", about = "20 mm" }'
+
+    type: str = ""
+    reading: Label = Field(description='the reading that is followed, as "governor.sleeve_lift"')
+    sets: Label = ""
+    scales: Label = ""
+    table: Any = None
+    gain: Any = None
+    about: Any = 0.0
+    lag: Any = 0.0
+
+    @classmethod
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
+        """Yield a control of no load, or of two."""
+        if ("sets" in values) == ("scales" in values):
+            text = f"{KEY} needs one of sets (the load to add the function to) and scales (the load to multiply by it)"
+            yield f"{text}; write {cls.example}"
+
+    def make_element(self, **arguments: Any) -> Coupling:
+        """Return the coupling."""
+        given = {key: value for key, value in self.given_values().items() if key in ("reading", "about", "lag", *FUNCTION_KEYS)}
+        kinds = ("ratio",) if self.scales else ("torque", "force")
+        _, function = parse_first_fitting(kinds, lambda kind: parse_reading_function(given, kind))
+        return ControlCoupling(function=function, target=self.scales or self.sets, scales=bool(self.scales), **arguments)
+
+
+COUPLING_TABLES: SceneFileTables = {"gear": GearTable, "follow": FollowTable, "control": ControlTable}
+"""Tables of couplings by their type."""
+
+
+def parse_coupling(name: str, values: object) -> Coupling:
+    """Return a coupling from its table."""
+    kind = values.get("type") if isinstance(values, Mapping) else "gear"
+    if not isinstance(kind, str) or kind not in COUPLING_TABLES:
+        found = f"{format_value(kind)} is unknown" if kind is not None else "is missing"
+        raise unknown_name(f"{KEY}.type {found}; types are", kind, COUPLING_TABLES)
+    coupling: Coupling = validate(COUPLING_TABLES[kind], values).make_element(name=name)
+    return coupling

@@ -9,7 +9,7 @@ from enum import StrEnum
 from itertools import repeat
 from typing import Any, Final, TypeVar
 
-from governor_mechanism.errors import MechanismError
+from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.units.quantities import format_value
 
 _Parsed = TypeVar("_Parsed")
@@ -76,6 +76,13 @@ def wrong_value(
 ) -> MechanismError:
     """Return the error of a value that does not meet a requirement; `path` is where a message finds it."""
     return mistake(code, f"{path} {requirement}; found {format_value(value)}{hint}")
+
+
+def unknown_name(start: str, word: object, known: Iterable[str], end: str = "") -> MechanismError:
+    """Return the error of a name that is not known; the known names stand between the start and the end of the sentence."""
+    names = list(known)
+    suggestion = did_you_mean(word, names) if isinstance(word, str) else ""
+    return mistake(ProblemCode.UNKNOWN_NAME, f"{start} {', '.join(names)}{end}.{suggestion}")
 
 
 class ProblemCollector:

@@ -1,16 +1,16 @@
 """Values of a scene file: quantities in SI, words, positions and functions of time. Slow to import: pydantic."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from itertools import count
 from types import UnionType
 from typing import Annotated, Final, TypeVar
 
 from pydantic import PlainValidator
 
-from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import MAX_DIMENSION, MIN_DIMENSION
 from governor_mechanism.model.part import MAX_SPINDLE_SPEED
-from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, wrong_value
+from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, parse_quantity
 
 UNITLESS_LIMITS: Final = {"length": (50.0, MAX_DIMENSION), "mass": (1e6, MAX_DIMENSION), "angular_speed": (1e3, MAX_SPINDLE_SPEED)}
@@ -32,6 +32,7 @@ SIGNS: Final[Mapping[str, tuple[Callable[[float], bool], str]]] = {
 """Conditions on the sign of a quantity, with the requirement in messages."""
 
 FloatPair = tuple[float, float]
+Columns = tuple[tuple[float, ...], tuple[float, ...]]
 _Parsed = TypeVar("_Parsed")
 
 
@@ -109,15 +110,13 @@ def number_between(low: float, high: float, *, open_ends: str = "", reason: str 
     return PlainValidator(lambda value: parse_number(value, low, high, open_ends=open_ends, reason=reason))
 
 
-def choice(names: Iterable[str]) -> PlainValidator:
+def choice(known_words: Collection[str]) -> PlainValidator:
     """Return the validator of a word from a list."""
-    known_words = tuple(names)
 
     def check(value: object) -> str:
         if isinstance(value, str) and value in known_words:
             return value
-        suggestion = did_you_mean(value, known_words) if isinstance(value, str) else ""
-        raise mistake(ProblemCode.UNKNOWN_NAME, f"{KEY} {format_value(value)} is unknown; known are {', '.join(known_words)}.{suggestion}")
+        raise unknown_name(f"{KEY} {format_value(value)} is unknown; known are", value, known_words)
 
     return PlainValidator(check)
 
@@ -171,22 +170,22 @@ def parse_position(value: object, key: str = KEY) -> FloatPair:
     return position
 
 
-def parse_pairs(value: object, kinds: tuple[str, str], names: tuple[str, str], key: str = KEY) -> list[FloatPair]:
-    """Return the pairs of a list."""
+def parse_points(value: object, kinds: tuple[str, str], names: tuple[str, str], key: str = KEY) -> Columns:
+    """Return the first and the second quantities of a list of pairs."""
     if not isinstance(value, list | tuple):
         raise wrong_value(value, f"must be a list of [{', '.join(names)}]", path=key)
-    return parse_each(lambda item, number: parse_pair(item, kinds, names, f"{key}, point {number}:"), value, count(1))
+    points = parse_each(lambda item, number: parse_pair(item, kinds, names, f"{key}, point {number}:"), value, count(1))
+    return tuple(first for first, _ in points), tuple(second for _, second in points)
 
 
-def parse_time_points(value: object, kind: str, name: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def parse_time_points(value: object, kind: str, name: str) -> Columns:
     """Return times and values of a list of [time, value]; a single value is constant."""
     if not isinstance(value, list | tuple):
         return (0.0,), (parse_si(value, kind),)
     if not value:
         example = QUANTITY_KINDS[kind].example
         raise mistake(ProblemCode.WRONG_TYPE, f'{KEY} is an empty list of points; write [[0, "{example}"]], or one {name}')
-    times, values = zip(*parse_pairs(value, ("time", kind), ("time", name)), strict=True)
-    return times, values
+    return parse_points(value, ("time", kind), ("time", name))
 
 
 def parse_first_fitting(kinds: Iterable[str], parse: Callable[[str], _Parsed]) -> tuple[str, _Parsed]:
@@ -202,7 +201,7 @@ def parse_first_fitting(kinds: Iterable[str], parse: Callable[[str], _Parsed]) -
 
 Position = Annotated[FloatPair, PlainValidator(parse_position)]
 Bool = Annotated[bool, PlainValidator(check_bool)]
-Label = Annotated[str | None, PlainValidator(check_label)]
+Label = Annotated[str, PlainValidator(check_label)]
 Angle = Annotated[float, quantity("angle")]
 PositiveLength = Annotated[float, built("length")]
 Length = Annotated[float, built("length", "not negative")]

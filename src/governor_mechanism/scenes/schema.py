@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any, Final
 
-from pydantic import Field, PlainValidator, TypeAdapter, ValidationInfo, create_model
+from pydantic import Field, PlainValidator, ValidationInfo, create_model
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.base import CHOICE_KIND, Machine
@@ -13,11 +13,12 @@ from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.events import CROSSING_DIRECTIONS, NamedCrossing
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Spindle, Start
+from governor_mechanism.model.scene import RunSettings
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_by_quantity, resolve_reading_name
 from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, wrong_value
 from governor_mechanism.scenes.quantities import choice, instance_of, number_between, parse_name, parse_si, parse_time_points, quantity
-from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, SceneFileTable, union_by_key, validate
+from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, SceneFileTable, validate
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
 ENGINE_CHOICES: Final = ("auto", "impulse", "multibody", "reduced")
@@ -95,14 +96,13 @@ class SpindleTable(SceneFileTable):
     cycles_per_turn: Annotated[float, quantity("number", "positive")] = 1.0
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> list[Problem]:
-        """Report cycles per turn without a fluctuation."""
-        if "cycles_per_turn" not in values or "speed_fluctuation" in values:
-            return []
-        text = f"{KEY}.cycles_per_turn has no effect without a fluctuation; write speed_fluctuation = 0.03, or leave cycles_per_turn out"
-        return [Problem(text, ProblemCode.CONFLICT, f"{KEY}.cycles_per_turn")]
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
+        """Yield cycles per turn without a fluctuation."""
+        if "cycles_per_turn" in values and "speed_fluctuation" not in values:
+            path, hint = f"{KEY}.cycles_per_turn", "write speed_fluctuation = 0.03, or leave cycles_per_turn out"
+            yield Problem(f"{path} has no effect without a fluctuation; {hint}", ProblemCode.CONFLICT, path)
 
-    def build(self) -> Spindle:
+    def make_element(self, **arguments: Any) -> Spindle:
         """Return the spindle."""
         given: Spindle = self.speed
         return dataclasses.replace(given, speed_fluctuation=self.speed_fluctuation, cycles_per_turn=self.cycles_per_turn)
@@ -111,6 +111,7 @@ class SpindleTable(SceneFileTable):
 class FreeSpindleTable(SceneFileTable):
     """[spindle] of a free spindle."""
 
+    element = FreeSpindle
     alternative_keys = ("speed", "speed_fluctuation", "cycles_per_turn")
     alternative_hint = "the speed of a free spindle follows from its torque; leave it out, or give spindle.speed"
 
@@ -119,7 +120,7 @@ class FreeSpindleTable(SceneFileTable):
     torque: Annotated[Any, input_function("torque", "torque")] = None
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
         """Yield what a spindle lacks that is not coupled (the context) and whose torque depends on no reading."""
         if context or (isinstance(values.get("torque"), Mapping | list) and "start_speed" not in values):
             return
@@ -130,21 +131,18 @@ class FreeSpindleTable(SceneFileTable):
             if key not in values:
                 yield Problem(f"{KEY}.{key} is missing; it is {text}", ProblemCode.MISSING_KEY, f"{KEY}.{key}")
 
-    def build(self) -> FreeSpindle:
-        """Return the spindle."""
-        return FreeSpindle(**self.given_values())
 
-
-SPINDLE: Final[TypeAdapter[SpindleTable | FreeSpindleTable]] = union_by_key(
-    {"given": SpindleTable, "free": FreeSpindleTable},
-    lambda values, _: "free" if "speed" not in values and not FreeSpindleTable.model_fields.keys().isdisjoint(values) else "given",
-)
-"""[spindle] of either kind."""
+def parse_spindle(values: Mapping[str, Any], is_coupled: bool) -> Spindle | FreeSpindle:
+    """Return the spindle of [spindle]; it is free if it has a key of a free one and no speed."""
+    is_free = "speed" not in values and not FreeSpindleTable.model_fields.keys().isdisjoint(values)
+    spindle: Spindle | FreeSpindle = validate(FreeSpindleTable if is_free else SpindleTable, values, context=is_coupled).make_element()
+    return spindle
 
 
 class RunTable(SceneFileTable):
     """[run]."""
 
+    element = RunSettings
     duration: Annotated[float, quantity("time", "positive")] = 0.0
     output_interval: Annotated[float, quantity("time", "positive")] = 0.0
     accuracy: Annotated[float, number_between(0, 1, open_ends="low high", reason=", relative to the scale of each reading, as 1e-6")] = 0.0

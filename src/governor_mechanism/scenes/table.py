@@ -1,10 +1,10 @@
 """Base of the pydantic models of scene tables. Slow to import: pydantic."""
 
 import difflib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Final, Self, TypeVar, Union
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, ClassVar, Final, Self, TypeVar
 
-from pydantic import BaseModel, Discriminator, Tag, TypeAdapter, ValidationError, ValidationInfo, model_validator
+from pydantic import BaseModel, ValidationError, ValidationInfo, model_validator
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
@@ -15,13 +15,14 @@ from governor_mechanism.units.quantities import format_value
 TOP_LEVEL_KEYS: Final = ("machine", "title", "dimensions", "effects", "spindle", "start", "run", "events")
 """Keys of a scene file outside its tables, and its tables."""
 
-_Parsed = TypeVar("_Parsed")
 _Table = TypeVar("_Table", bound="SceneFileTable")
 
 
 class SceneFileTable(BaseModel, extra="forbid", protected_namespaces=()):
     """A table of a scene file. Every mistake is reported as a sentence, with `KEY` for the path of the table."""
 
+    element: ClassVar[Callable[..., Any]]
+    """What the table describes; its keys, except `type`, are the arguments."""
     alternative_keys: ClassVar[tuple[str, ...]] = ()
     """Keys that the same table may have instead, in another scene."""
     alternative_hint: ClassVar[str] = ""
@@ -35,12 +36,16 @@ class SceneFileTable(BaseModel, extra="forbid", protected_namespaces=()):
         return {field.alias or name: field for name, field in cls.model_fields.items()}
 
     def given_values(self) -> dict[str, Any]:
-        """Return the parsed values of the keys in the file, in the order of the class."""
-        return {name: getattr(self, name) for name in type(self).model_fields if name in self.model_fields_set}
+        """Return the parsed values of the keys in the file except `type`, in the order of the class."""
+        return {name: getattr(self, name) for name in type(self).model_fields if name in self.model_fields_set and name != "type"}
+
+    def make_element(self, **arguments: Any) -> Any:
+        """Return what the table describes; `arguments` are those that are no keys of the table."""
+        return type(self).element(**self.given_values(), **arguments)
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterable[Problem]:
-        """Yield the problems of keys that are missing, or exclude each other; `context` is the caller's."""
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterable[str]:
+        """Yield the problems of keys that are missing, or exclude each other; `context` is the caller's. A mere sentence is a conflict."""
         return ()
 
     @classmethod
@@ -67,7 +72,7 @@ class SceneFileTable(BaseModel, extra="forbid", protected_namespaces=()):
         except ValidationError as error:
             problems += cls._field_problems(error)
         if not any(problem.code == ProblemCode.UNKNOWN_KEY for problem in problems):
-            problems += cls.find_conflicts(values, info.context)
+            problems += [Problem(text, ProblemCode.CONFLICT) for text in cls.find_conflicts(values, info.context)]
         if table is None or problems:
             raise MechanismError(*problems)
         return table
@@ -98,13 +103,17 @@ class SceneFileTable(BaseModel, extra="forbid", protected_namespaces=()):
             yield Problem(text, ProblemCode.WRONG_TYPE, path)
 
 
-def validate(model: type[_Parsed] | TypeAdapter[_Parsed], values: object, path: str = KEY, context: Any = None) -> _Parsed:
+SceneFileTables = Mapping[str, type[SceneFileTable]]
+"""Models of tables by the type or the key that determines the model."""
+
+
+def validate(model: type[_Table], values: object, path: str = KEY, context: Any = None) -> _Table:
     """Return the parsed table.
 
     Parameters
     ----------
     model
-        Model of the table, or adapter of a union of models.
+        Model of the table.
     values
         The table as read from TOML.
     path
@@ -122,22 +131,14 @@ def validate(model: type[_Parsed] | TypeAdapter[_Parsed], values: object, path: 
     MechanismError
         With a `Problem` for each mistake.
     """
-    adapter = model if isinstance(model, TypeAdapter) else TypeAdapter(model)
     try:
-        return adapter.validate_python(values, context=context)
+        return model.model_validate(values, context=context)
     except ValidationError as error:
         causes = [detail.get("ctx", {}).get("error") for detail in error.errors(include_url=False)]
         raise MechanismError(*(Problem(problem).at(path) for cause in causes for problem in getattr(cause, "problems", ()))) from error
 
 
-def union_by_key(tables: Mapping[str, type[_Table]], find_key: Callable[[Any, Sequence[str]], str]) -> TypeAdapter[_Table]:
-    """Return the discriminated union of tables; `find_key` chooses one for a value and the keys of `tables`."""
-    members = tuple(Annotated[table, Tag(key)] for key, table in tables.items())
-    union: Any = Annotated[Union[members], Discriminator(lambda values: find_key(values, list(tables)))]  # noqa: UP007 - not static
-    return TypeAdapter(union)
-
-
-def nearest_type(values: Any, known_types: Sequence[str]) -> str:
-    """Return the `type` of a table, or the known type nearest to it; "" if none is near."""
+def nearest_type(values: object, known_types: Iterable[str]) -> str:
+    """Return the known type nearest to the `type` of a table; "" if none is near."""
     word = values.get("type") if isinstance(values, Mapping) else None
-    return next(iter(difflib.get_close_matches(word, known_types, n=1)), "") if isinstance(word, str) else ""
+    return next(iter(difflib.get_close_matches(word, list(known_types), n=1)), "") if isinstance(word, str) else ""

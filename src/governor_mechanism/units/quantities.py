@@ -91,7 +91,7 @@ _NOT_A_NUMBER = re.compile(r"[+-]?(nan|inf|infinity)\b", re.IGNORECASE)
 # Only small exponents and no other digits: pint would evaluate 9^9^9^9.
 _UNIT = re.compile(r"(?:[()*/\s]|1(?![0-9])|(?:[^\W\d]|[°%])+(?:\^-?[1-9](?![0-9]))?)+")
 # Turns; r and U only per time, since alone they may be misspelt rad or something else.
-_TURN_UNIT = re.compile(r"(?:revs?(?![^\W\d_])|[rU](?=\s*/|[\s*]+(?:s|min|h)\^-1))")
+_TURN_UNIT = r"(?:revs?(?![^\W\d_])|[rU](?=\s*/|[\s*]+(?:s|min|h)\^-1))"
 # For suggestions only: beginnings of misspelt turns and angles in lower case, and endings of "per second".
 _TURN_SPELLING = re.compile(r"re|ro|r(?![^\W\d_])|[tucgo]")
 _ANGLE_SPELLING = re.compile(r"ra|rd|ad|d|°")
@@ -124,9 +124,9 @@ def parse_quantity(value: object, kind: str, what: str) -> float:
     MechanismError
         If the value is not a finite quantity of this kind.
     """
-    expected = QUANTITY_KINDS.get(kind)
-    if expected is None:
+    if kind not in QUANTITY_KINDS:
         raise MechanismError(f"{what}: no kind of quantity {kind!r}; kinds are {list(QUANTITY_KINDS)}.{did_you_mean(kind, QUANTITY_KINDS)}")
+    expected = QUANTITY_KINDS[kind]
     if isinstance(value, str):
         number = _text_to_si(value, expected, what)
     elif isinstance(value, Real) and not isinstance(value, bool):
@@ -184,18 +184,18 @@ def _text_to_si(text: str, expected: QuantityKind, what: str) -> float:
     if len(cleaned) > _MAX_TEXT_LENGTH:
         raise MechanismError(f"{message_start} is too long for a quantity; {expected.hint}")
     number = _NUMBER.match(cleaned)
+    if _NOT_A_NUMBER.match(cleaned):
+        return math.nan
     if number is None:
-        if _NOT_A_NUMBER.match(cleaned):
-            return math.nan
-        raise MechanismError(f"{message_start} {'is empty' if not cleaned else 'has no number'}; {expected.hint}")
+        raise MechanismError(f"{message_start} {'has no number' if cleaned else 'is empty'}; {expected.hint}")
     unit = cleaned[number.end() :]
     if unit.startswith(","):
         raise MechanismError(f"{message_start} has a comma; write a decimal point, and no thousands separator")
     if not unit and not expected.units:
         raise MechanismError(f"{message_start} is text; write the bare number {number[1]}")
     if not unit:
-        example_unit = expected.example.partition(" ")[2]
-        raise MechanismError(f'{message_start} has no unit; write "{number[1]} {example_unit}", or the bare number in {expected.si_unit}')
+        hint = f'write "{number[1]} {expected.example.partition(" ")[2]}", or the bare number in {expected.si_unit}'
+        raise MechanismError(f"{message_start} has no unit; {hint}")
     try:
         return float(Decimal(number[1]) * _unit_factor(unit, Decimal(number[1]), expected, message_start))
     except ArithmeticError:  # an exponent beyond the range of Decimal
@@ -204,28 +204,26 @@ def _text_to_si(text: str, expected: QuantityKind, what: str) -> float:
 
 def _unit_factor(unit: str, number: Decimal, expected: QuantityKind, message_start: str) -> Decimal:
     """Return the SI value of one `unit`, if it is of the expected kind."""
-    normalised = re.sub(r"([^\W\d_])(-?[1-9])", r"\1^\2", unit)
-    normalised = f"1{normalised}" if normalised.startswith("/") else normalised
-    turn_match = _TURN_UNIT.match(normalised)
-    normalised = f"turn{normalised[turn_match.end() :]}" if turn_match else normalised
+    with_powers = re.sub(r"([^\W\d_])(-?[1-9])", r"\1^\2", unit)
+    normalised = re.sub(rf"^{_TURN_UNIT}", "turn", f"1{with_powers}" if with_powers.startswith("/") else with_powers)
     try:
         if not _UNIT.fullmatch(normalised):
             raise MechanismError(f"{normalised!r} contains no unit names")
         factor, base_unit = _in_base_units(normalised)
     except Exception as error:
         # pint raises many unrelated types (its own, tokenizer's, AssertionError) with one meaning for the user.
-        raise MechanismError(
-            f'{message_start} has an unknown unit "{unit}"; {expected.units_hint}{_suggest_unit(unit, expected)}'
-        ) from error
-    if base_unit == _base_unit_of(expected.si_unit) and (expected.units or normalised == "%"):
+        hint = f"{expected.units_hint}{_suggest_unit(unit, expected)}"
+        raise MechanismError(f'{message_start} has an unknown unit "{unit}"; {hint}') from error
+    if _is_like(base_unit, expected.si_unit) and (expected.units or normalised == "%"):
         return factor
-    if base_unit == _base_unit_of("rad/s") and expected.si_unit == "Hz":
+    if _is_like(base_unit, "rad/s") and expected.si_unit == "Hz":
         return factor / _in_base_units("turn")[0]
-    if base_unit == _base_unit_of("1/s") and expected.si_unit == "rad/s":
+    if _is_like(base_unit, "1/s") and expected.si_unit == "rad/s":
         return _per_time_factor(normalised, number * factor, message_start)
     raise MechanismError(f"{message_start} is {_wrong_kind_message(normalised, number, factor, base_unit, expected)}")
 
 
+@cache
 def _in_base_units(unit: str) -> tuple[Decimal, Any]:
     """Return the factor and the pint unit of a unit in base units; unlike pint's dimensions, they keep radians."""
     registry = _unit_registry()
@@ -233,9 +231,8 @@ def _in_base_units(unit: str) -> tuple[Decimal, Any]:
     return Decimal(factor), base_unit
 
 
-@cache
-def _base_unit_of(si_unit: str) -> Any:
-    return _in_base_units(si_unit)[1]
+def _is_like(base_unit: Any, si_unit: str) -> bool:
+    return bool(base_unit == _in_base_units(si_unit)[1])
 
 
 @cache
@@ -262,15 +259,15 @@ def _per_time_factor(unit: str, per_second: Decimal, message_start: str) -> Deci
 
 def _wrong_kind_message(unit: str, number: Decimal, factor: Decimal, base_unit: Any, expected: QuantityKind) -> str:
     """Return the kind that a unit belongs to instead, and the cure; weight and mass are often confused."""
-    if expected.si_unit == "kg" and base_unit == _base_unit_of("N"):
+    if expected.si_unit == "kg" and _is_like(base_unit, "N"):
         if unit in ("kgf", "kp"):
             return f"a force: that is a weight; write {float(number * factor / _KILOGRAM_FORCE):.12g} kg"
         kilograms = float(number * factor / _NEWTON_PER_KILOGRAM)
         return f"a force: that is a weight; write {kilograms:.3g} kg (rounded: its mass at 9.81 m/s^2)"
-    if expected.si_unit == "N" and base_unit == _base_unit_of("kg"):
+    if expected.si_unit == "N" and _is_like(base_unit, "kg"):
         return f'a mass, not a force; write "{float(number * factor):.12g} kgf" or in N'
     known = [*((kind.name, kind.si_unit) for kind in QUANTITY_KINDS.values() if kind.units), *_OTHER_KINDS, ("a plain number", "")]
-    kind_name = next((name for name, si_unit in known if base_unit == _base_unit_of(si_unit)), "of another kind")
+    kind_name = next((name for name, si_unit in known if _is_like(base_unit, si_unit)), "of another kind")
     return f"{kind_name}; {expected.units_hint}"
 
 

@@ -5,8 +5,7 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.coupling.checks import apply_control, check_gears, check_reading_functions
-from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling
+from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling, check_gears, check_loads
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.force_elements import Torque
 from governor_mechanism.model.joints import GROUND, Gear, Point
@@ -123,8 +122,8 @@ def couple_parts(parts: Sequence[Part], couplings: Sequence[Coupling]) -> Couple
     effects = tuple(with_prefix(effect, prefix, prefixes) for prefix, part in prefixes.items() for effect in part.output_effects)
     for control in couplings:
         if isinstance(control, ControlCoupling):
-            mechanism, effects = apply_control(control, mechanism, effects)
-    check_reading_functions(mechanism, effects)
+            mechanism, effects = control.apply(mechanism, effects)
+    check_loads(mechanism, effects)
     gravity = {body.name: part.gravity for part, piece in zip(parts, pieces, strict=True) for body in piece.bodies}
     return CoupledSystem(
         mechanism=mechanism,
@@ -192,35 +191,24 @@ def _follows_by_spindle(prefixes: Mapping[str, Part], couplings: Sequence[Coupli
     follows: dict[str, FollowCoupling] = {}
     free = [f"{prefix}{SPINDLE_ANGLE}" for prefix, part in prefixes.items() if isinstance(part.spindle, FreeSpindle)]
     given = [f"{prefix}{SPINDLE_ANGLE}" for prefix, part in prefixes.items() if part.turns and isinstance(part.spindle, Spindle)]
-    for coupling in couplings:
-        if not isinstance(coupling, FollowCoupling):
-            continue
-        if coupling.second in given:
-            raise MechanismError(
-                f"coupling {coupling.name!r} drives {coupling.second!r}, whose speed is given by spindle.speed: two drives on one "
-                "coordinate; leave the speed or the coupling out"
-            )
-        if coupling.second not in free:
-            raise MechanismError(
-                f"coupling {coupling.name!r} of type follow drives {coupling.second!r}, which is no spindle; its second angle is one of "
-                f"{free}; a gear couples other angles"
-            )
-        if coupling.second in follows:
-            raise MechanismError(
-                f"couplings {follows[coupling.second].name!r} and {coupling.name!r} both drive {coupling.second!r}; leave one of them out"
-            )
-        follows[coupling.second] = coupling
-    for coupling in follows.values():
+    for coupling in (one for one in couplings if isinstance(one, FollowCoupling)):
+        name, driven = coupling.name, coupling.second
+        if driven in given:
+            cure = "two drives on one coordinate; leave the speed or the coupling out"
+            raise MechanismError(f"coupling {name!r} drives {driven!r}, whose speed is given by spindle.speed: {cure}")
+        if driven not in free:
+            cure = f"its second angle is one of {free}; a gear couples other angles"
+            raise MechanismError(f"coupling {name!r} of type follow drives {driven!r}, which is no spindle; {cure}")
+        if driven in follows:
+            raise MechanismError(f"couplings {follows[driven].name!r} and {name!r} both drive {driven!r}; leave one of them out")
+        follows[driven] = coupling
+    for driven, coupling in follows.items():
         if coupling.first in follows:
-            raise MechanismError(
-                f"coupling {coupling.name!r} follows {coupling.first!r}, which follows {follows[coupling.first].first!r} itself; "
-                "follow that one"
-            )
-        if prefixes[coupling.second.removesuffix(SPINDLE_ANGLE)].spindle != FreeSpindle():
-            raise MechanismError(
-                f"coupling {coupling.name!r} gives the speed of {coupling.second!r}; inertia, start speed and torque of that spindle "
-                "have no effect: leave them out, or couple it by a gear"
-            )
+            reason = f"which follows {follows[coupling.first].first!r} itself"
+            raise MechanismError(f"coupling {coupling.name!r} follows {coupling.first!r}, {reason}; follow that one")
+        if prefixes[driven.removesuffix(SPINDLE_ANGLE)].spindle != FreeSpindle():
+            effect = "inertia, start speed and torque of that spindle have no effect: leave them out, or couple it by a gear"
+            raise MechanismError(f"coupling {coupling.name!r} gives the speed of {driven!r}; {effect}")
     return follows
 
 
@@ -305,12 +293,10 @@ def _plane(prefix: str, follows: Mapping[str, FollowCoupling], mechanism: Mechan
     """Return the turning plane of a part."""
     part = prefixes[prefix]
     coupling = follows.get(f"{prefix}{SPINDLE_ANGLE}")
-    given_speed = part.spindle if isinstance(part.spindle, Spindle) else None
-    shaft = "" if given_speed else f"{prefix}{SHAFT_NAME}"
-    if coupling is not None:
-        leader = prefixes.get(coupling.first.removesuffix(SPINDLE_ANGLE)) if coupling.first.endswith(SPINDLE_ANGLE) else None
-        given_speed = leader.spindle if leader and isinstance(leader.spindle, Spindle) else None
-        shaft = "" if given_speed else rotating_body(mechanism, coupling.name, coupling.first)
+    leader = prefixes.get(coupling.first.removesuffix(SPINDLE_ANGLE)) if coupling else part
+    given_speed = leader.spindle if leader and isinstance(leader.spindle, Spindle) else None
+    own_shaft = f"{prefix}{SHAFT_NAME}"
+    shaft = "" if given_speed else rotating_body(mechanism, coupling.name, coupling.first) if coupling else own_shaft
     return TurningPlane(
         prefix=prefix,
         bodies=tuple(mechanism.body_index(prefix + body.name) for body in part.mechanism.bodies),

@@ -1,9 +1,14 @@
-"""Couplings between parts of a scene. Frozen values without mathematics."""
+"""Couplings between parts of a scene, their checks, and controls applied to the loads they name. Frozen values without mathematics."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
-from governor_mechanism.errors import MechanismError, require_finite, require_not_negative
-from governor_mechanism.model.time_functions import ReadingFunction
+from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_not_negative
+from governor_mechanism.model.effect import OutputEffect
+from governor_mechanism.model.force_elements import ForceElement
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.time_functions import InputFunction, ReadingFunction
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,3 +88,117 @@ class ControlCoupling(Coupling):
     function: ReadingFunction
     target: str
     scales: bool = False
+
+    def apply(self, mechanism: Mechanism, effects: tuple[OutputEffect, ...]) -> tuple[Mechanism, tuple[OutputEffect, ...]]:
+        """Return a mechanism and effects in which the load that the control names follows its reading.
+
+        Parameters
+        ----------
+        mechanism
+            Mechanism with its force elements.
+        effects
+            Effects along readings.
+
+        Returns
+        -------
+        tuple[Mechanism, tuple[OutputEffect, ...]]
+            Both with the changed load.
+
+        Raises
+        ------
+        MechanismError
+            If there is no load of that name.
+        """
+        loads = {name: (owner, field_name) for name, owner, field_name in _loads(mechanism, effects)}
+        if self.target not in loads:
+            known = f"the loads are {list(loads)}.{did_you_mean(self.target, loads)}"
+            raise MechanismError(f"coupling {self.name!r} sets {self.target!r}, which is no load; {known}")
+        owner, field_name = loads[self.target]
+        load: InputFunction = getattr(owner, field_name)
+        kind = "factors" if self.scales else "functions"
+        changed = replace(owner, **{field_name: replace(load, **{kind: (*getattr(load, kind), self.function)})})
+        elements = tuple(changed if element is owner else element for element in mechanism.force_elements)
+        return replace(mechanism, force_elements=elements), tuple(changed if effect is owner else effect for effect in effects)
+
+
+def _loads(mechanism: Mechanism, effects: Sequence[OutputEffect]) -> Iterator[tuple[str, Any, str]]:
+    """Yield name, owner and field of each load; several loads of one owner get the name of the field behind."""
+    owners: tuple[Any, ...] = (*mechanism.force_elements, *effects)
+    for owner in owners:
+        part, dot, reading = ("", "", "") if isinstance(owner, ForceElement) else owner.reading.rpartition(".")
+        name = owner.name if isinstance(owner, ForceElement) else f"{part}{dot}{owner.key}.{reading}"
+        names = [one.name for one in fields(owner) if isinstance(getattr(owner, one.name), InputFunction)]
+        yield from ((name if len(names) == 1 else f"{name}.{one}", owner, one) for one in names)
+
+
+def check_gears(gears: Sequence[GearCoupling], spindle_angles: Sequence[str], mechanism: Mechanism) -> None:
+    """Raise MechanismError for a gear on a spindle that is no coordinate, and for gears in a closed loop.
+
+    Parameters
+    ----------
+    gears
+        The gears.
+    spindle_angles
+        Names of the angles of all spindles.
+    mechanism
+        Mechanism whose readings are the coordinates that a gear can couple.
+
+    Raises
+    ------
+    MechanismError
+        If a gear is impossible or superfluous.
+    """
+    readings = {reading.name for reading in mechanism.readings}
+    trains: dict[str, tuple[str, float]] = {}  # the first angle of the train of each angle, and the ratio of the angle to it
+    for gear in gears:
+        for name in (gear.first, gear.second):
+            if name in spindle_angles and name not in readings:
+                reason = "whose speed is given or follows another part, so that no torque acts on it"
+                raise MechanismError(f"gear {gear.name!r} couples {name!r}, {reason}; use type follow, or leave spindle.speed out")
+        (first_root, first_ratio), (second_root, second_ratio) = (trains.setdefault(one, (one, 1.0)) for one in (gear.first, gear.second))
+        if first_root == second_root:
+            through_others = second_ratio / first_ratio
+            problem = "is superfluous" if abs(through_others - gear.ratio) <= 1e-12 * abs(gear.ratio) else "contradicts the others"
+            found = f"the ratio of {gear.second!r} to {gear.first!r} is {through_others:g}, and here it is {gear.ratio:g}"
+            raise MechanismError(f"gear {gear.name!r} closes a loop of gears and {problem}: through the others {found}; leave it out")
+        joined = gear.ratio * first_ratio / second_ratio
+        trains |= {name: (first_root, ratio * joined) for name, (root, ratio) in trains.items() if root == second_root}
+
+
+def check_loads(mechanism: Mechanism, effects: Sequence[OutputEffect]) -> None:
+    """Raise MechanismError for loads that depend on what is no reading, or on what the loads themselves determine.
+
+    Parameters
+    ----------
+    mechanism
+        Mechanism with its force elements and readings.
+    effects
+        Effects along readings.
+
+    Raises
+    ------
+    MechanismError
+        With a sentence for each function of an unknown reading, a reaction, a force, or a speed that is given.
+    """
+    names = [reading.name for reading in mechanism.readings]
+    speeds = [f"{name.removesuffix('angle')}speed" for name in names if name.rpartition(".")[2] == "spindle_angle"]
+    forces = [output.name for output in mechanism.derived_forces] + [joint.name for joint in mechanism.joints]
+    problems = []
+    for _, owner, field_name in _loads(mechanism, effects):
+        load: InputFunction = getattr(owner, field_name)
+        for function in (*load.functions, *load.factors):
+            reading, known = function.reading, [*names, *speeds]
+            what, last_word = f"a load depends on {reading!r}", reading.rpartition(".")[2]
+            if reading in known:
+                found = "angular_speed" if reading in speeds else mechanism.reading(reading).quantity
+                if function.quantity not in ("", found):
+                    hint = f"the units of the kind {function.quantity}; change the units"
+                    problems.append(f"{what}, which is of the kind {found}, but its function has {hint}")
+            elif reading in forces or last_word == "spindle_torque":
+                problems.append(f"{what}, a force, which follows from the loads: this is an algebraic loop; use a position or a speed")
+            elif last_word == "spindle_speed":
+                problems.append(f"{what}, but that speed is given or follows another part; use time, or the speed it follows")
+            else:
+                problems.append(f"{what}, which is no reading; readings are {known}.{did_you_mean(reading, known)}")
+    if problems:
+        raise MechanismError(*problems)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Final
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
@@ -17,14 +17,11 @@ from governor_mechanism.scenes.quantities import Angle, Bool, Length, Mass, Posi
 from governor_mechanism.scenes.table import SceneFileTable
 from governor_mechanism.units.quantities import format_value
 
-SHAPE_KEYS: Final = ("rod", "disc", "plate", "point")
-MASS_PROPERTY_KEYS: Final = ("inertia", "moments", "centre")
-"""Keys of a body that describe its mass: one shape, or mass properties."""
-
 
 class MomentsTable(SceneFileTable):
-    """Arguments of SecondMoments."""
+    """Second moments of mass."""
 
+    element = SecondMoments
     example = '{ xx = "0.5 kg m^2" }'
     xx: Annotated[float, built("moment_of_inertia", "not negative")] = 0.0
     yy: Annotated[float, built("moment_of_inertia", "not negative")] = 0.0
@@ -39,33 +36,27 @@ class MomentsTable(SceneFileTable):
         return self
 
 
-class ShapeTable(SceneFileTable):
-    """A shape; its keys are the arguments of a function."""
-
-    make_shape: ClassVar[Callable[..., custom.BodyShape]]
-
-
-class RodTable(ShapeTable):
+class RodTable(SceneFileTable):
     """A slender rod."""
 
-    make_shape = custom.rod_shape
+    element = custom.rod_shape
     example = '{ length = "100 mm" }'
     length: PositiveLength = Field(description='the length of the rod, as "100 mm"')
 
 
-class DiscTable(ShapeTable):
+class DiscTable(SceneFileTable):
     """A disc in the plane."""
 
-    make_shape = custom.disc_shape
+    element = custom.disc_shape
     example = '{ radius = "100 mm" }'
     radius: PositiveLength = Field(description='the radius of the disc, as "100 mm"')
     thickness: Length = 0.0
 
 
-class PlateTable(ShapeTable):
+class PlateTable(SceneFileTable):
     """A plate in the plane."""
 
-    make_shape = custom.plate_shape
+    element = custom.plate_shape
     example = '{ width = "100 mm", height = "50 mm" }'
     width: PositiveLength = Field(description='the width along x, as "100 mm"')
     height: PositiveLength = Field(description='the height along y, as "100 mm"')
@@ -95,24 +86,23 @@ class BodyTable(SceneFileTable):
     plate: PlateTable | None = None
     point: Bool = False
     turns: Bool = True
-    points: NamedPoints = None
+    points: NamedPoints = {}  # noqa: RUF012 - pydantic copies it
     at: Position = (0.0, 0.0)
     angle: Angle = 0.0
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
         """Yield mass properties that are missing, given twice or not sufficient."""
-        shapes = [key for key in SHAPE_KEYS if key in values and values[key] is not False]
-        properties = [key for key in MASS_PROPERTY_KEYS if key in values]
+        shapes = [key for key in ("rod", "disc", "plate", "point") if key in values and values[key] is not False]
+        properties = [key for key in ("inertia", "moments", "centre") if key in values]
         if len(shapes) > 1:
-            yield Problem(f"{' and '.join(shapes)} are given; a body has one shape, or inertia and centre", ProblemCode.CONFLICT)
+            yield f"{' and '.join(shapes)} are given; a body has one shape, or inertia and centre"
         elif shapes and properties:
-            text = f"{' and '.join(properties)} cannot be combined with {shapes[0]}, which determines them"
-            yield Problem(text, ProblemCode.CONFLICT)
+            yield f"{' and '.join(properties)} cannot be combined with {shapes[0]}, which determines them"
         if "inertia" in values and "moments" in values:
-            yield Problem("inertia cannot be combined with moments, from which it follows as xx + yy", ProblemCode.CONFLICT)
+            yield "inertia cannot be combined with moments, from which it follows as xx + yy"
         if values.get("point") is True and values.get("turns") is True:
-            yield Problem("a point mass does not rotate; leave out turns = true, or point = true", ProblemCode.CONFLICT)
+            yield "a point mass does not rotate; leave out turns = true, or point = true"
         if "mass" not in values and "point_masses" not in values:
             hint = 'it is the mass, as "0.2 kg", and 0 for a lever without mass; a bar without mass is a [[link]]'
             yield Problem(f"{KEY}.mass is missing; {hint}", ProblemCode.MISSING_KEY, f"{KEY}.mass")
@@ -125,19 +115,16 @@ class BodyTable(SceneFileTable):
     @model_validator(mode="after")
     def _check_values(self) -> BodyTable:
         collector = ProblemCollector()
-        is_shaped = self._shape is not None or self.moments is not None
-        if self.mass and self.can_rotate and not is_shaped and not self.inertia:
-            hint = (
-                "give inertia or moments, a shape (rod, disc, plate, point), point_masses instead of mass, "
-                "or turns = false for a body that does not rotate"
-            )
-            collector.add(ProblemCode.MISSING_KEY, f"inertia is missing; {hint}", key=f"{KEY}.inertia")
+        if self.mass and self.can_rotate and not (self._shape or self.moments or self.inertia):
+            hint = "give inertia or moments, a shape (rod, disc, plate, point), point_masses instead of mass, or turns = false"
+            text = f"inertia is missing; {hint} for a body that does not rotate"
+            collector.add(ProblemCode.MISSING_KEY, text, key=f"{KEY}.inertia")
         if self.moments is not None and self.can_rotate and self.moments.xx + self.moments.yy <= 0:
             collector.add(ProblemCode.OUT_OF_RANGE, "moments must have xx or yy above 0; a body without extent has point = true")
         if self.angle and not self.can_rotate:
             text = f"angle must be left out for a body that does not rotate; found {format_value(self.angle)} rad"
             collector.add(ProblemCode.CONFLICT, text)
-        for name in {"origin", "centre", *(("start", "end") if self.rod else ())}.intersection(self.points or {}):
+        for name in {"origin", "centre", *(("start", "end") if self.rod else ())} & self.points.keys():
             collector.add(ProblemCode.DUPLICATE, f"points.{name} is the name of a point that the body already has; choose another")
         collector.raise_if_failed()
         return self
@@ -148,7 +135,7 @@ class BodyTable(SceneFileTable):
         return self.turns and not self.point
 
     @property
-    def _shape(self) -> ShapeTable | None:
+    def _shape(self) -> RodTable | DiscTable | PlateTable | None:
         return self.rod or self.disc or self.plate
 
     def build(self, registry: PointRegistry) -> custom.SketchedBody:
@@ -157,14 +144,13 @@ class BodyTable(SceneFileTable):
         if self.point_masses:
             shape = custom.add_point_masses(shape, [(ball.mass, ball.position, ball.radius) for ball in self.point_masses])
         return custom.SketchedBody(
-            name=self.name, shape=shape, can_rotate=self.can_rotate, points=self.points or {}, origin=self.at, angle=self.angle
+            name=self.name, shape=shape, can_rotate=self.can_rotate, points=self.points, origin=self.at, angle=self.angle
         )
 
     def _build_shape(self) -> custom.BodyShape:
-        if (shape := self._shape) is not None:
-            return type(shape).make_shape(self.mass, **shape.given_values())
-        if self.moments is not None:
-            moments = SecondMoments(**self.moments.given_values())
-        else:  # in a fixed plane only the sum counts
-            moments = SecondMoments(xx=self.inertia / 2, yy=self.inertia / 2)
+        if self._shape is not None:
+            shape: custom.BodyShape = self._shape.make_element(mass=self.mass)
+            return shape
+        # In a fixed plane only the sum counts.
+        moments = self.moments.make_element() if self.moments else SecondMoments(xx=self.inertia / 2, yy=self.inertia / 2)
         return custom.BodyShape(element=MassElement(mass=self.mass, centre=self.centre, moments=moments))

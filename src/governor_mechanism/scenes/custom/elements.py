@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Annotated, Any, ClassVar, Final
 
-from pydantic import Field, TypeAdapter
+from pydantic import Field
 
 from governor_mechanism.machines.custom import InitialConfiguration
 from governor_mechanism.model import force_elements, joints
@@ -15,7 +15,7 @@ from governor_mechanism.scenes.custom.field_types import CurveValue, PointRef, P
 from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import Problem, ProblemCode, mistake
 from governor_mechanism.scenes.quantities import Angle, Label, Length, PositiveLength, built, choice, quantity
-from governor_mechanism.scenes.table import SceneFileTable, nearest_type, union_by_key
+from governor_mechanism.scenes.table import SceneFileTable
 from governor_mechanism.units.quantities import format_value
 
 JOINT_TYPES: Final = ("pin", "weld", "prismatic", "slider", "arc", "curve", "gear", "rack", "driven_turn", "driven_slide")
@@ -26,39 +26,31 @@ FORCE_TYPES: Final = ("spring", "damper", "torsion_spring", "torsion_damper", "t
 
 
 class ElementTable(SceneFileTable):
-    """A joint, link or force. The keys of a subclass are the arguments of its element."""
+    """A joint, link or force between two points or bodies, its `first` and `second` end."""
 
-    element: ClassVar[Callable[..., Any]]
-    """Class of the joint or force element."""
-    end_keys: ClassVar[tuple[str, ...]] = ("first", "second")
-    """Keys of the points or bodies that are connected."""
+    one_body_message: ClassVar[str] = "both ends are of {body}; they must be of two different bodies"
+    """Message about two ends on the same body."""
 
-    name: Label = None
+    name: Label = ""
 
     @property
-    def default_name(self) -> str:
-        """Name from the type and the connected bodies."""
-        bodies = [_body_of(getattr(self, key)).partition(".")[0] for key in self.end_keys]
-        kind = str(getattr(self, "type", "link")).replace("_", " ")
-        return f"{kind} of {' and '.join(bodies if len(bodies) > 1 else [GROUND, *bodies])}"
+    def ends(self) -> tuple[Point | str, Point | str]:
+        """The two points or bodies that are connected."""
+        given = self.given_values()
+        return given.get("first", GROUND), given["second"]
 
     def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the defaults that follow from the initial configuration, by argument."""
         return {}
 
     def build(self, registry: PointRegistry) -> Any:
-        """Return the joint or force element."""
-        name = self.name or registry.reserve_name(self.default_name)
-        first, second = (getattr(self, key) for key in self.end_keys)
-        if _body_of(first) == _body_of(second):
-            text = f"both ends are of {format_value(_body_of(first))}; they must be of two different bodies"
-            raise mistake(ProblemCode.CONFLICT, text)
-        given = {key: value for key, value in self.given_values().items() if key not in ("name", "type", *self.end_keys)}
-        return type(self).element(name=name, first=first, second=second, **self.initial_values(registry.initial_configuration) | given)
-
-
-def _body_of(end: Point | str) -> str:
-    return end if isinstance(end, str) else end.body
+        """Return the joint or force element, by default named after its type and its bodies."""
+        first, second = (end if isinstance(end, str) else end.body for end in self.ends)
+        kind = str(getattr(self, "type", "link")).replace("_", " ")
+        name = self.name or registry.reserve_name(f"{kind} of {first.partition('.')[0]} and {second.partition('.')[0]}")
+        if first == second:
+            raise mistake(ProblemCode.CONFLICT, self.one_body_message.format(body=format_value(first)))
+        return type(self).element(**self.initial_values(registry.initial_configuration) | self.given_values() | {"name": name})
 
 
 class _PointTable(ElementTable):
@@ -173,11 +165,11 @@ class _DriverTable(JointTable):
     rate_example: ClassVar[str] = ""
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
         """Yield a motion given twice or not at all."""
         others = [key for key in ("rate", "start") if key in values]
         if "motion" in values and others:
-            yield Problem(f"{' and '.join(others)} cannot be combined with motion, which is complete", ProblemCode.CONFLICT)
+            yield f"{' and '.join(others)} cannot be combined with motion, which is complete"
         if "motion" not in values and "rate" not in values:
             yield Problem(f"rate or motion is missing; write {cls.rate_example}", ProblemCode.MISSING_KEY)
 
@@ -260,34 +252,32 @@ class TorqueTable(ForceElementTable):
     """Type "torque"."""
 
     element = force_elements.Torque
-    end_keys = ("against", "body")
-    body: field_types.BodyRef = Field(description='the body on which it acts, as "crank"')
-    against: field_types.BodyRef = GROUND
+    second: field_types.BodyRef = Field(alias="body", description='the body on which it acts, as "crank"')
+    first: field_types.BodyRef = Field(GROUND, alias="against")
     moment: Annotated[Any, input_function("torque", "moment")] = Field(
         description='the moment, as "5 N m", or over time, as [[0, "5 N m"], [2, "6 N m"]]'
     )
 
 
 class ForceTable(ForceElementTable):
-    """Type "force"."""
+    """Type "force"; its first end is the ground."""
 
-    end_keys = ("point",)
+    element = partial(force_elements.Force, x=InputFunction(), y=InputFunction())
+    one_body_message = "point must be of a moving body; a force on the ground has no effect"
     point: PointRef = Field(description='the point at which it acts, as "slider.centre"')
-    x: Annotated[Any, input_function("force", "force")] = InputFunction()
-    y: Annotated[Any, input_function("force", "force")] = InputFunction()
+    x: Annotated[Any, input_function("force", "force")] = None
+    y: Annotated[Any, input_function("force", "force")] = None
+
+    @property
+    def ends(self) -> tuple[Point | str, Point | str]:
+        """The ground and the point."""
+        return GROUND, self.point
 
     @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[Problem]:
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
         """Yield a force without components."""
         if "x" not in values and "y" not in values:
             yield Problem('x or y is missing; write x = "40 N" for a force along x', ProblemCode.MISSING_KEY)
-
-    def build(self, registry: PointRegistry) -> force_elements.Force:
-        """Return the force."""
-        name = self.name or registry.reserve_name(self.default_name)
-        if self.point.body == GROUND:
-            raise mistake(ProblemCode.CONFLICT, "point must be of a moving body; a force on the ground has no effect")
-        return force_elements.Force(name=name, point=self.point, x=self.x, y=self.y)
 
 
 class UntypedJointTable(JointTable, extra="ignore"):
@@ -298,14 +288,11 @@ class UntypedForceTable(ForceElementTable, extra="ignore"):
     """A force of unknown type; only the common keys are checked."""
 
 
-_JOINT_TABLES = (PinTable, WeldTable, PrismaticTable, SliderTable, ArcTable, CurveSlotTable, GearTable, RackTable)
-_DRIVER_TABLES = (DrivenTurnTable, DrivenSlideTable)
-_FORCE_TABLES = (SpringForceTable, DamperTable, TorsionSpringForceTable, TorsionDamperTable, TorqueTable, ForceTable)
+_SLOTS_AND_PINS = (PinTable, WeldTable, PrismaticTable, SliderTable, ArcTable, CurveSlotTable)
+_TRANSMISSIONS = (GearTable, RackTable, DrivenTurnTable, DrivenSlideTable)
+_FORCES = (SpringForceTable, DamperTable, TorsionSpringForceTable, TorsionDamperTable, TorqueTable, ForceTable)
 
-JOINT: Final[TypeAdapter[JointTable]] = union_by_key(
-    {**dict(zip(JOINT_TYPES, (*_JOINT_TABLES, *_DRIVER_TABLES), strict=True)), "": UntypedJointTable}, nearest_type
-)
-FORCE: Final[TypeAdapter[ForceElementTable]] = union_by_key(
-    {**dict(zip(FORCE_TYPES, _FORCE_TABLES, strict=True)), "": UntypedForceTable}, nearest_type
-)
-"""[[joint]] and [[force]] of any type."""
+ElementTables = Mapping[str, type[ElementTable]]
+JOINT_TABLES: ElementTables = dict(zip(("", *JOINT_TYPES), (UntypedJointTable, *_SLOTS_AND_PINS, *_TRANSMISSIONS), strict=True))
+FORCE_TABLES: ElementTables = dict(zip(("", *FORCE_TYPES), (UntypedForceTable, *_FORCES), strict=True))
+"""Tables of [[joint]] and [[force]] by type."""

@@ -9,15 +9,15 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, PlainValidator, ValidationInfo
 
-from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.custom import BodyShape, InitialConfiguration, SketchedBody
 from governor_mechanism.machines.mass_elements import MassElement
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalDriver
 from governor_mechanism.model.time_functions import Harmonic, PrescribedMotion
-from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, wrong_value
-from governor_mechanism.scenes.quantities import Angle, FloatPair, check_label, parse_name, parse_pairs, parse_position, parse_si, quantity
+from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
+from governor_mechanism.scenes.quantities import Angle, FloatPair, check_label, parse_name, parse_points, parse_position, parse_si, quantity
 from governor_mechanism.scenes.table import SceneFileTable, validate
 from governor_mechanism.units.quantities import format_value
 
@@ -63,8 +63,7 @@ class PointRegistry:
             raise MechanismError
         known_names = [GROUND, *self.bodies, *sorted(self.invalid_bodies - {GROUND})]
         if name not in known_names:
-            text = f"{KEY} names the unknown body {format_value(name)}; bodies are {', '.join(known_names)}."
-            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(name, known_names))
+            raise unknown_name(f"{KEY} names the unknown body {format_value(name)}; bodies are", name, known_names)
         return name
 
     def find_point(self, name: str, point: str = "", position: FloatPair | None = None) -> Point:
@@ -77,11 +76,8 @@ class PointRegistry:
         if position is None:
             known_names = [*named_points, *(self.moving_points if body is None else ())]
             location = "[ground]" if body is None else f"the points of body {format_value(name)}"
-            text = (
-                f"{KEY} names the unknown point {format_value(point)} of {format_value(name)}; "
-                f"known are {', '.join(known_names)}; add others to {location}."
-            )
-            raise mistake(ProblemCode.UNKNOWN_NAME, text + did_you_mean(point, known_names))
+            text = f"{KEY} names the unknown point {format_value(point)} of {format_value(name)}; known are"
+            raise unknown_name(text, point, known_names, f"; add others to {location}")
         return Point(body=GROUND, x=position[0], y=position[1]) if body is None else body.point(position)
 
     def reserve_name(self, base_name: str) -> str:
@@ -149,8 +145,8 @@ def _parse_curve(value: object) -> Curve:
 
 
 def _parse_spline(value: object) -> Curve:
-    points = parse_pairs(value, ("length", "length"), ("x", "y"))
-    return SplineCurve(x=tuple(x for x, _ in points), y=tuple(y for _, y in points))
+    x, y = parse_points(value, ("length", "length"), ("x", "y"))
+    return SplineCurve(x=x, y=y)
 
 
 def _parse_polynomial(value: object) -> Curve:
@@ -176,63 +172,45 @@ MotionBuilder = Callable[[float], PrescribedMotion]
 """Return the motion, for its value at 0 s (rad or m) where the file leaves the start out."""
 
 
-class DisplacementHarmonicTable(SceneFileTable):
-    """A harmonic of a displacement."""
+def _motion_parser(kind: str, rate_kind: str, name: str, amplitude_example: str) -> Callable[[object], MotionBuilder]:
+    """Return the parser of a motion of a kind of quantity, given by points of [time, value] or by a formula."""
 
-    example = '{ amplitude = "10 mm", frequency = "2 Hz" }'
-    amplitude: Annotated[float, quantity("length")] = Field(description='the amplitude, as "10 mm"')
-    frequency: Annotated[float, quantity("frequency", "positive")] = Field(
-        description='the frequency in cycles, as "2 Hz" or "120 rpm", or the angular frequency, as "3 rad/s"'
-    )
-    phase: Angle = 0.0
+    class HarmonicTable(SceneFileTable):
+        element = Harmonic
+        example = f'{{ amplitude = "{amplitude_example}", frequency = "2 Hz" }}'
+        amplitude: Annotated[float, quantity(kind)] = Field(description=f'the amplitude, as "{amplitude_example}"')
+        frequency: Annotated[float, quantity("frequency", "positive")] = Field(
+            description='the frequency in cycles, as "2 Hz" or "120 rpm", or the angular frequency, as "3 rad/s"'
+        )
+        phase: Angle = 0.0
 
+    class FormulaTable(SceneFileTable):
+        """A motion start + rate * t + the sum of amplitude * sin(2 pi * frequency * t + phase)."""
 
-class AngleHarmonicTable(DisplacementHarmonicTable):
-    """A harmonic of an angle."""
+        start: Annotated[float | None, quantity(kind)] = None
+        rate: Annotated[float, quantity(rate_kind)] = 0.0
+        harmonics: Annotated[tuple[Any, ...], table_list(HarmonicTable, "harmonic")] = ()
 
-    example = '{ amplitude = "10 deg", frequency = "2 Hz" }'
-    amplitude: Annotated[float, quantity("angle")] = Field(description='the amplitude, as "10 deg"')
+        def build(self, value_at_zero: float) -> PrescribedMotion:
+            """Return the motion; without a start it has the given value at 0 s."""
+            harmonics = tuple(table.make_element() for table in self.harmonics)
+            start = value_at_zero - sum(item.amplitude * math.sin(item.phase) for item in harmonics) if self.start is None else self.start
+            return PrescribedMotion.constant_rate(start, self.rate, harmonics)
 
-
-class DisplacementFormulaTable(SceneFileTable):
-    """A displacement start + rate * t + the sum of amplitude * sin(2 pi * frequency * t + phase)."""
-
-    start: Annotated[float | None, quantity("length")] = None
-    rate: Annotated[float, quantity("speed")] = 0.0
-    harmonics: Annotated[tuple[Any, ...], table_list(DisplacementHarmonicTable, "harmonic")] = ()
-
-    def build(self, value_at_zero: float) -> PrescribedMotion:
-        """Return the motion; without a start it has the given value at 0 s."""
-        harmonics = tuple(Harmonic(**table.given_values()) for table in self.harmonics)
-        harmonics_at_zero = sum(item.amplitude * math.sin(item.phase) for item in harmonics)
-        return PrescribedMotion.constant_rate(value_at_zero - harmonics_at_zero if self.start is None else self.start, self.rate, harmonics)
-
-
-class AngleFormulaTable(DisplacementFormulaTable):
-    """An angle by the same formula."""
-
-    start: Annotated[float | None, quantity("angle")] = None
-    rate: Annotated[float, quantity("angular_speed")] = 0.0
-    harmonics: Annotated[tuple[Any, ...], table_list(AngleHarmonicTable, "harmonic")] = ()
-
-
-def _parse_motion_table(value: object, kind: str, name: str) -> PrescribedMotion:
-    points = parse_pairs(value, ("time", kind), ("time", name))
-    return PrescribedMotion(times=tuple(time for time, _ in points), values=tuple(number for _, number in points))
-
-
-def _motion_validator(kind: str, name: str, formula: type[DisplacementFormulaTable]) -> PlainValidator:
-    """Return the validator of a motion given by points of [time, value] or by a formula."""
-
-    def check(value: object) -> MotionBuilder:
+    def parse(value: object) -> MotionBuilder:
         if isinstance(value, Mapping):
-            return validate(formula, value).build
+            return validate(FormulaTable, value).build
         if not isinstance(value, list | tuple):
             raise wrong_value(value, f"must be a list of [time, {name}], or a formula {{ start, rate, harmonics = [...] }}")
-        motion = _parse_motion_table(value, kind, name)
+        times, values = parse_points(value, ("time", kind), ("time", name))
+        motion = PrescribedMotion(times=times, values=values)
         return lambda _: motion
 
-    return PlainValidator(check)
+    return parse
+
+
+parse_angle_motion = _motion_parser("angle", "angular_speed", "angle", "10 deg")
+parse_displacement_motion = _motion_parser("length", "speed", "displacement", "10 mm")
 
 
 def is_moving(position: object) -> bool:
@@ -271,10 +249,8 @@ def parse_moving_point(name: str, position: object) -> tuple[SketchedBody, list[
 
 def _parse_coordinate(value: object) -> PrescribedMotion:
     """Return the motion of a coordinate; a length is at rest."""
-    if isinstance(value, Mapping):
-        return validate(DisplacementFormulaTable, {"start": 0.0, **value}).build(0.0)
-    if isinstance(value, list | tuple):
-        return _parse_motion_table(value, "length", "displacement")
+    if isinstance(value, Mapping | list | tuple):
+        return parse_displacement_motion({"start": 0.0, **value} if isinstance(value, Mapping) else value)(0.0)
     return PrescribedMotion.constant_rate(parse_si(value, "length"), 0.0)
 
 
@@ -283,8 +259,8 @@ PointOrBodyRef = Annotated[Point, PlainValidator(partial(_parse_point, allow_bod
 TwoPointRefs = Annotated[list[Point], PlainValidator(_parse_two_points)]
 BodyRef = Annotated[str, PlainValidator(_parse_body)]
 NewBodyName = Annotated[str, PlainValidator(_parse_body_name)]
-NamedPoints = Annotated[dict[str, FloatPair] | None, PlainValidator(parse_named_points)]
+NamedPoints = Annotated[dict[str, FloatPair], PlainValidator(parse_named_points)]
 CurveValue = Annotated[Any, PlainValidator(_parse_curve)]
-AngleMotion = Annotated[Any, _motion_validator("angle", "angle", AngleFormulaTable)]
-DisplacementMotion = Annotated[Any, _motion_validator("length", "displacement", DisplacementFormulaTable)]
+AngleMotion = Annotated[Any, PlainValidator(parse_angle_motion)]
+DisplacementMotion = Annotated[Any, PlainValidator(parse_displacement_motion)]
 """Types of fields; the values of motions are `MotionBuilder`. The validation context of references is the `PointRegistry`."""

@@ -5,20 +5,20 @@ from collections.abc import Iterable, Mapping
 from itertools import chain
 from typing import Annotated, Any
 
-from pydantic import Field, TypeAdapter
+from pydantic import Field
 
 from governor_mechanism.machines.custom import CUSTOM_MACHINE, MechanismSketch, SketchedBody
 from governor_mechanism.model.joints import GROUND, Joint
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
 from governor_mechanism.scenes.custom.bodies import BodyTable
-from governor_mechanism.scenes.custom.elements import FORCE, JOINT, LinkTable
+from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, ElementTable, LinkTable
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point, parse_named_points
-from governor_mechanism.scenes.custom.readings import READING, READING_KINDS, find_reading_kind, make_default_readings
+from governor_mechanism.scenes.custom.readings import READING_TABLES, find_reading_kind, make_default_readings
 from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake, wrong_value
 from governor_mechanism.scenes.quantities import PositiveLength, choice, instance_of, parse_name
 from governor_mechanism.scenes.schema import AnyTable, CommonSceneTable, parse_start, rate_key
-from governor_mechanism.scenes.table import validate
+from governor_mechanism.scenes.table import nearest_type, validate
 from governor_mechanism.units.quantities import format_value
 
 CUSTOM_PART_NAME = "mechanism"
@@ -62,10 +62,10 @@ class CustomMachineParser:
         """Return the part, or None if there are mistakes, the start, and the readings, or None if not all are known."""
         drivers = self._parse_ground()
         bodies = self._parse_bodies()
-        joints = [*self._parse_tables("joint", JOINT), *self._parse_tables("link", TypeAdapter(LinkTable)), *drivers]
+        joints = [*self._parse_tables("joint", JOINT_TABLES), *self._parse_tables("link", {"": LinkTable}), *drivers]
         # The drivers connect the moving points of the ground to it.
         all_bodies = [*bodies, *self.registry.moving_points.values()]
-        sketch = MechanismSketch(bodies=all_bodies, joints=joints, force_elements=self._parse_tables("force", FORCE))
+        sketch = MechanismSketch(bodies=all_bodies, joints=joints, force_elements=self._parse_tables("force", FORCE_TABLES))
         self._check_sketch(sketch)
         readings, are_all_known = self._parse_readings(bodies)
         start = self._parse_start(readings)
@@ -73,14 +73,12 @@ class CustomMachineParser:
         if not length_scale and not self.has_problems:
             text = 'size is missing: the initial configuration has no length that could be the length scale; write size = "1 m"'
             self.collector.add(ProblemCode.MISSING_KEY, text, key="size")
-        known_readings = tuple(readings) if readings and are_all_known else None
-        part = None
-        if not self.has_problems:
-            coordinate = _leading_coordinate(self.document.get("start", {}), readings)
-            with self.collector.at(""):
-                mechanism = sketch.build(readings, coordinate, length_scale)
-                part = Part(name=CUSTOM_PART_NAME, machine=CUSTOM_MACHINE, dimensions={}, mechanism=mechanism, plane=self.registry.plane)
-        return part, start, known_readings
+        part = None if self.has_problems else self.collector.attempt("", self._build_part, sketch, readings, length_scale)
+        return part, start, tuple(readings) if readings and are_all_known else None
+
+    def _build_part(self, sketch: MechanismSketch, readings: list[Reading], length_scale: float) -> Part:
+        mechanism = sketch.build(readings, _leading_coordinate(self.document.get("start"), readings), length_scale)
+        return Part(name=CUSTOM_PART_NAME, machine=CUSTOM_MACHINE, dimensions={}, mechanism=mechanism, plane=self.registry.plane)
 
     def _tables_under(self, key: str) -> list[Any]:
         """Return the tables under a heading; anything but a list is reported with the top level."""
@@ -92,13 +90,13 @@ class CustomMachineParser:
         names = (values.get("name") for values in self._tables_under(key) if isinstance(values, Mapping))
         return {name for name in names if isinstance(name, str)}
 
-    def _parse_tables(self, key: str, adapter: TypeAdapter[Any]) -> list[Any]:
-        """Return what the tables under a heading describe, without those with mistakes."""
+    def _parse_tables(self, key: str, models: Mapping[str, type[BodyTable | ElementTable]]) -> list[Any]:
+        """Return what the tables under a heading, with a model by type, describe, without those with mistakes."""
         elements = []
         for number, values in enumerate(self._tables_under(key), start=1):
             name = values.get("name") if isinstance(values, Mapping) else None
             with self.collector.at(f"{key} {format_value(name) if isinstance(name, str) and name else number}:"):
-                elements.append(validate(adapter, values, context=self.registry).build(self.registry))
+                elements.append(validate(models[nearest_type(values, models)], values, context=self.registry).build(self.registry))
         return elements
 
     def _parse_ground(self) -> list[Joint]:
@@ -124,19 +122,18 @@ class CustomMachineParser:
     def _parse_bodies(self) -> list[SketchedBody]:
         if "body" in self.document and self.document["body"] in ([], ()):
             self.collector.add(ProblemCode.MISSING_KEY, "body is an empty list; a mechanism needs at least one [[body]]", key="body")
-        bodies = self._parse_tables("body", TypeAdapter(BodyTable))
+        bodies = self._parse_tables("body", {"": BodyTable})
         self.registry.bodies = {body.name: body for body in bodies}
         self.registry.invalid_bodies |= self._names_under("body") - set(self.registry.bodies)
         return bodies
 
     def _check_sketch(self, sketch: MechanismSketch) -> None:
         """Report names that occur twice, drivers in conflict, and bodies without connection to the ground."""
-        body_names = Counter(body.name for body in sketch.bodies)
-        joint_names, force_names = (Counter(one.name for one in elements) for elements in (sketch.joints, sketch.force_elements))
-        for kind, counts in (("body", body_names), ("joint or link", joint_names), ("force", force_names)):
-            for name, count in counts.items():
-                if count > 1:
-                    self.collector.add(ProblemCode.DUPLICATE, f"{kind} {name!r} is defined {count} times; names must differ", key=kind)
+        groups = {"body": [body.name for body in sketch.bodies], "joint or link": [joint.name for joint in sketch.joints]}
+        groups["force"] = [element.name for element in sketch.force_elements]
+        for kind, counts in ((kind, Counter(group)) for kind, group in groups.items()):
+            texts = [f"{kind} {name!r} is defined {count} times; names must differ" for name, count in counts.items() if count > 1]
+            self.collector.add(ProblemCode.DUPLICATE, *texts, key=kind)
         for first, second in sketch.conflicting_drivers:
             text = f"joints {first.name!r} and {second.name!r} drive the same two bodies, {first.first.body!r} and {first.second.body!r}"
             self.collector.add(ProblemCode.CONFLICT, f"{text}; leave one of them out", key="joint")
@@ -160,9 +157,11 @@ class CustomMachineParser:
         name = str(key)
         if not name.isidentifier():
             raise mistake(ProblemCode.WRONG_TYPE, "the name of a reading consists of letters, digits and _, as crank_angle")
-        if not find_reading_kind(values):
-            raise wrong_value(values, f"must be a table with one of {', '.join(READING_KINDS)}", f'; write {name} = {{ angle = "crank" }}')
-        return validate(READING, values, context=self.registry).build(name)
+        kind = find_reading_kind(values)
+        if not kind:
+            raise wrong_value(values, f"must be a table with one of {', '.join(READING_TABLES)}", f'; write {name} = {{ angle = "crank" }}')
+        reading: Reading = validate(READING_TABLES[kind], values, context=self.registry).make_element(name=name)
+        return reading
 
     def _parse_start(self, readings: list[Reading]) -> Start:
         given, readings_table = self.document.get("start", {}), self.document.get("readings")

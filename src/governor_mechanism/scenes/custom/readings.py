@@ -3,64 +3,57 @@
 import difflib
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Final
+from collections.abc import Iterable, Mapping
+from functools import partial
+from typing import Any
 
-from pydantic import Field, TypeAdapter
+from pydantic import Field
 
 from governor_mechanism.machines.custom import SketchedBody
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.scenes.custom.field_types import BodyRef, PointRef, TwoPointRefs, make_unique_name
 from governor_mechanism.scenes.problems import ProblemCode, mistake
-from governor_mechanism.scenes.table import SceneFileTable, union_by_key
+from governor_mechanism.scenes.table import SceneFileTable, SceneFileTables
 
-READING_KINDS: Final = ("angle", "line", "x", "y", "distance")
-"""Keys of [readings.name]; each kind of reading has one of them."""
-
-
-class ReadingTable(SceneFileTable):
-    """[readings.name] of any kind."""
-
-    def build(self, name: str) -> Reading:
-        """Return the reading."""
-        raise NotImplementedError
+_X_COORDINATE = partial(PointCoordinate, quantity="length", direction_x=1.0, direction_y=0.0)
+_Y_COORDINATE = partial(PointCoordinate, quantity="length", direction_x=0.0, direction_y=1.0)
 
 
-class AngleReadingTable(ReadingTable):
+class AngleTable(SceneFileTable):
     """Angle of a body against another one."""
 
     angle: BodyRef
     against: BodyRef = GROUND
 
-    def build(self, name: str) -> Reading:
+    def make_element(self, **arguments: Any) -> Reading:
         """Return the reading."""
         if self.angle in (self.against, GROUND):
             raise mistake(ProblemCode.CONFLICT, "angle must name a moving body, and against another body or the ground")
-        return BodyAngle(name=name, quantity="angle", body=self.angle, reference_body=self.against)
+        return BodyAngle(quantity="angle", body=self.angle, reference_body=self.against, **arguments)
 
 
-class LineReadingTable(ReadingTable):
+class LineTable(SceneFileTable):
     """Angle of a line from x, counterclockwise."""
 
     line: TwoPointRefs
 
-    def build(self, name: str) -> Reading:
+    def make_element(self, **arguments: Any) -> Reading:
         """Return the reading."""
         start, end = _require_different("line", self.line)
         # LineAngle counts from the downward vertical.
-        return LineAngle(name=name, quantity="angle", start=start, end=end, zero=math.pi / 2)
+        return LineAngle(quantity="angle", start=start, end=end, zero=math.pi / 2, **arguments)
 
 
-class DistanceReadingTable(ReadingTable):
+class DistanceTable(SceneFileTable):
     """Distance of two points."""
 
     distance: TwoPointRefs
 
-    def build(self, name: str) -> Reading:
+    def make_element(self, **arguments: Any) -> Reading:
         """Return the reading."""
         first, second = _require_different("distance", self.distance)
-        return PointDistance(name=name, quantity="length", first=first, second=second)
+        return PointDistance(quantity="length", first=first, second=second, **arguments)
 
 
 def _require_different(key: str, points: list[Point]) -> list[Point]:
@@ -69,45 +62,31 @@ def _require_different(key: str, points: list[Point]) -> list[Point]:
     return points
 
 
-class _CoordinateReadingTable(ReadingTable):
-    """Coordinate of a point, relative to another one."""
+class XTable(SceneFileTable):
+    """Coordinate x of a point, relative to another one."""
 
-    origin: PointRef | None = Field(None, alias="from")
-
-    def build(self, name: str) -> Reading:
-        """Return the reading."""
-        axis = "x" if "x" in type(self).model_fields else "y"
-        return _point_coordinate(name, getattr(self, axis), axis, self.origin or Point(body=GROUND))
+    element = _X_COORDINATE
+    origin: PointRef = Field(Point(body=GROUND), alias="from")
+    point: PointRef = Field(alias="x")
 
 
-class XReadingTable(_CoordinateReadingTable):
-    """Coordinate x of a point."""
+class YTable(XTable):
+    """Coordinate y of a point, relative to another one."""
 
-    x: PointRef
-
-
-class YReadingTable(_CoordinateReadingTable):
-    """Coordinate y of a point."""
-
-    y: PointRef
+    element = _Y_COORDINATE
+    point: PointRef = Field(alias="y")
 
 
-def find_reading_kind(values: Any, known_kinds: Sequence[str] = READING_KINDS) -> str:
+READING_TABLES: SceneFileTables = {"angle": AngleTable, "line": LineTable, "x": XTable, "y": YTable, "distance": DistanceTable}
+"""Tables of readings by the key that determines the kind of reading; each has one of them."""
+
+
+def find_reading_kind(values: object) -> str:
     """Return the key that determines the kind, or the kind nearest to a key; "" if there is not exactly one."""
     keys = [key for key in values if isinstance(key, str)] if isinstance(values, Mapping) else []
-    kinds = [key for key in keys if key in known_kinds]
-    kinds = kinds or [kind for key in keys for kind in difflib.get_close_matches(key, known_kinds, n=1)]
+    kinds = [key for key in keys if key in READING_TABLES]
+    kinds = kinds or [kind for key in keys for kind in difflib.get_close_matches(key, list(READING_TABLES), n=1)]
     return kinds[0] if len(kinds) == 1 else ""
-
-
-_READING_TABLES = (AngleReadingTable, LineReadingTable, XReadingTable, YReadingTable, DistanceReadingTable)
-READING: Final[TypeAdapter[ReadingTable]] = union_by_key(dict(zip(READING_KINDS, _READING_TABLES, strict=True)), find_reading_kind)
-"""[readings.name] of any kind."""
-
-
-def _point_coordinate(name: str, point: Point, axis: str, origin: Point) -> PointCoordinate:
-    x, y = (1.0, 0.0) if axis == "x" else (0.0, 1.0)
-    return PointCoordinate(name=name, quantity="length", point=point, direction_x=x, direction_y=y, origin=origin)
 
 
 def make_default_readings(bodies: Iterable[SketchedBody]) -> list[Reading]:
@@ -120,5 +99,6 @@ def make_default_readings(bodies: Iterable[SketchedBody]) -> list[Reading]:
         if body.can_rotate:
             readings.append(BodyAngle(name=f"{name}_angle", quantity="angle", body=body.name))
         else:
-            readings += [_point_coordinate(f"{name}_{axis}", Point(body=body.name), axis, Point(body=GROUND)) for axis in ("x", "y")]
+            coordinates = {"x": _X_COORDINATE, "y": _Y_COORDINATE}
+            readings += [make(name=f"{name}_{axis}", point=Point(body=body.name)) for axis, make in coordinates.items()]
     return readings
