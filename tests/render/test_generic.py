@@ -15,8 +15,8 @@ from governor_mechanism.model.joints import Distance, Pin, RotationalDriver, Tra
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.writer import choose_slow_down, schedule_frames, write_film
-from governor_mechanism.render.geometry.body_points import point_path, wheel_radii
-from governor_mechanism.render.geometry.outlines import convex_hull, make_arrow, make_band, make_plate_outline
+from governor_mechanism.render.geometry.outlines import make_arrow, make_band, make_plate_outline
+from governor_mechanism.render.geometry.points import convex_hull, point_path, wheel_radii
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.number_format import format_film_speed

@@ -15,17 +15,8 @@ from governor_mechanism.model.part import Part
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.geometry.free_space import first_free_position, horizontal_extents
-from governor_mechanism.render.geometry.primitives import (
-    Circle,
-    Lines,
-    Polygon,
-    TextShape,
-    bounding_box,
-    drawn_ball_radius,
-    make_bar,
-    make_hatching,
-    round_step,
-)
+from governor_mechanism.render.geometry.outlines import make_bar, make_hatching
+from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, TextShape, bounding_box, drawn_ball_radius, round_step
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.registry import MACHINE_DRAWINGS, drawing_of
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run, sleeve_height

@@ -1,55 +1,61 @@
-"""Outlines of parts: plates with rounded corners, bands along a curve, arrows, and hatched walls."""
+"""Outlines of parts: bars, boxes and plates, bands along a curve, arrows, section lining and hatched walls."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
-from governor_mechanism.render.geometry.primitives import (
-    BoundingBox,
-    Lines,
-    Polygon,
-    PoseTuple,
-    Vec2,
-    make_hatching,
-    make_rectangle,
-    place_points,
-)
-
-N_CORNER_SEGMENTS = 8
-"""Number of segments of a rounded corner."""
+from governor_mechanism.render.geometry.points import arc_points, convex_hull, place_points
+from governor_mechanism.render.geometry.primitives import BoundingBox, Lines, Polygon, PoseTuple, Vec2
 
 
-def convex_hull(points: Sequence[Vec2]) -> list[Vec2]:
-    """Return the corners of the convex hull of points, anticlockwise, without points on an edge."""
-    ordered = sorted(set(points))
-    if len(ordered) < 3:
-        return ordered
-    span = max(math.dist(point, ordered[0]) for point in ordered)
+def make_bar(role: str, start: Vec2, end: Vec2, width: float) -> Polygon:
+    """Return a straight bar with round ends from start to end (m), of a width (m)."""
+    length = math.dist(start, end)
+    ux, uy = ((end[0] - start[0]) / length, (end[1] - start[1]) / length) if length > 0 else (1.0, 0.0)
+    # A half circle from the right side of the bar to the left one, in axes (ux, uy), (-uy, ux); mirrored at the start.
+    half_circle = [(y, -x) for x, y in arc_points((0.0, 0.0), 0.0, math.pi, width / 2)]
+    tip = tuple((end[0] + f * ux - g * uy, end[1] + f * uy + g * ux) for f, g in half_circle)
+    return Polygon(role, tip + tuple((start[0] - f * ux + g * uy, start[1] - f * uy - g * ux) for f, g in half_circle))
 
-    def half_hull(chain: Sequence[Vec2]) -> list[Vec2]:
-        """Return the corners of the hull above or below the points."""
-        corners: list[Vec2] = []
-        for x, y in chain:
-            while len(corners) > 1:
-                (x0, y0), (x1, y1) = corners[-2:]
-                if (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0) > 1e-9 * span**2:
-                    break
-                corners.pop()
-            corners.append((x, y))
-        return corners[:-1]
 
-    return half_hull(ordered) + half_hull(ordered[::-1])
+def make_rectangle(role: str, left: float, right: float, bottom: float, top: float) -> Polygon:
+    """Return an upright rectangle (m)."""
+    return Polygon(role, ((left, bottom), (right, bottom), (right, top), (left, top)))
+
+
+def make_hatching(role: str, box: BoundingBox, spacing: float) -> Lines:
+    """Return section lining at 45 degrees in a box (m), with a spacing (m) along x."""
+    left, right, bottom, top = box
+    height = top - bottom
+    strokes: list[tuple[Vec2, ...]] = []
+    start_x = left - height + spacing / 2
+    while start_x < right:
+        low, high = max(start_x, left), min(start_x + height, right)
+        strokes.append(((low, bottom + low - start_x), (high, bottom + high - start_x)))
+        start_x += spacing
+    return Lines(role, tuple(strokes))
+
+
+def make_box(role: str, axes: PoseTuple, box: BoundingBox) -> Polygon:
+    """Return a box (m) in axes."""
+    return Polygon(role, place_points(axes, make_rectangle(role, *box).points))
+
+
+def make_hatched_block(role: str, axes: PoseTuple, box: BoundingBox, spacing: float) -> tuple[Polygon, Lines]:
+    """Return a box (m) in axes and its section lining, `spacing` (m) apart; the lining's role is "<role> hatching"."""
+    lining = make_hatching(f"{role} hatching", box, spacing)
+    return make_box(role, axes, box), Lines(lining.role, tuple(place_points(axes, stroke) for stroke in lining.lines))
 
 
 def make_plate_outline(role: str, points: Sequence[Vec2], width: float) -> Polygon:
     """Return a plate around all points, half a width (m) beyond the outermost: a bar for two points, a disc for one."""
     corners = convex_hull(points)
     if len(corners) < 2:
-        return Polygon(role, _arc_points(corners[0], 0.0, 2 * math.pi, width / 2, 2 * N_CORNER_SEGMENTS))
+        return Polygon(role, arc_points(corners[0], 0.0, 2 * math.pi, width / 2, 16))
     outline: list[Vec2] = []
     for previous, corner, following in zip((corners[-1], *corners), corners, (*corners[1:], corners[0]), strict=False):
         start, end = (math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in ((previous, corner), (corner, following)))
-        outline += _arc_points(corner, start - math.pi / 2, (end - start) % (2 * math.pi), width / 2, N_CORNER_SEGMENTS)
+        outline += arc_points(corner, start - math.pi / 2, (end - start) % (2 * math.pi), width / 2)
     return Polygon(role, tuple(outline))
 
 
@@ -63,8 +69,8 @@ def make_band(role: str, chain: Sequence[Vec2], width: float) -> Polygon:
     sides = [
         tuple((x + s * half * math.sin(h), y - s * half * math.cos(h)) for (x, y), h in zip(chain, headings, strict=True)) for s in (1, -1)
     ]
-    tip = _arc_points(chain[-1], headings[-1] - math.pi / 2, math.pi, half, N_CORNER_SEGMENTS)
-    tail = _arc_points(chain[0], headings[0] + math.pi / 2, math.pi, half, N_CORNER_SEGMENTS)
+    tip = arc_points(chain[-1], headings[-1] - math.pi / 2, math.pi, half)
+    tail = arc_points(chain[0], headings[0] + math.pi / 2, math.pi, half)
     return Polygon(role, (*sides[0], *tip, *sides[1][::-1], *tail))
 
 
@@ -108,25 +114,3 @@ def make_burst(role: str, positions: Sequence[Vec2], radius: float) -> Lines:
         tuple((x + fraction * radius * c, y + fraction * radius * s) for fraction in (0.45, 1.0)) for x, y in positions for c, s in rays
     ]
     return Lines(role, tuple(strokes))
-
-
-def make_hatched_block(role: str, axes: PoseTuple, box: BoundingBox, spacing: float) -> tuple[Polygon, Lines]:
-    """Return a box (m) in axes and its section lining, `spacing` (m) apart; the lining's role is "<role> hatching"."""
-    lining = make_hatching(f"{role} hatching", box, spacing)
-    outline = Polygon(role, place_points(axes, make_rectangle(role, *box).points))
-    return outline, Lines(lining.role, tuple(place_points(axes, stroke) for stroke in lining.lines))
-
-
-def distinct_points(points: Iterable[Vec2], min_distance: float) -> list[Vec2]:
-    """Return the points in order, without those closer than `min_distance` (m) to an earlier one."""
-    kept: list[Vec2] = []
-    for point in points:
-        if all(math.dist(point, other) >= min_distance for other in kept):
-            kept.append(point)
-    return kept
-
-
-def _arc_points(centre: Vec2, start: float, sweep: float, radius: float, n_segments: int) -> tuple[Vec2, ...]:
-    """Return points of an arc."""
-    angles = (start + sweep * k / n_segments for k in range(n_segments + 1))
-    return tuple((centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a)) for a in angles)

@@ -52,51 +52,6 @@ class TextShape:
 
 DrawnShape = Circle | Polygon | Lines | TextShape
 
-HALF_CIRCLE_POINTS = tuple((math.cos(k * math.pi / 8), math.sin(k * math.pi / 8)) for k in range(9))
-"""Points of the upper half of the unit circle."""
-
-
-def make_bar(role: str, start: Vec2, end: Vec2, width: float) -> Polygon:
-    """Return a straight bar with round ends from start to end (m), of a width (m)."""
-    dx, dy = end[0] - start[0], end[1] - start[1]
-    length = math.hypot(dx, dy)
-    ux, uy = (dx / length, dy / length) if length > 0 else (1.0, 0.0)
-    half = width / 2
-    # A half circle from the right side of the bar to the left one, in axes (ux, uy), (-uy, ux); mirrored at the start.
-    half_circle = tuple((half * s, -half * c) for c, s in HALF_CIRCLE_POINTS)
-    tip = tuple((end[0] + f * ux - g * uy, end[1] + f * uy + g * ux) for f, g in half_circle)
-    tail = tuple((start[0] - f * ux + g * uy, start[1] - f * uy - g * ux) for f, g in half_circle)
-    return Polygon(role, tip + tail)
-
-
-def make_rectangle(role: str, left: float, right: float, bottom: float, top: float) -> Polygon:
-    """Return an upright rectangle (m)."""
-    return Polygon(role, ((left, bottom), (right, bottom), (right, top), (left, top)))
-
-
-def make_hatching(role: str, box: BoundingBox, spacing: float) -> Lines:
-    """Return section lining at 45 degrees in a box (m), with a spacing (m) along x."""
-    left, right, bottom, top = box
-    height = top - bottom
-    strokes: list[tuple[Vec2, ...]] = []
-    start_x = left - height + spacing / 2
-    while start_x < right:
-        low, high = max(start_x, left), min(start_x + height, right)
-        strokes.append(((low, bottom + low - start_x), (high, bottom + high - start_x)))
-        start_x += spacing
-    return Lines(role, tuple(strokes))
-
-
-def axes_to_plane(axes: PoseTuple, x: float, y: float) -> Vec2:
-    """Return the position in the plane (m) of a point (x, y) (m) given in axes, such as those of a body."""
-    c, s = math.cos(axes[2]), math.sin(axes[2])
-    return axes[0] + c * x - s * y, axes[1] + s * x + c * y
-
-
-def place_points(axes: PoseTuple, points: Iterable[Vec2]) -> tuple[Vec2, ...]:
-    """Return the positions in the plane (m) of points given in axes."""
-    return tuple(axes_to_plane(axes, *point) for point in points)
-
 
 def bounding_box(shapes: Iterable[DrawnShape]) -> BoundingBox:
     """Return the smallest box (m) around all shapes; text counts with its reserved width."""

@@ -11,12 +11,10 @@ from typing import ClassVar
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.model.output_variables import FollowerHeight, PointCoordinate
-from governor_mechanism.render.geometry import primitives
-from governor_mechanism.render.geometry.outlines import make_hatched_block, make_wall
-from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Lines, Polygon, TextShape, Vec2, make_bar, make_rectangle
+from governor_mechanism.render.geometry.outlines import make_bar, make_hatched_block, make_rectangle, make_wall
+from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Lines, Polygon, TextShape, Vec2, round_step
 from governor_mechanism.render.machines.machine_drawing import Dimension, MachineDrawing
 from governor_mechanism.render.part_run import EffectT, PartRun
-from governor_mechanism.types import FloatArray
 
 LIFT_READING = "sleeve_lift"
 _N_COILS = 7
@@ -65,10 +63,6 @@ class GovernorDrawing(MachineDrawing):
     arm: ClassVar[Dimension]
     lug_offset = Dimension("lug_offset")
     sleeve_mass = Dimension("sleeve_mass")
-
-    @abstractmethod
-    def sleeve_height(self, poses: FloatArray) -> FloatArray:
-        """Return the height (...) of the sleeve lugs (m) at poses (..., bodies, 3)."""
 
     @property
     @abstractmethod
@@ -123,7 +117,7 @@ def hatched_pair_shapes(role: str, radii: Vec2, heights: Vec2, spacing: float) -
 def lift_ticks(lifts: Vec2, zero_height: float, min_range: float, min_length: float) -> LiftTicks:
     """Return ticks that cover the lifts (m), lowest and highest, on a scale long enough for two numbers without overlap."""
     low, high = lifts
-    step = primitives.round_step(max(high - low, min_range), 5)
+    step = round_step(max(high - low, min_range), 5)
     first = math.floor(low / step + 1e-9)
     last = max(math.ceil(high / step - 1e-9), first + math.ceil(min_length / step))
     return [(k * step * 1e3, k * step + zero_height) for k in range(first, last + 1)]

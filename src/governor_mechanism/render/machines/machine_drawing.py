@@ -5,9 +5,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from typing import ClassVar
 
-from governor_mechanism.render.geometry.body_points import drawn_point_paths
 from governor_mechanism.render.geometry.free_space import select_extreme_rows
-from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, bounding_box, drawn_ball_radius, make_bar
+from governor_mechanism.render.geometry.outlines import make_bar
+from governor_mechanism.render.geometry.points import arc_points, drawn_point_paths
+from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, bounding_box, drawn_ball_radius
 from governor_mechanism.render.part_run import PartRun
 from governor_mechanism.types import FloatArray
 
@@ -64,7 +65,7 @@ class MachineDrawing(PartRun, ABC):
         frame rate shows as a closed ring and not as a false slow rotation.
         """
         sweep_angle = math.copysign(min(abs(angle_change), 2 * math.pi), angle_change)
-        arc = tuple((ring_radius * math.cos(a), ring_radius * math.sin(a)) for a in (angle - sweep_angle * k / 32 for k in range(33)))
+        arc = arc_points((0.0, 0.0), angle, -sweep_angle, ring_radius, 32)
         hub = Circle("hub", 0.0, 0.0, 0.05 * ring_radius)
         return Lines("sweep", (arc,)), Lines("hand", (((0.0, 0.0), arc[0]),)), *self.plan_shapes(pose, angle), hub
 

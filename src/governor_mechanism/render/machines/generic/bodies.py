@@ -7,19 +7,10 @@ from governor_mechanism.model.force_elements import Damper, Force, ForceElement,
 from governor_mechanism.model.joints import ArcSlot, CurveSlot, Distance, Joint, Pin, Point, Slider, TranslationalDriver, Weld
 from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.output_variables import LineAngle, PointCoordinate, PointDistance, Reading
-from governor_mechanism.render.geometry.outlines import convex_hull, distinct_points, make_plate_outline, make_wall
-from governor_mechanism.render.geometry.primitives import (
-    Circle,
-    DrawnShape,
-    Lines,
-    PoseTuple,
-    Vec2,
-    axes_to_plane,
-    drawn_ball_radius,
-    place_points,
-)
-from governor_mechanism.render.machines.generic.gears import spoked_wheel, toothed_bodies
-from governor_mechanism.render.machines.generic.guides import STRIP_WIDTH, guide_centreline, make_box
+from governor_mechanism.render.geometry.outlines import make_box, make_plate_outline, make_wall
+from governor_mechanism.render.geometry.points import axes_to_plane, convex_hull, distinct_points, place_points
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, PoseTuple, Vec2, drawn_ball_radius
+from governor_mechanism.render.machines.generic.joints import STRIP_WIDTH, guide_centreline, spoked_wheel, toothed_bodies
 from governor_mechanism.render.machines.generic.placed_mechanism import PlacedMechanism
 
 _BAR_WIDTH = 0.052
@@ -142,7 +133,8 @@ def _single_point_shapes(placed: PlacedMechanism, body: Body, pose: PoseTuple) -
     holding_joints = [joint for joint in placed.mechanism.joints if isinstance(joint, Pin | Distance | CurveSlot | ArcSlot)]
     is_held_by_joint = any(body.name in (joint.first.body, joint.second.body) for joint in holding_joints)
     if placed.hangs_on_springs(body.name) and not is_held_by_joint:
-        return [make_box("block", pose, (0.0, 0.0), (_MASS_SIDES[0] * u, _MASS_SIDES[1] * u))]
+        half_width, half_height = (side / 2 * u for side in _MASS_SIDES)
+        return [make_box("block", pose, (-half_width, half_width, -half_height, half_height))]
     if (radius := placed.extents.flywheel_radius) > 0.0:
         return spoked_wheel(pose, radius, 0.84 * radius, 0.1 * radius)
     if body.can_rotate and body.planar_inertia > 0.0:

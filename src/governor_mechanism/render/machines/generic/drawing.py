@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 
 from governor_mechanism.model.joints import GROUND, Distance
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, make_bar
-from governor_mechanism.render.machines.generic import bodies, force_elements, gears, guides
-from governor_mechanism.render.machines.generic.extents import MechanismExtents
-from governor_mechanism.render.machines.generic.placed_mechanism import PlacedMechanism
+from governor_mechanism.render.geometry.outlines import make_bar
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines
+from governor_mechanism.render.machines.generic import bodies, force_elements, joints
+from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents, PlacedMechanism
 from governor_mechanism.types import FloatArray
 
 _LINK_WIDTH, _PIN_RADIUS = 0.040, 0.020
@@ -24,28 +24,28 @@ class GenericDrawing(MechanismExtents):
             heights = [float(self.poses[:, :, 1].min()), float(self.poses[:, :, 1].max()), *(point.y for point in ground_points)]
             margin = 0.2 * self.length_scale
             yield Lines("axis", (((0.0, min(heights) - margin), (0.0, max(heights) + margin)),))
-        yield from guides.guide_shapes(placed, fixed=True)
-        yield from gears.rack_bed_shapes(placed)
-        yield from guides.foot_shapes(placed)
+        yield from joints.guide_shapes(placed, fixed=True)
+        yield from joints.rack_bed_shapes(placed)
+        yield from joints.foot_shapes(placed)
         yield from force_elements.wall_shapes(placed)
 
     def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
         """Yield wheels, bodies, links, blocks, force elements and pins; masses and balls are in front of plates and links."""
         placed = self._place(pose, time)
         shapes_of_bodies = list(bodies.body_shapes(placed))
-        yield from gears.rack_shapes(placed)
-        yield from gears.wheel_shapes(placed)
+        yield from joints.rack_shapes(placed)
+        yield from joints.wheel_shapes(placed)
         yield from (shape for shape in shapes_of_bodies if shape.role not in ("block", "ball"))
-        yield from guides.guide_shapes(placed, fixed=False)
+        yield from joints.guide_shapes(placed, fixed=False)
         for joint in self.part.mechanism.joints:
             if isinstance(joint, Distance):
                 yield make_bar("link", placed.position(joint.first), placed.position(joint.second), _LINK_WIDTH * placed.unit)
         yield from force_elements.translational_element_shapes(placed)
-        yield from guides.block_shapes(placed)
+        yield from joints.block_shapes(placed)
         yield from (shape for shape in shapes_of_bodies if shape.role in ("block", "ball"))
         yield from force_elements.torsional_element_shapes(placed)
         yield from force_elements.drive_shapes(placed)
-        yield from (Circle("pivot", *point, _PIN_RADIUS * placed.unit) for point in guides.pin_centres(placed))
+        yield from (Circle("pivot", *point, _PIN_RADIUS * placed.unit) for point in joints.pin_centres(placed))
         yield from force_elements.output_effect_shapes(placed)
         yield from bodies.tracer_shapes(placed)
         yield from force_elements.force_arrow_shapes(placed)

@@ -14,9 +14,9 @@ from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Distance, Pin, RotationalDriver, TranslationalDriver, Weld
 from governor_mechanism.model.output_variables import PointCoordinate
-from governor_mechanism.render.geometry import primitives
-from governor_mechanism.render.geometry.outlines import make_arrow, make_burst, make_wall
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, Vec2, axes_to_plane, place_points
+from governor_mechanism.render.geometry.outlines import make_arrow, make_box, make_burst, make_wall
+from governor_mechanism.render.geometry.points import arc_points, axes_to_plane, place_points
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, PoseTuple, Vec2
 from governor_mechanism.render.machines.generic.placed_mechanism import PlacedMechanism
 from governor_mechanism.render.machines.governor_parts import friction_shoe_shapes
 
@@ -127,12 +127,12 @@ def force_arrow_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
         if isinstance(load, Force):
             x, y = placed.position(load.point)
             across, up = placed.extents.load_fractions(load, placed.time)
-            chain = [(x, y), (x + _ARROW_LENGTH * u * across, y + _ARROW_LENGTH * u * up)]
+            chain: tuple[Vec2, ...] = ((x, y), (x + _ARROW_LENGTH * u * across, y + _ARROW_LENGTH * u * up))
         elif isinstance(load, Torque):
             centre = placed.hinge_position(load.first, load.second)
             sweep = 1.5 * math.pi * placed.extents.load_fractions(load, placed.time)[0]
             start = 0.25 * math.pi if sweep > 0 else 0.75 * math.pi
-            chain = [axes_to_plane((*centre, start + sweep * k / 32), _TORQUE_ARROW_RADIUS * u, 0.0) for k in range(33)]
+            chain = arc_points(centre, start, sweep, _TORQUE_ARROW_RADIUS * u, 32)
         else:
             continue
         yield from make_arrow("force", chain, _ARROW_HEAD_SIZE * u)
@@ -167,9 +167,8 @@ def _shapes_of_effect(effect: OutputEffect, axes: PoseTuple, value: float, place
         case Stops():
             return _stop_shapes(effect, axes, value, placed)
         case DryFriction():
-            shoe = primitives.make_rectangle("shoe", -0.05 * u, 0.05 * u, -0.085 * u, 0.04 * u - 0.085 * u)
-            placed_shoe = Polygon("shoe", place_points(axes, shoe.points))
-            return friction_shoe_shapes(placed.extents, effect.reading, placed.time, [placed_shoe])
+            shoe = make_box("shoe", axes, (-0.05 * u, 0.05 * u, -0.085 * u, -0.045 * u))
+            return friction_shoe_shapes(placed.extents, effect.reading, placed.time, [shoe])
         case Dashpot():
             length = min_length + value - low
             lines = damper_lines(length, (min_length, min_length + high - low), u)

@@ -1,13 +1,138 @@
 """A mechanism at one pose, with the extents of its run: what every shape of the generic drawing depends on."""
 
-from collections.abc import Sequence
+import math
+from abc import ABC
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
-from governor_mechanism.model.force_elements import Damper, Spring
-from governor_mechanism.model.joints import GROUND, Pin, Point
+import numpy as np
+
+from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function
+from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
+from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque
+from governor_mechanism.model.joints import GROUND, ArcSlot, CurveSlot, Joint, Pin, Point, RackAndPinion, Slider, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.render.geometry.primitives import PoseTuple, Vec2, axes_to_plane
-from governor_mechanism.render.machines.generic.extents import MechanismExtents
+from governor_mechanism.model.time_functions import InputFunction, ReadingFunction
+from governor_mechanism.render.film.layout import ELEVATION_RECT
+from governor_mechanism.render.geometry.points import axes_to_plane, drawn_point_paths, point_path
+from governor_mechanism.render.geometry.primitives import PoseTuple, Vec2
+from governor_mechanism.render.machines.machine_drawing import MachineDrawing
+from governor_mechanism.types import FloatArray
+
+ELEVATION_ASPECT_RATIO = (ELEVATION_RECT[2] - ELEVATION_RECT[0]) / (ELEVATION_RECT[3] - ELEVATION_RECT[1])
+"""Width over height of the machine's rectangle in the frame."""
+
+
+class MechanismExtents(MachineDrawing, ABC):
+    """Extents of a part of a run: its length scale, the ranges of its motion, and its loads over time."""
+
+    @cached_property
+    def length_scale(self) -> float:
+        """Length (m) that sizes what the scene leaves open, such as the width of a bar."""
+        sides = np.ptp(drawn_point_paths(self.part.mechanism, self.poses).reshape(-1, 2), axis=0)
+        length_scale, own_scale = float(max(sides[0], ELEVATION_ASPECT_RATIO * sides[1])), self.part.mechanism.length_scale
+        # A mechanism that hardly moves and has no extent is measured by its flywheel, or by its own length scale.
+        return length_scale if length_scale > 1e-3 * own_scale else 2 * self.flywheel_radius or own_scale
+
+    @cached_property
+    def mean_height(self) -> float:
+        """Mean height (m) of the drawn points."""
+        return float(drawn_point_paths(self.part.mechanism, self.poses)[..., 1].mean())
+
+    @cached_property
+    def flywheel_radius(self) -> float:
+        """Radius (m) of a rim with the mass and the moment of inertia of the only body; 0 for several bodies or a point mass."""
+        body, *others = self.part.mechanism.bodies
+        xx, yy, _ = body.second_moments.in_plane
+        return math.sqrt(max(xx + yy, 0.0) / body.mass) if body.can_rotate and not others else 0.0
+
+    @cached_property
+    def joint_travels(self) -> Mapping[str, Vec2]:
+        """Smallest and largest displacement (m, or rad in an arc slot) of a joint's second point in the axes of its first."""
+        return {joint.name: travel for joint in self.part.mechanism.joints if (travel := self._joint_travel(joint)) is not None}
+
+    def element_length_range(self, element: Spring | Damper) -> Vec2:
+        """Return the shortest and the longest length (m) of a spring or damper."""
+        lengths = np.hypot(*self._separation(element.first, element.second).T)
+        return float(lengths.min()), float(lengths.max())
+
+    def load_fractions(self, load: Force | Torque, time: float) -> Vec2:
+        """Return the components of a force, or a torque and 0, at a time (s), relative to the largest load of its type over the run."""
+        largest = self._largest_loads[type(load)]
+        if not largest > 0.0:
+            return 0.0, 0.0
+        x, y = (self.load_components(load.name, np.array([time]))[:, 0] / largest).tolist()
+        return x, y
+
+    def load_components(self, name: str, times: FloatArray) -> FloatArray:
+        """Return the components (2, n) of a force, or a torque and 0, at times (n,) s.
+
+        A load that depends on readings is linear between the reported times.
+        """
+        inputs = _load_inputs(self._loads[name])
+        if any(one.depends_on_readings for one in inputs):
+            return np.array([np.interp(times, self.run.times, values) for values in self._load_samples[name]])
+        return np.array([CubicTimeFunction(one)(times) for one in inputs])
+
+    @cached_property
+    def _loads(self) -> Mapping[str, Force | Torque]:
+        """Forces and torques of the part by name, as functions of the readings of the run."""
+        return self.select_entries(
+            {load.name: load for load in self.run.scene.mechanism.force_elements if isinstance(load, Force | Torque)}
+        )
+
+    @cached_property
+    def _largest_loads(self) -> Mapping[type, float]:
+        """Largest load of each type over the run (N or N m)."""
+        largest: defaultdict[type, float] = defaultdict(float)
+        for name, load in self._loads.items():
+            largest[type(load)] = max(largest[type(load)], float(np.hypot(*self._load_samples[name]).max()))
+        return largest
+
+    @cached_property
+    def _load_samples(self) -> Mapping[str, FloatArray]:
+        """Components (2, n) of each load at the reported times."""
+        return {name: np.array([self._sample_input(one) for one in _load_inputs(load)]) for name, load in self._loads.items()}
+
+    def _sample_input(self, load: InputFunction) -> FloatArray:
+        """Return a component at the reported times."""
+        values = CubicTimeFunction(load)(self.run.times)
+        for function in load.functions:
+            values = values + self._sample_function(function)
+        for factor in load.factors:
+            values = values * self._sample_function(factor)
+        return values
+
+    def _sample_function(self, function: ReadingFunction) -> FloatArray:
+        """Return a function of a reading at the reported times; a lag follows it from its first value on."""
+        values = np.array([evaluate_reading_function(function, float(value)) for value in self.run.readings[function.reading]])
+        if function.lag:
+            for k, decay in enumerate(np.exp(-np.diff(self.run.times) / function.lag), start=1):
+                values[k] += decay * (values[k - 1] - values[k])
+        return values
+
+    def _separation(self, first: Point, second: Point) -> FloatArray:
+        """Return the position (n, 2) m of a point relative to another one over the run."""
+        return point_path(self.part.mechanism, self.poses, second) - point_path(self.part.mechanism, self.poses, first)
+
+    def _joint_travel(self, joint: Joint) -> Vec2 | None:
+        """Return the smallest and the largest displacement of a joint over the run, or None for a joint without one."""
+        separation, body = self._separation(joint.first, joint.second), self.part.mechanism.body_index(joint.first.body)
+        angles = self.poses[:, body, 2] if body >= 0 else np.zeros(len(self.poses))
+        match joint:
+            case Slider() | CurveSlot() | TranslationalDriver():
+                travel: FloatArray = rotate_vector(-(angles + joint.angle), *separation.T)[0]
+            case ArcSlot():
+                x, y = rotate_vector(-angles, *separation.T)
+                travel = np.unwrap(np.arctan2(y, x))
+            case RackAndPinion():
+                travel = separation @ np.array([math.cos(joint.angle), math.sin(joint.angle)])
+            case _:
+                return None
+        return float(travel.min()), float(travel.max())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,3 +175,8 @@ class PlacedMechanism:
     def hangs_on_springs(self, body: str) -> bool:
         """Return whether a spring or damper acts on a body."""
         return any(isinstance(load, Spring | Damper) and body in load.bodies for load in self.mechanism.force_elements)
+
+
+def _load_inputs(load: Force | Torque) -> tuple[InputFunction, InputFunction]:
+    """Return the components of a force, or a torque and 0."""
+    return (load.x, load.y) if isinstance(load, Force) else (load.moment, InputFunction())

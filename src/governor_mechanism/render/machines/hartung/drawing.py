@@ -1,26 +1,28 @@
-"""Drawing of Hartung's governor: hollow weights with their springs, bell cranks, hangers, sleeve and spindle."""
+"""Drawing of Hartung's governor: hollow weights with their springs, bell cranks, hangers, sleeve and spindle, and the effects on it.
+
+The effects are weight stops, a dashpot, a sleeve spring and friction shoes.
+"""
 
 import math
 from collections.abc import Iterator
 from itertools import chain
 
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
-from governor_mechanism.render.geometry.primitives import (
-    Circle,
-    DrawnShape,
-    Lines,
-    Polygon,
-    Vec2,
-    axes_to_plane,
-    make_bar,
-    make_rectangle,
-    place_points,
-)
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.spring import OutputSpring
+from governor_mechanism.effects.stops import Stops
+from governor_mechanism.render.geometry.outlines import make_bar, make_box, make_burst, make_hatched_block, make_rectangle
+from governor_mechanism.render.geometry.points import axes_to_plane
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2
 from governor_mechanism.render.machines import governor_parts as parts
-from governor_mechanism.render.machines.hartung import effects
 from governor_mechanism.render.machines.hartung.proportions import HartungProportions, HartungSide
 from governor_mechanism.types import FloatArray
 
+_WEIGHT_READINGS = ("lever_angle", "weight_radius")
+"""Readings that determine the position of the weights."""
+_STOP_HALF_HEIGHT = 0.16
+"""Half height of the weight stops, as a fraction of the weight arm."""
+_SHOE_HEIGHT = 0.20
 # Widths and radii as fractions of the weight arm.
 _ARM_WIDTH, _HANGER_WIDTH, _PIVOT_RADIUS, _ROD_HALF_WIDTH = 0.17, 0.12, 0.055, 0.05
 _N_SPRING_TURNS = 8
@@ -36,20 +38,20 @@ class HartungDrawing(HartungProportions):
     def background_shapes(self) -> Iterator[DrawnShape]:
         """Yield the spindle in its bearings, the frame with fulcrums and spring seats, and the lift scale."""
         u, w = self.arm, self.spindle_ratio * self.arm
-        collar_height, top = effects.spindle_collar_height(self), self.weight_size[1] + 0.34 * u
+        collar_height, top = _spindle_collar_height(self), self.weight_size[1] + 0.34 * u
         yield from parts.spindle_shapes(w, (collar_height - 0.42 * u, top + 0.2 * u), collar_height - 0.30 * u, top + 0.08 * u)
         for heights in ((top - 0.16 * u, top), (collar_height - 0.26 * u, collar_height - 0.10 * u)):
             yield from parts.hatched_pair_shapes("bearing", (w, 0.42 * u), heights, 0.09 * u)
         yield make_rectangle("spindle", -1.7 * w, 1.7 * w, collar_height - 0.10 * u, collar_height - 0.04 * u)
         yield from _frame_shapes(self)
-        yield from effects.static_effect_shapes(self)
+        yield from _static_effect_shapes(self)
         ticks = parts.lift_ticks(self.reading_range(parts.LIFT_READING), self.zero_lift_height, 0.1 * u, 0.3 * u)
         yield from parts.lift_scale_shapes(self.sleeve_size[0] + 0.38 * u, ticks, (0.14 * u, 0.08 * u, 0.18 * u, 0.9 * u))
 
     def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
         """Yield sleeve, hangers, weights, bell cranks and springs; the right half covers the left one."""
         u, sides, height = self.arm, self.sides(pose), float(self.sleeve_height(pose))
-        yield from effects.moving_effect_shapes(self, height, time)
+        yield from _moving_effect_shapes(self, height, time)
         yield from _sleeve_shapes(self, height)
         yield from (shape for side in sides for shape in _weight_shapes(self, side))
         yield from (shape for side in sides for shape in _crank_shapes(self, side))
@@ -61,7 +63,7 @@ class HartungDrawing(HartungProportions):
         yield from (Lines(role, front) for role in ("coil edge", "coil"))
         pivots = [point for side in sides for point in (side.fulcrum, side.sleeve_arm_end, side.lug)]
         yield from (Circle("pivot", *point, _PIVOT_RADIUS * u) for point in pivots)
-        yield from effects.impact_shapes(self, sides, time)
+        yield from _impact_shapes(self, sides, time)
 
     def plan_shapes(self, pose: FloatArray, angle: float) -> Iterator[DrawnShape]:
         """Yield weights, cross rod and sleeve from above; a mark identifies the right weight."""
@@ -69,13 +71,9 @@ class HartungDrawing(HartungProportions):
         left, right = (side.weight[0] for side in self.sides(pose))
         yield Lines("plan arm", ((axes_to_plane(axes, -seat, 0.0), axes_to_plane(axes, seat, 0.0)),))
         for x in (left, right):
-            yield Polygon("ball", place_points(axes, make_rectangle("ball", x - w, x + w, -h, h).points))
+            yield make_box("ball", axes, (x - w, x + w, -h, h))
         yield Circle("sleeve", 0.0, 0.0, 0.3 * self.arm)
         yield Circle("mark", *axes_to_plane(axes, right, 0.0), 0.3 * h)
-
-    def traced_path(self, poses: FloatArray) -> FloatArray:
-        """Return the path (n, 2) (m) of the centre of the right weight."""
-        return self.weight_centres(poses)
 
 
 def _weight_shapes(governor: HartungProportions, side: HartungSide) -> list[DrawnShape]:
@@ -148,3 +146,77 @@ def _sleeve_shapes(governor: HartungProportions, height: float) -> Iterator[Draw
     yield Polygon("slot", slot if math.isinf(governor.hanger) else ())
     tip = half_width + 0.34 * u
     yield Polygon("pointer", ((tip, height), (tip - 0.2 * u, height + 0.08 * u), (tip - 0.2 * u, height - 0.08 * u)))
+
+
+def _spindle_collar_height(governor: HartungProportions) -> float:
+    """Return the height (m) of the lower spindle collar, below the sleeve at its lowest."""
+    u, gap = governor.arm, 0.14 * governor.arm
+    if governor.find_lift_effect(DryFriction):
+        gap += _SHOE_HEIGHT * u
+    if governor.find_lift_effect(OutputSpring):
+        gap += 0.9 * u
+    return governor.lug_height_range[0] - governor.sleeve_size[1] - gap
+
+
+def _static_effect_shapes(governor: HartungProportions) -> Iterator[DrawnShape]:
+    """Yield the shapes fixed to the frame: weight stops, dashpot cylinder and spring seat."""
+    u = governor.arm
+    if stops := governor.find_effect(Stops, *_WEIGHT_READINGS):
+        yield from _weight_stop_shapes(governor, stops)
+    yield from parts.cylinder_shapes(governor)
+    if governor.find_lift_effect(OutputSpring):
+        y = _spindle_collar_height(governor)
+        yield make_rectangle("seat", -0.45 * u, 0.45 * u, y - 0.04 * u, y)
+
+
+def _moving_effect_shapes(governor: HartungProportions, height: float, time: float) -> Iterator[DrawnShape]:
+    """Yield the shapes that move with the sleeve, with its lugs at a height (m), at a time (s)."""
+    u, base = governor.arm, height - governor.sleeve_size[1]
+    w = governor.spindle_ratio * u
+    yield from parts.piston_shapes(governor, height, height)
+    if governor.find_lift_effect(OutputSpring):
+        yield Lines("spring", parts.helical_spring_lines((0.0, _spindle_collar_height(governor)), (0.0, base), 0.36 * u, w))
+    yield from parts.spindle_shoe_shapes(governor, time, base, (0.2, _SHOE_HEIGHT))
+
+
+def _impact_shapes(governor: HartungProportions, sides: list[HartungSide], time: float) -> Iterator[DrawnShape]:
+    """Yield rays where a weight has just struck its stop."""
+    if stops := governor.find_effect(Stops, *_WEIGHT_READINGS):
+        struck_side, points = governor.struck_side(stops.reading, time), list[Vec2]()
+        if struck_side:
+            is_inner_stop = (struck_side > 0) == (stops.reading == "lever_angle")  # the lever angle increases inward
+            face = -governor.weight_size[0] if is_inner_stop else governor.weight_size[0]
+            points = [(side.sign * (abs(side.weight[0]) + face), _stop_height(governor)) for side in sides]
+        yield make_burst("burst", points, 0.3 * governor.arm)
+
+
+def _stop_height(governor: HartungProportions) -> float:
+    """Return the height (m) at which the weights meet their stops."""
+    return 0.5 * (governor.bore_half_height + governor.weight_size[1])
+
+
+def _stop_radii(governor: HartungProportions, stops: Stops) -> Vec2:
+    """Return the radii (m) of the weight centres at the inner and outer stop; not finite where there is no stop."""
+    if stops.reading == "weight_radius":
+        return stops.low, stops.high
+    inner, outer = (governor.weight_radius(angle) if math.isfinite(angle) else math.nan for angle in (stops.high, stops.low))
+    return inner, outer
+
+
+def _weight_stop_shapes(governor: HartungProportions, stops: Stops) -> Iterator[DrawnShape]:
+    """Yield the blocks that stop the weights: inside on the hub, outside on brackets from the spring seats."""
+    u, y, (weight_half_width, weight_half_height) = governor.arm, _stop_height(governor), governor.weight_size
+    inner_radius, outer_radius = _stop_radii(governor, stops)
+    half_height = min(_STOP_HALF_HEIGHT * u, 0.8 * (weight_half_height - governor.bore_half_height) / 2)
+    inner, outer = inner_radius - weight_half_width, outer_radius + weight_half_width
+    if math.isfinite(inner):
+        hub_face = max(inner - 0.16 * u, -0.2 * u) if inner > 0.05 * u else inner - 0.1 * u
+        yield make_rectangle("bracket", -max(hub_face, 0.0), max(hub_face, 0.0), y - 0.5 * half_height, y + 0.5 * half_height)
+        near, far = sorted((max(hub_face, 0.02 * u), inner))
+        yield from parts.hatched_pair_shapes("stop", (near, far), (y - half_height, y + half_height), 0.07 * u)
+    if math.isfinite(outer):
+        plate = governor.spring_seat_radius + 0.03 * u
+        for sign, sides in zip((-1.0, 1.0), parts.both_sides(outer, outer + 0.13 * u), strict=True):
+            yield make_bar("bracket", (sign * plate, 0.9 * governor.bore_half_height), (sign * plate, y), 0.07 * u)
+            yield make_bar("bracket", (sign * outer + sign * 0.1 * u, y), (sign * plate, y), 0.07 * u)
+            yield from make_hatched_block("stop", (0.0, 0.0, 0.0), (*sides, y - half_height, y + half_height), 0.07 * u)

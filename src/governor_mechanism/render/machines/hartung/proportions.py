@@ -95,8 +95,8 @@ class HartungProportions(GovernorDrawing):
         height: FloatArray = poses[..., self.part.mechanism.body_index(SLEEVE), 1]
         return height
 
-    def weight_centres(self, poses: FloatArray) -> FloatArray:
-        """Return the centre (..., 2) (m) of the right weight at poses (..., bodies, 3)."""
+    def traced_path(self, poses: FloatArray) -> FloatArray:
+        """Return the path (n, 2) (m) of the centre of the right weight."""
         lever_angle = poses[..., self.part.mechanism.body_index(RIGHT_WEIGHT), 2]
         x, y = self.fulcrum_radius - self.arm * np.sin(lever_angle), self.fulcrum_height + self.arm * np.cos(lever_angle)
         return np.stack([x, y], axis=-1)

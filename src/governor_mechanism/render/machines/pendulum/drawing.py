@@ -6,7 +6,9 @@ from itertools import chain
 
 from governor_mechanism.machines.pendulum.machine import LEFT_BALL, RIGHT_BALL, RIGHT_LINK
 from governor_mechanism.render.geometry.free_space import first_free_position, horizontal_extents, select_extreme_rows
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, make_bar, make_rectangle
+from governor_mechanism.render.geometry.outlines import make_bar, make_rectangle
+from governor_mechanism.render.geometry.points import arc_points
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines.pendulum import effects, sleeve
 from governor_mechanism.render.machines.pendulum.proportions import ARM_WIDTH, PendulumProportions
@@ -77,13 +79,8 @@ def _linkage_shapes(governor: PendulumProportions, pose: FloatArray) -> Iterator
 
 def _highlight_arcs(ball: Vec2, radius: float) -> tuple[tuple[Vec2, ...], ...]:
     """Return two arcs inside the upper left rim of the ball: the highlight of a sphere."""
-    return tuple(
-        tuple(
-            (ball[0] + radius_ratio * radius * math.cos(a), ball[1] + radius_ratio * radius * math.sin(a))
-            for a in (math.radians(135 + half_angle * (k / 6 - 1)) for k in range(13))
-        )
-        for radius_ratio, half_angle in ((0.78, 42.0), (0.60, 30.0))
-    )
+    sizes = ((0.78, 42.0), (0.60, 30.0))
+    return tuple(arc_points(ball, math.radians(135 - half), math.radians(2 * half), ratio * radius, 12) for ratio, half in sizes)
 
 
 def _lift_scale_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:

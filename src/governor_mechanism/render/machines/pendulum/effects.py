@@ -10,8 +10,8 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.render.geometry.outlines import make_band, make_burst, make_hatched_block
-from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Vec2, make_bar, make_rectangle
+from governor_mechanism.render.geometry.outlines import make_band, make_bar, make_burst, make_hatched_block, make_rectangle
+from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Vec2
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines.generic.force_elements import spiral_points
 from governor_mechanism.render.machines.pendulum.proportions import ARM_WIDTH, PendulumProportions, PendulumSide

@@ -9,7 +9,8 @@ from itertools import pairwise
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.machines.pendulum.machine import SLEEVE
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, Vec2, make_bar, make_rectangle
+from governor_mechanism.render.geometry.outlines import make_bar, make_rectangle
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, Vec2
 from governor_mechanism.render.machines.governor_parts import mirror_outline
 from governor_mechanism.render.machines.pendulum.proportions import GROOVE_RATIO, PendulumProportions
 from governor_mechanism.types import FloatArray

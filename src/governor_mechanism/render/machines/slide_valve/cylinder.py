@@ -6,7 +6,8 @@ The valve has a larger scale than the stroke; the drawing shows the ratio. The p
 import math
 from collections.abc import Iterator
 
-from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, TextShape, Vec2, make_hatching, make_rectangle
+from governor_mechanism.render.geometry.outlines import make_hatching, make_rectangle
+from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, TextShape, Vec2
 from governor_mechanism.render.machines.governor_parts import both_sides, mirror_outline
 from governor_mechanism.render.machines.slide_valve.proportions import STEAM_PHASES, ValveGearPosition, ValveGearProportions
 

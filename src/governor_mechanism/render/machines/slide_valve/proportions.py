@@ -50,11 +50,8 @@ class ValveGearProportions(MachineDrawing, ABC):
     def position(self, pose: FloatArray) -> ValveGearPosition:
         """Return the position of the valve gear at a pose (bodies, 3)."""
         crank, crosshead, valve = (pose[self.part.mechanism.body_index(name)].tolist() for name in (CRANK, CROSSHEAD, VALVE))
-        return ValveGearPosition(
-            crank_angle=crank[2],
-            valve_displacement=valve[0] - self.centre,
-            piston_position=-(crosshead[0] - (0.0 if math.isinf(self.connecting_rod) else self.connecting_rod)),
-        )
+        piston_position = (0.0 if math.isinf(self.connecting_rod) else self.connecting_rod) - crosshead[0]
+        return ValveGearPosition(crank_angle=crank[2], valve_displacement=valve[0] - self.centre, piston_position=piston_position)
 
     def steam_phase(self, position: ValveGearPosition, side: float) -> str:
         """Return the phase of the steam at one end; `side` is 1 at the crank end, -1 at the head end."""

@@ -5,7 +5,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, TextShape, Vec2, make_bar
+from governor_mechanism.render.geometry.outlines import make_bar
+from governor_mechanism.render.geometry.points import arc_points
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, TextShape, Vec2
 from governor_mechanism.render.machines.governor_parts import visible_pieces
 from governor_mechanism.render.machines.slide_valve.proportions import ValveGearPosition, ValveGearProportions
 from governor_mechanism.types import FloatArray
@@ -26,8 +28,8 @@ def _polar_point(angle: float, length: float) -> Vec2:
     return length * math.cos(angle), length * math.sin(angle)
 
 
-def _circle_polyline(radius: float, points: int = 72) -> tuple[Vec2, ...]:
-    return tuple(_polar_point(math.tau * k / points, radius) for k in range(points + 1))
+def _circle_polyline(radius: float, centre: Vec2 = (0.0, 0.0)) -> tuple[Vec2, ...]:
+    return arc_points(centre, 0.0, math.tau, radius, 72)
 
 
 def dial_background_shapes(valve_gear: ValveGearProportions, angles: FloatArray, displacements: FloatArray) -> Iterator[DrawnShape]:
@@ -44,7 +46,7 @@ def dial_background_shapes(valve_gear: ValveGearProportions, angles: FloatArray,
     half = 0.5 * valve_gear.eccentric * scale
     x, y = half * math.sin(valve_gear.advance), half * math.cos(valve_gear.advance)
     for side in (1.0, -1.0):
-        yield Lines("valve circle", (tuple((side * x + dx, side * y + dy) for dx, dy in _circle_polyline(half)),))
+        yield Lines("valve circle", (_circle_polyline(half, (side * x, side * y)),))
     yield TextShape("scale", 1.09 * u, 0.09 * u, "0°", 0.2 * u)
     yield TextShape("scale", -1.28 * u, 0.09 * u, "180°", 0.2 * u)
     for end, side in _CYLINDER_ENDS:
@@ -82,7 +84,6 @@ def _piston_projection(valve_gear: ValveGearProportions, position: ValveGearPosi
     """Return the line from the crank pin to the piston position on the diameter: an arc about the crosshead, or a vertical line."""
     if math.isinf(valve_gear.connecting_rod):
         return pin, (position.piston_position, 0.0)
-    centre = position.piston_position - valve_gear.connecting_rod
-    turn = math.asin(pin[1] / valve_gear.connecting_rod)
-    angles = (turn * k / 12 for k in range(12, -1, -1))
-    return tuple((centre + valve_gear.connecting_rod * math.cos(a), valve_gear.connecting_rod * math.sin(a)) for a in angles)
+    rod = valve_gear.connecting_rod
+    angle = math.asin(pin[1] / rod)
+    return arc_points((position.piston_position - rod, 0.0), 0.0, angle, rod, 12)[::-1]

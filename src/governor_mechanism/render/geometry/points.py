@@ -1,4 +1,7 @@
-"""Paths of points over a run with poses (n, bodies, 3)."""
+"""Points: given in axes, on arcs, around a shape, and over a run with poses (n, bodies, 3)."""
+
+import math
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -6,7 +9,56 @@ from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.model.force_elements import Damper, Force, Spring
 from governor_mechanism.model.joints import Gear, Point, RackAndPinion
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.render.geometry.primitives import PoseTuple, Vec2
 from governor_mechanism.types import FloatArray
+
+
+def axes_to_plane(axes: PoseTuple, x: float, y: float) -> Vec2:
+    """Return the position in the plane (m) of a point (x, y) (m) given in axes, such as those of a body."""
+    c, s = math.cos(axes[2]), math.sin(axes[2])
+    return axes[0] + c * x - s * y, axes[1] + s * x + c * y
+
+
+def place_points(axes: PoseTuple, points: Iterable[Vec2]) -> tuple[Vec2, ...]:
+    """Return the positions in the plane (m) of points given in axes."""
+    return tuple(axes_to_plane(axes, *point) for point in points)
+
+
+def arc_points(centre: Vec2, start: float, sweep: float, radius: float, n_segments: int = 8) -> tuple[Vec2, ...]:
+    """Return points of an arc from a start angle on by a sweep (rad)."""
+    angles = (start + sweep * k / n_segments for k in range(n_segments + 1))
+    return tuple((centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a)) for a in angles)
+
+
+def distinct_points(points: Iterable[Vec2], min_distance: float) -> list[Vec2]:
+    """Return the points in order, without those closer than `min_distance` (m) to an earlier one."""
+    kept: list[Vec2] = []
+    for point in points:
+        if all(math.dist(point, other) >= min_distance for other in kept):
+            kept.append(point)
+    return kept
+
+
+def convex_hull(points: Sequence[Vec2]) -> list[Vec2]:
+    """Return the corners of the convex hull of points, anticlockwise, without points on an edge."""
+    ordered = sorted(set(points))
+    if len(ordered) < 3:
+        return ordered
+    span = max(math.dist(point, ordered[0]) for point in ordered)
+
+    def half_hull(chain: Sequence[Vec2]) -> list[Vec2]:
+        """Return the corners of the hull above or below the points."""
+        corners: list[Vec2] = []
+        for x, y in chain:
+            while len(corners) > 1:
+                (x0, y0), (x1, y1) = corners[-2:]
+                if (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0) > 1e-9 * span**2:
+                    break
+                corners.pop()
+            corners.append((x, y))
+        return corners[:-1]
+
+    return half_hull(ordered) + half_hull(ordered[::-1])
 
 
 def point_path(mechanism: Mechanism, poses: FloatArray, point: Point) -> FloatArray:

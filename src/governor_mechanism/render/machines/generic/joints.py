@@ -1,0 +1,271 @@
+"""Generic drawing of joints: guides, slots, sliding blocks, the feet of ground pins, meshing toothed wheels, and racks on their pinions."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from governor_mechanism.model import joints
+from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.render.geometry.outlines import make_band, make_box, make_hatching, make_wall
+from governor_mechanism.render.geometry.points import arc_points, axes_to_plane, distinct_points, place_points, wheel_radii
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, Vec2
+from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents, PlacedMechanism
+from governor_mechanism.types import FloatArray
+
+_SLOT_WIDTH, STRIP_WIDTH = 0.046, 0.100
+"""Widths of a slot and of the strip around it, as fractions of the length scale."""
+_BLOCK_SIDES, _SPRUNG_BLOCK_SIDES = (0.15, 0.08), (0.16, 0.22)
+"""Sides, along and across the guide, of a sliding block and of a mass held by springs in its guide, as fractions of the length scale."""
+_GUIDE_EXTENSION = 0.12
+"""Length of a guide beyond the travel at each end, as a fraction of the length scale."""
+_N_SLOT_SEGMENTS = 48
+"""Number of straight segments of a drawn slot."""
+_RACK_THICKNESS = 0.09
+"""Thickness of a rack, as a fraction of the length scale."""
+_CONCENTRIC_WHEEL_RADIUS = 0.16
+"""Radius of the larger of two wheels with a common centre, as a fraction of the length scale."""
+
+
+def guide_centreline(joint: joints.Joint, extents: MechanismExtents) -> Sequence[Vec2]:
+    """Return the centre line of the guide of the joint's second point (m, in the axes of the joint's first point)."""
+    low, high = extents.joint_travels[joint.name]
+    extension = _GUIDE_EXTENSION * extents.length_scale
+    match joint:
+        case joints.ArcSlot(radius=radius):
+            extension = min(0.6 * extension / radius, 0.2)
+            return arc_points((0.0, 0.0), low - extension, high - low + 2 * extension, radius, _N_SLOT_SEGMENTS)
+        case joints.CurveSlot(curve=curve):
+            first, last = low - 0.6 * extension, high + 0.6 * extension
+            if isinstance(curve, SplineCurve):
+                # A table curve ends at its first and last point; it is drawn whole unless the run uses a small part of it.
+                max_extension = 0.5 * (high - low) + extension
+                first, last = (max(low - max_extension, min(curve.x[0], low)), min(high + max_extension, max(curve.x[-1], high)))
+            xs = np.linspace(first, last, _N_SLOT_SEGMENTS + 1)
+            return list(zip(xs.tolist(), _curve_ordinates(curve, xs).tolist(), strict=True))
+        case _:
+            return [(low - extension, 0.0), (high + extension, 0.0)]
+
+
+def _curve_ordinates(curve: Curve, xs: FloatArray) -> FloatArray:
+    match curve:
+        case PolynomialCurve(coefficients=coefficients):
+            return np.asarray(np.polynomial.polynomial.polyval(xs, coefficients), dtype=np.float64)
+        case SplineCurve(x=x, y=y):
+            return np.asarray(CubicSpline(x, y)(xs))
+    raise NotImplementedError(f"curves of type {type(curve).__name__} cannot be drawn")
+
+
+def guide_shapes(placed: PlacedMechanism, *, fixed: bool) -> Iterator[DrawnShape]:
+    """Yield the guides on the ground (`fixed`) or on bodies; the plate of a body is drawn elsewhere."""
+    for joint in placed.mechanism.joints:
+        if joint.name not in placed.extents.joint_travels or (joint.first.body == joints.GROUND) != fixed:
+            continue
+        axes = _guide_axes(placed, joint)
+        match joint:
+            case joints.Slider() if not (fixed and joint.second.body in rack_bodies(placed.mechanism)):
+                yield from _straight_guide_shapes(placed, joint, axes, fixed=fixed)
+            case joints.ArcSlot() | joints.CurveSlot():
+                yield from _slot_shapes(joint, placed.extents, axes, fixed=fixed)
+            case joints.TranslationalDriver() if fixed and not _is_guided_by_slider(placed, joint):
+                yield Lines("guide", (place_points(axes, guide_centreline(joint, placed.extents)),))
+
+
+def _guide_axes(placed: PlacedMechanism, joint: joints.Joint) -> PoseTuple:
+    """Return the axes of a guide: origin in the joint's first point, x along a straight guide."""
+    angle = joint.angle if isinstance(joint, joints.Slider | joints.CurveSlot | joints.TranslationalDriver) else 0.0
+    return *placed.position(joint.first), placed.pose(joint.first.body)[2] + angle
+
+
+def _block_sides(placed: PlacedMechanism, joint: joints.Slider) -> Vec2:
+    """Return the sides of the block of a slider; a mass on springs is large enough to show them side by side."""
+    body = joint.second.body
+    has_no_other_joint = all(body not in (other.first.body, other.second.body) or other is joint for other in placed.mechanism.joints)
+    is_sprung_mass = has_no_other_joint and placed.hangs_on_springs(body) and body != joints.GROUND
+    along, across = _SPRUNG_BLOCK_SIDES if is_sprung_mass else _BLOCK_SIDES
+    return along * placed.unit, across * placed.unit
+
+
+def _straight_guide_shapes(placed: PlacedMechanism, joint: joints.Slider, axes: PoseTuple, *, fixed: bool) -> list[DrawnShape]:
+    u = placed.unit
+    (low, _), (high, _) = guide_centreline(joint, placed.extents)
+    width = _block_sides(placed, joint)[1]
+    if not fixed:
+        return [make_box("slot", axes, (low, high, -width / 2, width / 2))]
+    start, end = axes_to_plane(axes, low, 0.0), axes_to_plane(axes, high, 0.0)
+    if placed.extents.part.turns and max(abs(start[0]), abs(end[0])) < 1e-6 * u:
+        return [Lines("guide", ((start, end),))]
+    middles = ((side, axes_to_plane(axes, (low + high) / 2, side * 0.5 * width)) for side in (1, -1))
+    return [make_wall(middle, axes[2] - side * math.pi / 2, (high - low) / 2, 0.035 * u) for side, middle in middles]
+
+
+def _is_guided_by_slider(placed: PlacedMechanism, drive: joints.TranslationalDriver) -> bool:
+    """Return whether the driven body also runs in a guide, so that its path needs no line."""
+    bodies = {drive.first.body, drive.second.body}
+    return any(isinstance(joint, joints.Slider) and {joint.first.body, joint.second.body} == bodies for joint in placed.mechanism.joints)
+
+
+def _slot_shapes(joint: joints.ArcSlot | joints.CurveSlot, extents: MechanismExtents, axes: PoseTuple, *, fixed: bool) -> list[DrawnShape]:
+    u = extents.length_scale
+    low, high = extents.joint_travels[joint.name]
+    rim = "frame plate" if fixed else "plate"
+    if isinstance(joint, joints.ArcSlot) and high - low > 2 * math.pi - 0.4:
+        edges = (("", STRIP_WIDTH), ("slot", _SLOT_WIDTH), (rim, -_SLOT_WIDTH))
+        return [Circle(role or rim, axes[0], axes[1], joint.radius + w * u / 2) for role, w in edges]
+    chain = place_points(axes, guide_centreline(joint, extents))
+    return [*([make_band(rim, chain, STRIP_WIDTH * u)] if fixed else []), make_band("slot", chain, _SLOT_WIDTH * u)]
+
+
+def block_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+    """Yield the blocks that slide in straight guides; a rack is its own block."""
+    for joint in placed.mechanism.joints:
+        if isinstance(joint, joints.Slider) and joint.second.body not in rack_bodies(placed.mechanism):
+            length, width = _block_sides(placed, joint)
+            axes = (*placed.position(joint.second), _guide_axes(placed, joint)[2])
+            yield make_box("block", axes, (-length / 2, length / 2, -width / 2, width / 2))
+
+
+def pin_centres(placed: PlacedMechanism) -> Iterator[Vec2]:
+    """Yield the visible pin positions: pins, ends of links, points in slots, and points that rotate on a sliding block.
+
+    A bead, which does not rotate and is held in one point, has no pin.
+    """
+    beads = _bead_bodies(placed)
+    rotating_bodies = {body.name for body in placed.mechanism.bodies if body.can_rotate}
+    for joint in placed.mechanism.joints:
+        match joint:
+            case joints.Distance():
+                yield from (placed.position(end) for end in (joint.first, joint.second) if end.body not in beads)
+            case joints.Pin():
+                yield placed.position(joint.second)
+            case joints.ArcSlot() | joints.CurveSlot() if joint.second.body not in beads:
+                yield placed.position(joint.second)
+            case joints.Slider() if not isinstance(joint, joints.Prismatic) and ({joint.first.body, joint.second.body} & rotating_bodies):
+                yield placed.position(joint.second)
+
+
+def _bead_bodies(placed: PlacedMechanism) -> set[str]:
+    """Return the names of bodies that do not rotate and are held at their mass centre only, in slots or by links."""
+    held_only_in_point: dict[str, bool] = {}
+    for joint in placed.mechanism.joints:
+        for point in (joint.first, joint.second):
+            is_point_only = isinstance(joint, joints.Distance | joints.ArcSlot | joints.CurveSlot) and not (point.x or point.y)
+            held_only_in_point[point.body] = held_only_in_point.get(point.body, True) and is_point_only
+    return {body.name for body in placed.mechanism.bodies if not body.can_rotate and held_only_in_point.get(body.name)}
+
+
+def foot_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+    """Yield a hatched foot under every pin, link, block or weld on the ground; above it where the mechanism hangs."""
+    feet: list[joints.Point] = []
+    for joint in placed.mechanism.joints:
+        if isinstance(joint, joints.Pin | joints.Distance | joints.Weld):
+            feet += (joint.first, joint.second)
+        elif isinstance(joint, joints.Slider | joints.ArcSlot | joints.CurveSlot):
+            feet.append(joint.second)
+    positions = [(foot.x, foot.y) for foot in feet if foot.body == joints.GROUND]
+    for point in distinct_points(positions, 0.01 * placed.unit):
+        yield from _foot_shape(point, placed.unit, above=point[1] > placed.extents.mean_height)
+
+
+def _foot_shape(position: Vec2, u: float, *, above: bool) -> tuple[DrawnShape, ...]:
+    x, y = position
+    half_width, height, ground_thickness = 0.06 * u, 0.09 * u, 0.04 * u
+    base = y + height if above else y - height
+    bottom = base if above else base - ground_thickness
+    box = (x - 1.5 * half_width, x + 1.5 * half_width, bottom, bottom + ground_thickness)
+    line = Lines("wall", (((box[0], base), (box[1], base)),))
+    return (Polygon("frame", ((x, y), (x - half_width, base), (x + half_width, base))), make_hatching("hatching", box, 0.034 * u), line)
+
+
+def toothed_bodies(mechanism: Mechanism) -> set[str]:
+    """Return the names of bodies drawn as wheels or racks."""
+    meshing = [joint for joint in mechanism.joints if isinstance(joint, joints.Gear | joints.RackAndPinion)]
+    return {point.body for joint in meshing for point in (joint.first, joint.second)}
+
+
+def rack_bodies(mechanism: Mechanism) -> set[str]:
+    """Return the names of bodies drawn as racks."""
+    return {joint.second.body for joint in mechanism.joints if isinstance(joint, joints.RackAndPinion)} - {joints.GROUND}
+
+
+def wheel_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+    """Yield wheels with spokes that rotate with their bodies, larger ones behind; internal gears are rings."""
+    u = placed.unit
+    # A wheel can mesh with several others.
+    wheels: dict[tuple[str, float, float, int], tuple[joints.Point, float]] = {}
+    for joint in placed.mechanism.joints:
+        for point, radius in _wheels_of(placed, joint):
+            wheels.setdefault((point.body, point.x, point.y, round(200 * radius / u)), (point, radius))
+    for point, radius in sorted(wheels.values(), key=lambda wheel: -wheel[1]):
+        pose = (*placed.position(point), placed.pose(point.body)[2])
+        yield from spoked_wheel(pose, radius, max(radius - 0.035 * u, 0.72 * radius), 0.045 * u)
+
+
+def spoked_wheel(pose: PoseTuple, radius: float, rim_radius: float, max_hub_radius: float) -> list[DrawnShape]:
+    """Return a wheel with four spokes, one of them marked; `rim_radius` (m) is the inner one of its rim."""
+    x, y, angle = pose
+    ends = [axes_to_plane((x, y, angle + k * math.pi / 2), rim_radius, 0.0) for k in range(4)]
+    return [
+        Circle("wheel", x, y, radius),
+        Circle("wheel web", x, y, rim_radius),
+        Lines("spoke", tuple(((x, y), end) for end in ends[1:])),
+        Lines("marked spoke", (((x, y), ends[0]),)),
+        Circle("wheel", x, y, min(0.22 * rim_radius, max_hub_radius)),
+    ]
+
+
+def _wheels_of(placed: PlacedMechanism, joint: joints.Joint) -> list[tuple[joints.Point, float]]:
+    """Return the centres on their bodies and the radii (m) of the wheels of a joint."""
+    if isinstance(joint, joints.RackAndPinion):
+        return [(joint.first, abs(joint.radius))]
+    if not isinstance(joint, joints.Gear):
+        return []
+    centre_distance = math.dist(placed.position(joint.first), placed.position(joint.second))
+    if centre_distance > 0.02 * placed.unit:
+        first, second = (float(radius[0]) for radius in wheel_radii(joint.ratio, np.array([centre_distance])))
+    else:
+        second = _CONCENTRIC_WHEEL_RADIUS * placed.unit / max(abs(joint.ratio), 1.0)
+        first = abs(joint.ratio) * second
+    return [(joint.first, first), (joint.second, second)]
+
+
+def rack_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+    """Yield toothed bars that touch the circles of their pinions during the whole run."""
+    u = placed.unit
+    for joint in placed.mechanism.joints:
+        if not isinstance(joint, joints.RackAndPinion):
+            continue
+        (x, y), (rack_x, rack_y) = placed.position(joint.first), placed.position(joint.second)
+        low, high = placed.extents.joint_travels[joint.name]
+        side, axes = _rack_contact(placed, joint)
+        rack_coordinate = (rack_x - x) * math.cos(joint.angle) + (rack_y - y) * math.sin(joint.angle)
+        start, end = rack_coordinate - high - 0.18 * u, rack_coordinate - low + 0.18 * u
+        back_offset = side * _RACK_THICKNESS * u
+        yield make_box("rack", axes, (start, end, 0.0, back_offset))
+        count = max(round((end - start) / (0.045 * u)), 2)
+        tooth_positions = (start + (k + 0.5) * (end - start) / count for k in range(count))
+        yield Lines("tooth", tuple(place_points(axes, ((x, 0.0), (x, 0.4 * back_offset))) for x in tooth_positions))
+
+
+def _rack_contact(placed: PlacedMechanism, joint: joints.RackAndPinion) -> tuple[float, PoseTuple]:
+    """Return the side (+1 or -1) of the pinion on which its rack touches it, and axes there with x along the rack.
+
+    A pinion that rotates anticlockwise drives a rack on the right of the forward direction.
+    """
+    side = -1.0 if joint.radius > 0 else 1.0
+    return side, (*axes_to_plane((*placed.position(joint.first), joint.angle), 0.0, side * abs(joint.radius)), joint.angle)
+
+
+def rack_bed_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+    """Yield the beds of racks that the ground guides and whose pinions it holds."""
+    u = placed.unit
+    sliders = (joint for joint in placed.mechanism.joints if isinstance(joint, joints.Slider))
+    guided_bodies = {slider.second.body for slider in sliders if slider.first.body == joints.GROUND}
+    for joint in placed.mechanism.joints:
+        if isinstance(joint, joints.RackAndPinion) and joint.second.body in guided_bodies:
+            side, axes = _rack_contact(placed, joint)
+            low, high = placed.extents.joint_travels[joint.name]
+            position = axes_to_plane(axes, 0.0, side * _RACK_THICKNESS * u)
+            yield make_wall(position, joint.angle - side * math.pi / 2, (high - low) / 2 + 0.24 * u, 0.035 * u)
