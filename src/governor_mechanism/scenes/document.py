@@ -151,19 +151,15 @@ class PartParser:
         effects = self._parse_effects(mechanism.readings if mechanism else None, {CLEARANCE_READING: "length"} if has_clearance else None)
         effect_problems = machine_class.effect_problems(effects) if machine_class else ()
         self._add_effect_problems(effect_problems)
-        if machine_class is not None and machine_class.driver_dimensions:
-            start = self._parse_driven_start(machine_class)
-        else:
-            start = self._parse_start(machine, mechanism, has_clearance)
+        driven_class = machine_class if machine_class and machine_class.driver_dimensions else None
+        start = self._parse_driven_start(driven_class) if driven_class else self._parse_start(machine, mechanism, has_clearance)
         can_build = machine and mechanism and not effect_problems
         return self.collector.attempt("[effects]", _build_part, machine, mechanism, effects) if can_build else None, effects, start
 
     def _build_machine(self, machine_class: type[Machine] | None) -> Machine | None:
         """Return the machine of [dimensions], or None if it cannot be built."""
         if "dimensions" not in self.document:
-            needs = "every machine needs it"
-            if machine_class is not None:
-                needs = f"{machine_class.name} needs {', '.join(_required_dimensions(machine_class))}"
+            needs = f"{machine_class.name} needs {', '.join(_required_keys(machine_class))}" if machine_class else "every machine needs it"
             self.collector.add(ProblemCode.MISSING_KEY, f"[dimensions] is missing; {needs}", key="dimensions")
         if machine_class is None or "dimensions" not in self.tables:
             return None
@@ -178,13 +174,11 @@ class PartParser:
             return Start(values={})
         coordinate = mechanism.coordinate
         readings = {coordinate: (mechanism.reading(coordinate).quantity, schema.rate_key(coordinate))}
-        defaults: dict[str, float | str] = {coordinate: EQUILIBRIUM}
-        if has_clearance:
-            readings[CLEARANCE_READING] = ("length", f"{CLEARANCE_READING}_rate")
-            defaults[CLEARANCE_READING] = 0.0
+        clearance = {CLEARANCE_READING: 0.0} if has_clearance else {}
+        readings |= {name: ("length", f"{name}_rate") for name in clearance}
         given = schema.parse_start(table, readings, self.collector)
-        rates = {CLEARANCE_READING: 0.0, **given.rates} if given.rates and has_clearance else given.rates
-        start = Start(values=defaults | {**given.values}, rates=rates)
+        rates = clearance | {**given.rates} if given.rates else given.rates
+        start = Start(values={coordinate: EQUILIBRIUM, **clearance, **given.values}, rates=rates)
         if machine:
             with self.collector.at("[start]"):
                 self.collector.add(ProblemCode.OUT_OF_RANGE, *machine.start_problems(start.values), key="start")
@@ -219,14 +213,14 @@ def _build_part(machine: Machine, mechanism: Mechanism, effects: tuple[Effect, .
     return Part(name=GOVERNOR_PART_NAME, machine=machine.name, dimensions=dimensions, mechanism=mechanism, plane=machine.plane)
 
 
-def _required_dimensions(machine_class: type[Machine]) -> list[str]:
+def _required_keys(machine_class: type[Machine]) -> list[str]:
     return [field.name for field in dataclasses.fields(machine_class) if field.default is dataclasses.MISSING]
 
 
 def _build_placeholder_mechanism(machine_class: type[Machine]) -> Mechanism | None:
     """Return some mechanism of this kind, so that [start] can be checked although [dimensions] is wrong."""
     try:
-        return machine_class(**dict.fromkeys(_required_dimensions(machine_class), 1.0)).mechanism()
+        return machine_class(**dict.fromkeys(_required_keys(machine_class), 1.0)).mechanism()
     except ValueError:
         return None
 

@@ -57,10 +57,9 @@ class ReadingFunctionTable(SceneFileTable):
             harmonics = _parse_harmonics(self.harmonics, load_kind)
             return HarmonicFunction(reading=self.reading, lag=self.lag, harmonics=harmonics, quantity="angle")
         if self.table is not None:
-            path, kinds = f"{KEY}.table", ("reading", load_kind)
-            kind, (positions, values) = parse_first_fitting(
-                READING_KINDS, lambda kind: parse_points(self.table, (kind, load_kind), kinds, path)
-            )
+            path, names = f"{KEY}.table", ("reading", load_kind)
+            fitting = parse_first_fitting(READING_KINDS, lambda kind: parse_points(self.table, (kind, load_kind), names, path))
+            kind, (positions, values) = fitting
             if len(positions) < 2:
                 raise mistake(ProblemCode.WRONG_TYPE, f"{path} needs two points or more; found {len(positions)}")
             has_unit = any(isinstance(point[0], str) for point in self.table)

@@ -53,11 +53,9 @@ class CommonSceneTable(SceneFileTable):
         known_keys = list(cls.fields_by_key())
         is_list = isinstance(value, list | tuple) and bool(value) and all(isinstance(item, Mapping) for item in value)
         heading = f"[{key}]" if isinstance(value, Mapping) else f"[[{key}]]" if is_list else key
-        elsewhere = ""
-        if key in CUSTOM_KEYS:
-            elsewhere = f' {key!r} belongs to machine = "{CUSTOM_MACHINE}".'
-        elif key in TOP_LEVEL_KEYS:
-            elsewhere = " A custom machine has no dimensions; its lengths are given with its bodies."
+        custom_text = f' {key!r} belongs to machine = "{CUSTOM_MACHINE}".'
+        table_text = " A custom machine has no dimensions; its lengths are given with its bodies."
+        elsewhere = custom_text if key in CUSTOM_KEYS else table_text if key in TOP_LEVEL_KEYS else ""
         return f"{heading} is unknown; a scene file has {', '.join(known_keys)}.{did_you_mean(key, known_keys)}{elsewhere}"
 
 
