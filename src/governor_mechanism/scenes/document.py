@@ -33,46 +33,66 @@ GOVERNOR_PART_NAME = "governor"
 """Name of the only part of a scene."""
 
 
-class DocumentParser:
-    """Parser of a document of one part or of several; it collects all mistakes."""
+def parse_document(document: Mapping[str, Any], source: str) -> Scene:
+    """Return the scene of a document of one part or of several.
 
-    def __init__(self, document: Mapping[str, Any], source: str) -> None:
-        self.document, self.source, self.collector = document, source, ProblemCollector()
+    Parameters
+    ----------
+    document
+        Keys and tables.
+    source
+        Path or name of the scene file.
 
-    def parse(self) -> Scene:
-        """Return the scene; raise MechanismError with all mistakes."""
-        if "part" in self.document or "coupling" in self.document:
-            title, parts, couplings, quantities = self._parse_parts()
-        else:
-            parser = PartParser(self.document, self.collector)
-            part, couplings = parser.parse(), ()
-            title, parts, quantities = parser.title, () if part is None else (part,), parser.quantities
-        crossings = schema.parse_crossings(self.document.get("events"), quantities, self.collector)
-        run_table = self.collector.attempt("run", validate, schema.RunTable, _table(self.document, "run")) or schema.RunTable()
-        run = self.collector.attempt("[run]", run_table.make_element)
-        if self.collector.problems or not parts or run is None:
-            raise MechanismError(*self.collector.problems)
-        title = title or Path(self.source).stem or parts[0].machine
-        document = _copy_document(self.document)
-        return Scene(title=title, parts=parts, couplings=couplings, crossings=crossings, run=run, source=self.source, document=document)
+    Returns
+    -------
+    Scene
+        The scene.
 
-    def _parse_parts(self) -> tuple[str, tuple[Part, ...], tuple[Coupling, ...], ReadingQuantities]:
-        """Return title, parts, couplings and readings of a document of several parts."""
-        top_level = self.collector.attempt("", validate, schema.CoupledSceneTable, self.document)
-        tables = _table(self.document, "part")
-        couplings = self.collector.parse_tables("coupling", self.document.get("coupling"), parse_coupling)
-        coupled = {angle for coupling in couplings if isinstance(coupling, RatioCoupling) for angle in (coupling.first, coupling.second)}
-        parts, quantities = [], dict[str, str]()
-        for name, table in tables.items():
-            collector = ProblemCollector()
-            parser = collector.attempt(KEY, PartParser, table, collector, name, f"{name}.{SPINDLE_ANGLE}" in coupled)
-            if parser is not None:
-                part = parser.parse()
-                parts += [] if part is None else [part]
-                prefix = f"{name}." if len(tables) > 1 else ""
-                quantities |= {f"{prefix}{reading}": quantity for reading, quantity in (parser.quantities or {}).items()}
-            self.collector.problems += [problem.at(f"part.{name}:") for problem in collector.problems]
-        return (top_level and top_level.title) or "", tuple(parts), tuple(couplings), quantities if len(parts) == len(tables) else None
+    Raises
+    ------
+    MechanismError
+        With all mistakes.
+    """
+    collector = ProblemCollector()
+    is_single = "part" not in document and "coupling" not in document
+    title, parts, couplings, quantities = (_parse_only_part if is_single else _parse_parts)(document, collector)
+    crossings = schema.parse_crossings(document.get("events"), quantities, collector)
+    table = given if isinstance(given := document.get("run"), Mapping) else {}
+    run_table = collector.attempt("run", validate, schema.RunTable, table) or schema.RunTable()
+    run = collector.attempt("[run]", run_table.make_element)
+    if collector.problems or not parts or run is None:
+        raise MechanismError(*collector.problems)
+    title = title or Path(source).stem or parts[0].machine
+    own_document = _copy_document(document)
+    return Scene(title=title, parts=parts, couplings=couplings, crossings=crossings, run=run, source=source, document=own_document)
+
+
+_Parts = tuple[str, tuple[Part, ...], tuple[Coupling, ...], ReadingQuantities]
+"""Title, parts, couplings and readings of a document."""
+
+
+def _parse_only_part(document: Mapping[str, Any], collector: ProblemCollector) -> _Parts:
+    parser = PartParser(document, collector)
+    part = parser.parse()
+    return parser.title, () if part is None else (part,), (), parser.quantities
+
+
+def _parse_parts(document: Mapping[str, Any], collector: ProblemCollector) -> _Parts:
+    top_level = collector.attempt("", validate, schema.CoupledSceneTable, document)
+    tables = given if isinstance(given := document.get("part"), Mapping) else {}
+    couplings = collector.parse_tables("coupling", document.get("coupling"), parse_coupling)
+    coupled = {angle for coupling in couplings if isinstance(coupling, RatioCoupling) for angle in (coupling.first, coupling.second)}
+    parts, quantities = [], dict[str, str]()
+    for name, table in tables.items():
+        part_collector = ProblemCollector()
+        parser = part_collector.attempt(KEY, PartParser, table, part_collector, name, f"{name}.{SPINDLE_ANGLE}" in coupled)
+        part = parser and parser.parse()
+        parts += [part] if part else []
+        prefix = f"{name}." if len(tables) > 1 else ""
+        quantities |= {f"{prefix}{reading}": kind for reading, kind in ((parser and parser.quantities) or {}).items()}
+        collector.problems += [problem.at(f"part.{name}:") for problem in part_collector.problems]
+    title = (top_level and top_level.title) or ""
+    return title, tuple(parts), tuple(couplings), quantities if len(parts) == len(tables) else None
 
 
 class PartParser:
@@ -223,12 +243,6 @@ def _build_placeholder_mechanism(machine_class: type[Machine]) -> Mechanism | No
         return machine_class(**dict.fromkeys(_required_keys(machine_class), 1.0)).mechanism()
     except ValueError:
         return None
-
-
-def _table(document: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    """Return a table of a document; an empty one if there is none, or something else, which is reported with the top level."""
-    table = document.get(key)
-    return table if isinstance(table, Mapping) else {}
 
 
 def _copy_document(value: Any) -> Any:

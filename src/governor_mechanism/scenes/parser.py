@@ -68,9 +68,9 @@ def parse_scene_document(document: Mapping[str, Any], source: str = "") -> Scene
     with _named(source):
         if not isinstance(document, Mapping):
             raise mistake(ProblemCode.WRONG_TYPE, f"a scene is a table of keys; found {format_value(document)}")
-        from governor_mechanism.scenes.document import DocumentParser  # slow to import: pydantic
+        from governor_mechanism.scenes.document import parse_document  # slow to import: pydantic
 
-        return DocumentParser(document, source).parse()
+        return parse_document(document, source)
 
 
 @contextmanager
