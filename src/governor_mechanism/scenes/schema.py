@@ -220,11 +220,8 @@ def parse_start(table: object, readings: Mapping[str, tuple[str, str]], collecto
 
 def find_misspelt_equilibrium(values: Mapping[str, Any]) -> list[str]:
     """Return messages about a misspelt "equilibrium" in [start] of an unknown machine."""
-    return [
-        f"start.{key} {format_value(value)} is unknown.{_suggest_equilibrium(value)}"
-        for key, value in values.items()
-        if value != EQUILIBRIUM and _suggest_equilibrium(value)
-    ]
+    hints = {key: _suggest_equilibrium(value) for key, value in values.items() if value != EQUILIBRIUM}
+    return [f"start.{key} {format_value(values[key])} is unknown.{hint}" for key, hint in hints.items() if hint]
 
 
 def _suggest_equilibrium(value: object) -> str:
