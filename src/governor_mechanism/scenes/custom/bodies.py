@@ -85,7 +85,7 @@ class BodyTable(SceneFileTable):
     plate: PlateTable | None = None
     point: Bool = False
     turns: Bool = True
-    points: NamedPoints = {}  # noqa: RUF012 - pydantic copies it
+    points: NamedPoints = Field(default_factory=dict)
     at: Position = (0.0, 0.0)
     angle: Angle = 0.0
 

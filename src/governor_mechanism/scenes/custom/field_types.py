@@ -207,7 +207,6 @@ def _motion_parser(kind: str, rate_kind: str, name: str, amplitude_example: str)
     return parse
 
 
-parse_angle_motion = _motion_parser("angle", "angular_speed", "angle", "10 deg")
 parse_displacement_motion = _motion_parser("length", "speed", "displacement", "10 mm")
 
 
@@ -259,6 +258,6 @@ BodyRef = Annotated[str, PlainValidator(_parse_body)]
 NewBodyName = Annotated[str, PlainValidator(_parse_body_name)]
 NamedPoints = Annotated[dict[str, FloatPair], PlainValidator(parse_named_points)]
 CurveValue = Annotated[Any, PlainValidator(_parse_curve)]
-AngleMotion = Annotated[Any, PlainValidator(parse_angle_motion)]
+AngleMotion = Annotated[Any, PlainValidator(_motion_parser("angle", "angular_speed", "angle", "10 deg"))]
 DisplacementMotion = Annotated[Any, PlainValidator(parse_displacement_motion)]
 """Types of fields; the values of motions are `MotionBuilder`. The validation context of references is the `PointRegistry`."""
