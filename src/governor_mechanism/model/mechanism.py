@@ -84,9 +84,6 @@ class Shaft(Body):
 
     mass: float = 0.0
 
-    def __post_init__(self) -> None:
-        """Accept a shaft without mass."""
-
     @property
     def moves(self) -> tuple[bool, bool, bool]:
         """Only the angle can change."""

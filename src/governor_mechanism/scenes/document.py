@@ -33,46 +33,66 @@ GOVERNOR_PART_NAME = "governor"
 """Name of the only part of a scene."""
 
 
-class DocumentParser:
-    """Parser of a document of one part or of several; it collects all mistakes."""
+def parse_document(document: Mapping[str, Any], source: str) -> Scene:
+    """Return the scene of a document of one part or of several.
 
-    def __init__(self, document: Mapping[str, Any], source: str) -> None:
-        self.document, self.source, self.collector = document, source, ProblemCollector()
+    Parameters
+    ----------
+    document
+        Keys and tables.
+    source
+        Path or name of the scene file.
 
-    def parse(self) -> Scene:
-        """Return the scene; raise MechanismError with all mistakes."""
-        if "part" in self.document or "coupling" in self.document:
-            title, parts, couplings, quantities = self._parse_parts()
-        else:
-            parser = PartParser(self.document, self.collector)
-            part, couplings = parser.parse(), ()
-            title, parts, quantities = parser.title, () if part is None else (part,), parser.quantities
-        crossings = schema.parse_crossings(self.document.get("events"), quantities, self.collector)
-        run_table = self.collector.attempt("run", validate, schema.RunTable, _table(self.document, "run")) or schema.RunTable()
-        run = self.collector.attempt("[run]", run_table.make_element)
-        if self.collector.problems or not parts or run is None:
-            raise MechanismError(*self.collector.problems)
-        title = title or Path(self.source).stem or parts[0].machine
-        document = _copy_document(self.document)
-        return Scene(title=title, parts=parts, couplings=couplings, crossings=crossings, run=run, source=self.source, document=document)
+    Returns
+    -------
+    Scene
+        The scene.
 
-    def _parse_parts(self) -> tuple[str, tuple[Part, ...], tuple[Coupling, ...], ReadingQuantities]:
-        """Return title, parts, couplings and readings of a document of several parts."""
-        top_level = self.collector.attempt("", validate, schema.CoupledSceneTable, self.document)
-        tables = _table(self.document, "part")
-        couplings = self.collector.parse_tables("coupling", self.document.get("coupling"), parse_coupling)
-        coupled = {angle for coupling in couplings if isinstance(coupling, RatioCoupling) for angle in (coupling.first, coupling.second)}
-        parts, quantities = [], dict[str, str]()
-        for name, table in tables.items():
-            collector = ProblemCollector()
-            parser = collector.attempt(KEY, PartParser, table, collector, name, f"{name}.{SPINDLE_ANGLE}" in coupled)
-            if parser is not None:
-                part = parser.parse()
-                parts += [] if part is None else [part]
-                prefix = f"{name}." if len(tables) > 1 else ""
-                quantities |= {f"{prefix}{reading}": quantity for reading, quantity in (parser.quantities or {}).items()}
-            self.collector.problems += [problem.at(f"part.{name}:") for problem in collector.problems]
-        return (top_level and top_level.title) or "", tuple(parts), tuple(couplings), quantities if len(parts) == len(tables) else None
+    Raises
+    ------
+    MechanismError
+        With all mistakes.
+    """
+    collector = ProblemCollector()
+    is_single = "part" not in document and "coupling" not in document
+    title, parts, couplings, quantities = (_parse_only_part if is_single else _parse_parts)(document, collector)
+    crossings = schema.parse_crossings(document.get("events"), quantities, collector)
+    table = given if isinstance(given := document.get("run"), Mapping) else {}
+    run_table = collector.attempt("run", validate, schema.RunTable, table) or schema.RunTable()
+    run = collector.attempt("[run]", run_table.make_element)
+    if collector.problems or not parts or run is None:
+        raise MechanismError(*collector.problems)
+    title = title or Path(source).stem or parts[0].machine
+    own_document = _copy_document(document)
+    return Scene(title=title, parts=parts, couplings=couplings, crossings=crossings, run=run, source=source, document=own_document)
+
+
+_Parts = tuple[str, tuple[Part, ...], tuple[Coupling, ...], ReadingQuantities]
+"""Title, parts, couplings and readings of a document."""
+
+
+def _parse_only_part(document: Mapping[str, Any], collector: ProblemCollector) -> _Parts:
+    parser = PartParser(document, collector)
+    part = parser.parse()
+    return parser.title, () if part is None else (part,), (), parser.quantities
+
+
+def _parse_parts(document: Mapping[str, Any], collector: ProblemCollector) -> _Parts:
+    top_level = collector.attempt("", validate, schema.CoupledSceneTable, document)
+    tables = given if isinstance(given := document.get("part"), Mapping) else {}
+    couplings = collector.parse_tables("coupling", document.get("coupling"), parse_coupling)
+    coupled = {angle for coupling in couplings if isinstance(coupling, RatioCoupling) for angle in (coupling.first, coupling.second)}
+    parts, quantities = [], dict[str, str]()
+    for name, table in tables.items():
+        part_collector = ProblemCollector()
+        parser = part_collector.attempt(KEY, PartParser, table, part_collector, name, f"{name}.{SPINDLE_ANGLE}" in coupled)
+        part = parser and parser.parse()
+        parts += [part] if part else []
+        prefix = f"{name}." if len(tables) > 1 else ""
+        quantities |= {f"{prefix}{reading}": kind for reading, kind in ((parser and parser.quantities) or {}).items()}
+        collector.problems += [problem.at(f"part.{name}:") for problem in part_collector.problems]
+    title = (top_level and top_level.title) or ""
+    return title, tuple(parts), tuple(couplings), quantities if len(parts) == len(tables) else None
 
 
 class PartParser:
@@ -151,19 +171,15 @@ class PartParser:
         effects = self._parse_effects(mechanism.readings if mechanism else None, {CLEARANCE_READING: "length"} if has_clearance else None)
         effect_problems = machine_class.effect_problems(effects) if machine_class else ()
         self._add_effect_problems(effect_problems)
-        if machine_class is not None and machine_class.driver_dimensions:
-            start = self._parse_driven_start(machine_class)
-        else:
-            start = self._parse_start(machine, mechanism, has_clearance)
+        driven_class = machine_class if machine_class and machine_class.driver_dimensions else None
+        start = self._parse_driven_start(driven_class) if driven_class else self._parse_start(machine, mechanism, has_clearance)
         can_build = machine and mechanism and not effect_problems
         return self.collector.attempt("[effects]", _build_part, machine, mechanism, effects) if can_build else None, effects, start
 
     def _build_machine(self, machine_class: type[Machine] | None) -> Machine | None:
         """Return the machine of [dimensions], or None if it cannot be built."""
         if "dimensions" not in self.document:
-            needs = "every machine needs it"
-            if machine_class is not None:
-                needs = f"{machine_class.name} needs {', '.join(_required_dimensions(machine_class))}"
+            needs = f"{machine_class.name} needs {', '.join(_required_keys(machine_class))}" if machine_class else "every machine needs it"
             self.collector.add(ProblemCode.MISSING_KEY, f"[dimensions] is missing; {needs}", key="dimensions")
         if machine_class is None or "dimensions" not in self.tables:
             return None
@@ -178,13 +194,11 @@ class PartParser:
             return Start(values={})
         coordinate = mechanism.coordinate
         readings = {coordinate: (mechanism.reading(coordinate).quantity, schema.rate_key(coordinate))}
-        defaults: dict[str, float | str] = {coordinate: EQUILIBRIUM}
-        if has_clearance:
-            readings[CLEARANCE_READING] = ("length", f"{CLEARANCE_READING}_rate")
-            defaults[CLEARANCE_READING] = 0.0
+        clearance = {CLEARANCE_READING: 0.0} if has_clearance else {}
+        readings |= {name: ("length", f"{name}_rate") for name in clearance}
         given = schema.parse_start(table, readings, self.collector)
-        rates = {CLEARANCE_READING: 0.0, **given.rates} if given.rates and has_clearance else given.rates
-        start = Start(values=defaults | {**given.values}, rates=rates)
+        rates = clearance | {**given.rates} if given.rates else given.rates
+        start = Start(values={coordinate: EQUILIBRIUM, **clearance, **given.values}, rates=rates)
         if machine:
             with self.collector.at("[start]"):
                 self.collector.add(ProblemCode.OUT_OF_RANGE, *machine.start_problems(start.values), key="start")
@@ -219,22 +233,16 @@ def _build_part(machine: Machine, mechanism: Mechanism, effects: tuple[Effect, .
     return Part(name=GOVERNOR_PART_NAME, machine=machine.name, dimensions=dimensions, mechanism=mechanism, plane=machine.plane)
 
 
-def _required_dimensions(machine_class: type[Machine]) -> list[str]:
+def _required_keys(machine_class: type[Machine]) -> list[str]:
     return [field.name for field in dataclasses.fields(machine_class) if field.default is dataclasses.MISSING]
 
 
 def _build_placeholder_mechanism(machine_class: type[Machine]) -> Mechanism | None:
     """Return some mechanism of this kind, so that [start] can be checked although [dimensions] is wrong."""
     try:
-        return machine_class(**dict.fromkeys(_required_dimensions(machine_class), 1.0)).mechanism()
+        return machine_class(**dict.fromkeys(_required_keys(machine_class), 1.0)).mechanism()
     except ValueError:
         return None
-
-
-def _table(document: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    """Return a table of a document; an empty one if there is none, or something else, which is reported with the top level."""
-    table = document.get(key)
-    return table if isinstance(table, Mapping) else {}
 
 
 def _copy_document(value: Any) -> Any:

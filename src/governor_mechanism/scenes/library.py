@@ -75,7 +75,5 @@ def load_scene(scene: str | Path) -> Scene:
     hint = suggest_name(scene, {name: name for name in known})
     if os.path.isfile(scene):
         hint = f" To read the file of that name in this folder write {'./' + scene!r}."
-    raise MechanismError(
-        f"no scene {format_value(scene)}; shipped scenes are {', '.join(known)}, "
-        f"and a path has a suffix or a separator, as in my_scene.toml or ./my_scene.{hint}"
-    )
+    path_text = "a path has a suffix or a separator, as in my_scene.toml or ./my_scene"
+    raise MechanismError(f"no scene {format_value(scene)}; shipped scenes are {', '.join(known)}, and {path_text}.{hint}")

@@ -57,10 +57,9 @@ class ReadingFunctionTable(SceneFileTable):
             harmonics = _parse_harmonics(self.harmonics, load_kind)
             return HarmonicFunction(reading=self.reading, lag=self.lag, harmonics=harmonics, quantity="angle")
         if self.table is not None:
-            path, kinds = f"{KEY}.table", ("reading", load_kind)
-            kind, (positions, values) = parse_first_fitting(
-                READING_KINDS, lambda kind: parse_points(self.table, (kind, load_kind), kinds, path)
-            )
+            path, names = f"{KEY}.table", ("reading", load_kind)
+            fitting = parse_first_fitting(READING_KINDS, lambda kind: parse_points(self.table, (kind, load_kind), names, path))
+            kind, (positions, values) = fitting
             if len(positions) < 2:
                 raise mistake(ProblemCode.WRONG_TYPE, f"{path} needs two points or more; found {len(positions)}")
             has_unit = any(isinstance(point[0], str) for point in self.table)
@@ -86,29 +85,6 @@ def _parse_harmonics(value: object, load_kind: str) -> tuple[tuple[float, float,
         return parse_si(item[0], "number", f"{path} order", sign="not negative"), cosine, sine
 
     return tuple(parse_each(parse_harmonic, value, count(1)))
-
-
-def parse_reading_function(value: object, load_kind: str) -> ReadingFunction:
-    """Return a function of a reading.
-
-    Parameters
-    ----------
-    value
-        Table as read from TOML.
-    load_kind
-        Kind of its values: "torque", "force" or "ratio".
-
-    Returns
-    -------
-    ReadingFunction
-        The function.
-
-    Raises
-    ------
-    MechanismError
-        With the problems of the table.
-    """
-    return validate(ReadingFunctionTable, value).build(load_kind)
 
 
 def input_function(kind: str, name: str) -> PlainValidator:
@@ -143,7 +119,7 @@ def parse_load(value: Any, kind: str, name: str, sign: str = "any", reason: str 
         With the problems of the value.
     """
     if isinstance(value, Mapping):
-        return InputFunction(functions=(parse_reading_function(value, kind),))
+        return InputFunction(functions=(validate(ReadingFunctionTable, value).build(kind),))
     is_list = isinstance(value, list | tuple)
     if is_list and any(isinstance(item, Mapping) for item in value):
         return _add_up(parse_each(lambda item: parse_load(item, kind, name), value))
@@ -216,7 +192,7 @@ class ControlTable(SceneFileTable):
         """Return the coupling."""
         given = {key: value for key, value in self.given_values().items() if key in ("reading", "about", "lag", *FUNCTION_KEYS)}
         kinds = ("ratio",) if self.scales else ("torque", "force")
-        _, function = parse_first_fitting(kinds, lambda kind: parse_reading_function(given, kind))
+        _, function = parse_first_fitting(kinds, lambda kind: validate(ReadingFunctionTable, given).build(kind))
         return ControlCoupling(function=function, target=self.scales or self.sets, scales=bool(self.scales), **arguments)
 
 

@@ -68,9 +68,9 @@ def parse_scene_document(document: Mapping[str, Any], source: str = "") -> Scene
     with _named(source):
         if not isinstance(document, Mapping):
             raise mistake(ProblemCode.WRONG_TYPE, f"a scene is a table of keys; found {format_value(document)}")
-        from governor_mechanism.scenes.document import DocumentParser  # slow to import: pydantic
+        from governor_mechanism.scenes.document import parse_document  # slow to import: pydantic
 
-        return DocumentParser(document, source).parse()
+        return parse_document(document, source)
 
 
 @contextmanager
@@ -101,9 +101,8 @@ def _read_document(path: Path, known_names: Iterable[str]) -> dict[str, Any]:
 def _read_text(path: Path, known_names: Iterable[str]) -> str:
     try:
         if path.is_dir():
-            scenes = sorted(file.name for file in path.glob("*.toml"))
-            content_text = f"it holds {', '.join(scenes)}" if scenes else "it holds no .toml files"
-            raise _unreadable(f"this is a folder, not a scene file; {content_text}")
+            scenes = ", ".join(sorted(file.name for file in path.glob("*.toml")))
+            raise _unreadable(f"this is a folder, not a scene file; it holds {scenes or 'no .toml files'}")
         with path.open("rb") as stream:
             content = stream.read(MAX_SCENE_FILE_SIZE + 1)
     except MechanismError:
@@ -133,7 +132,6 @@ def suggest_name(word: str, names: Mapping[str, str]) -> str:
 
 def _missing_file_message(path: Path, known_names: Iterable[str]) -> str:
     """Return the message about a missing file, with the nearest name among its neighbours and the known names."""
-    candidates = {name: name for name in known_names}
-    candidates |= {neighbour.stem: str(neighbour) for neighbour in path.parent.glob("*.toml")}
+    candidates = {name: name for name in known_names} | {neighbour.stem: str(neighbour) for neighbour in path.parent.glob("*.toml")}
     folder_text = "" if path.parent.is_dir() else f" (there is no folder {str(path.parent)!r} either)"
     return f"no such file{folder_text}.{suggest_name(path.stem, candidates)}"

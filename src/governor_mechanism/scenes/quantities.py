@@ -75,8 +75,7 @@ def parse_si(value: object, kind: str, key: str = KEY, *, sign: str = "any", bou
         raise wrong_value(value, requirement, hint, code=ProblemCode.OUT_OF_RANGE, path=key)
     min_value, max_value = MIN_VALUE_BY_KIND.get(kind, MIN_DIMENSION), MAX_VALUE_BY_KIND.get(kind, MAX_DIMENSION)
     if bounded and number and not min_value <= abs(number) <= max_value:
-        requirement = f"must lie between {min_value:g} and {max_value:g} in SI"
-        raise wrong_value(value, requirement, code=ProblemCode.OUT_OF_RANGE, path=key)
+        raise wrong_value(value, f"must lie between {min_value:g} and {max_value:g} in SI", code=ProblemCode.OUT_OF_RANGE, path=key)
     suspicious_limit, refused_limit = UNITLESS_LIMITS.get(kind, (MAX_DIMENSION, MAX_DIMENSION))
     if not isinstance(value, str) and suspicious_limit < abs(number) <= refused_limit:
         written, unit_kind = f"{number:.12g}", QUANTITY_KINDS[kind]

@@ -53,11 +53,9 @@ class CommonSceneTable(SceneFileTable):
         known_keys = list(cls.fields_by_key())
         is_list = isinstance(value, list | tuple) and bool(value) and all(isinstance(item, Mapping) for item in value)
         heading = f"[{key}]" if isinstance(value, Mapping) else f"[[{key}]]" if is_list else key
-        elsewhere = ""
-        if key in CUSTOM_KEYS:
-            elsewhere = f' {key!r} belongs to machine = "{CUSTOM_MACHINE}".'
-        elif key in TOP_LEVEL_KEYS:
-            elsewhere = " A custom machine has no dimensions; its lengths are given with its bodies."
+        custom_text = f' {key!r} belongs to machine = "{CUSTOM_MACHINE}".'
+        table_text = " A custom machine has no dimensions; its lengths are given with its bodies."
+        elsewhere = custom_text if key in CUSTOM_KEYS else table_text if key in TOP_LEVEL_KEYS else ""
         return f"{heading} is unknown; a scene file has {', '.join(known_keys)}.{did_you_mean(key, known_keys)}{elsewhere}"
 
 
@@ -222,11 +220,8 @@ def parse_start(table: object, readings: Mapping[str, tuple[str, str]], collecto
 
 def find_misspelt_equilibrium(values: Mapping[str, Any]) -> list[str]:
     """Return messages about a misspelt "equilibrium" in [start] of an unknown machine."""
-    return [
-        f"start.{key} {format_value(value)} is unknown.{_suggest_equilibrium(value)}"
-        for key, value in values.items()
-        if value != EQUILIBRIUM and _suggest_equilibrium(value)
-    ]
+    hints = {key: _suggest_equilibrium(value) for key, value in values.items() if value != EQUILIBRIUM}
+    return [f"start.{key} {format_value(values[key])} is unknown.{hint}" for key, hint in hints.items() if hint]
 
 
 def _suggest_equilibrium(value: object) -> str:

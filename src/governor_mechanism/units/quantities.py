@@ -34,9 +34,8 @@ class QuantityKind:
     @property
     def hint(self) -> str:
         """Sentence on how to write a quantity of this kind."""
-        if not self.units:
-            return f"write a bare number such as {self.example}"
-        return f'write "{self.example}", or the bare number in {self.si_unit}'
+        bare = f"write a bare number such as {self.example}"
+        return f'write "{self.example}", or the bare number in {self.si_unit}' if self.units else bare
 
     @property
     def units_hint(self) -> str:

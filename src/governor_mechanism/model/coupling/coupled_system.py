@@ -175,15 +175,10 @@ def rename(description: Any, new_name: Callable[[str], str]) -> Any:
         return tuple(rename(item, new_name) for item in description)
     if not is_dataclass(description) or isinstance(description, type):
         return description
-    changes = {}
-    for one in fields(description):
-        value = getattr(description, one.name)
-        if isinstance(value, str):
-            if one.name in _NAME_FIELDS:
-                changes[one.name] = new_name(value)
-        elif (renamed := rename(value, new_name)) is not value:
-            changes[one.name] = renamed
-    return replace(description, **changes) if changes else description
+    values = {one.name: getattr(description, one.name) for one in fields(description)}
+    names = {name: new_name(value) for name, value in values.items() if name in _NAME_FIELDS and isinstance(value, str)}
+    others = {name: rename(value, new_name) for name, value in values.items() if not isinstance(value, str)}
+    return replace(description, **others, **names)
 
 
 def _follows_by_spindle(prefixes: Mapping[str, Part], couplings: Sequence[Coupling]) -> dict[str, FollowCoupling]:

@@ -31,8 +31,7 @@ class MomentsTable(SceneFileTable):
     @model_validator(mode="after")
     def _check_determinant(self) -> MomentsTable:
         if self.xy**2 > self.xx * self.yy * (1 + 1e-9):
-            requirement = "must not exceed the square root of xx * yy"
-            raise wrong_value(self.xy, requirement, code=ProblemCode.OUT_OF_RANGE, path=f"{KEY}.xy")
+            raise wrong_value(self.xy, "must not exceed the square root of xx * yy", code=ProblemCode.OUT_OF_RANGE, path=f"{KEY}.xy")
         return self
 
 
@@ -86,7 +85,7 @@ class BodyTable(SceneFileTable):
     plate: PlateTable | None = None
     point: Bool = False
     turns: Bool = True
-    points: NamedPoints = {}  # noqa: RUF012 - pydantic copies it
+    points: NamedPoints = Field(default_factory=dict)
     at: Position = (0.0, 0.0)
     angle: Angle = 0.0
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Collection, Mapping
 from functools import cached_property, partial
-from itertools import chain, count, repeat
+from itertools import chain, count
 from typing import Annotated, Any
 
 import numpy as np
@@ -120,8 +120,7 @@ def _parse_body(value: object, info: ValidationInfo[PointRegistry]) -> str:
 def _parse_body_name(value: object) -> str:
     body = parse_name(value)
     if body == GROUND:
-        text = f"{KEY} must not be {GROUND!r}, which is the fixed plane; its points are in [ground]"
-        raise mistake(ProblemCode.DUPLICATE, text)
+        raise mistake(ProblemCode.DUPLICATE, f"{KEY} must not be {GROUND!r}, which is the fixed plane; its points are in [ground]")
     return body
 
 
@@ -152,8 +151,7 @@ def _parse_spline(value: object) -> Curve:
 def _parse_polynomial(value: object) -> Curve:
     if not isinstance(value, list | tuple):
         raise wrong_value(value, "must be a list of numbers")
-    kinds = chain(["length"], repeat("number"))
-    numbers = (parse_si(item, kind, f"{KEY}, c{power}") for power, (item, kind) in enumerate(zip(value, kinds, strict=False)))
+    numbers = (parse_si(item, "number" if power else "length", f"{KEY}, c{power}") for power, item in enumerate(value))
     return PolynomialCurve(coefficients=tuple(numbers))
 
 
@@ -209,7 +207,6 @@ def _motion_parser(kind: str, rate_kind: str, name: str, amplitude_example: str)
     return parse
 
 
-parse_angle_motion = _motion_parser("angle", "angular_speed", "angle", "10 deg")
 parse_displacement_motion = _motion_parser("length", "speed", "displacement", "10 mm")
 
 
@@ -239,10 +236,10 @@ def parse_moving_point(name: str, position: object) -> tuple[SketchedBody, list[
         raise wrong_value(position, "must be [x, y], each a length or a motion")
     motions = parse_each(_parse_coordinate, position, paths=[f"{KEY} x:", f"{KEY} y:"])
     x, y = (float(CubicTimeFunction(motion)(np.zeros(1))[0]) for motion in motions)
-    starts, angles = (Point(body=GROUND, y=y), Point(body=GROUND, x=x)), (0.0, math.pi / 2)
+    axes = (("x", Point(body=GROUND, y=y), 0.0), ("y", Point(body=GROUND, x=x), math.pi / 2))
     drivers: list[Joint] = [
         TranslationalDriver(name=f"{axis} of {name}", first=start, second=Point(body=name), motion=motion, angle=angle)
-        for axis, start, motion, angle in zip("xy", starts, motions, angles, strict=True)
+        for (axis, start, angle), motion in zip(axes, motions, strict=True)
     ]
     return SketchedBody(name=name, shape=BodyShape(element=MassElement(mass=0.0)), can_rotate=False, origin=(x, y)), drivers
 
@@ -261,6 +258,6 @@ BodyRef = Annotated[str, PlainValidator(_parse_body)]
 NewBodyName = Annotated[str, PlainValidator(_parse_body_name)]
 NamedPoints = Annotated[dict[str, FloatPair], PlainValidator(parse_named_points)]
 CurveValue = Annotated[Any, PlainValidator(_parse_curve)]
-AngleMotion = Annotated[Any, PlainValidator(parse_angle_motion)]
+AngleMotion = Annotated[Any, PlainValidator(_motion_parser("angle", "angular_speed", "angle", "10 deg"))]
 DisplacementMotion = Annotated[Any, PlainValidator(parse_displacement_motion)]
 """Types of fields; the values of motions are `MotionBuilder`. The validation context of references is the `PointRegistry`."""
