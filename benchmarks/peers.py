@@ -163,8 +163,8 @@ def prepare_reduced(case: Case, exponent: int) -> Callable[[], FloatArray]:
     """Return the integration of the reduced engine, with its tables built beforehand."""
     reduced_run = ReducedRunner(ReducedEngine(), case.scene, run_request(case)).get_reduced_run(1.0)
     # The first run builds the tables, which are not timed.
-    reduced_run.integrate(REFERENCE_TOLERANCE)
-    return lambda: reduced_run.integrate(10.0**-exponent).states[:, 0]
+    reduced_run.integrate(case.times, REFERENCE_TOLERANCE)
+    return lambda: reduced_run.integrate(case.times, 10.0**-exponent).states[:, 0]
 
 
 def prepare_multibody(case: Case, exponent: int) -> Callable[[], FloatArray]:

@@ -45,7 +45,7 @@ INNER_FOLDERS = {
         {"selection"},
         {"__init__"},
     ],
-    "engines/impulse": [{"pymunk", "settings"}, {"*"}],
+    "engines/impulse": [{"pymunk"}, {"*"}],
 }
 """The same order inside folders; "*" stands for every other module."""
 

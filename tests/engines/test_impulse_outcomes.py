@@ -11,8 +11,7 @@ import pytest
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.engines import ImpulseEngine, select_engine
 from governor_mechanism.engines.base import make_reported_times
-from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
-from governor_mechanism.engines.impulse.settings import RelaxationSettings
+from governor_mechanism.engines.impulse.relaxation import RelaxationSettings, relax_to_equilibrium
 from governor_mechanism.errors import MechanismError, RunFailed, UnsupportedEffect
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import Damper

@@ -1,19 +1,22 @@
-"""Common interface of all engines: the request of a run and the checks before it."""
+"""What all engines share: the request of a run, the checks before it, and its cost and trajectory after it."""
 
+import time
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar, final
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, final
 
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, UnsupportedEffect
-from governor_mechanism.mechanics.dynamics.contacts import reading_functions_of
+from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.types import FloatArray
+from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
+from governor_mechanism.observables.evaluation import ReadingEvaluator
+from governor_mechanism.observables.run_result import RunResult
+from governor_mechanism.types import BoolArray, FloatArray
 
 MAX_REPORTED_TIMES = 5_000_000
 """Largest number of reported times of one run: it bounds the memory of the results."""
@@ -32,7 +35,7 @@ class RunRequest:
 class Engine(ABC):
     """Abstract engine that runs a scene.
 
-    Concrete engines are final, own their settings, and never import one another.
+    Concrete engines own their settings, and never import one another.
 
     Attributes
     ----------
@@ -88,8 +91,7 @@ class Engine(ABC):
         MechanismError
             If the accuracy or a time is invalid, or the initial state cannot be assembled.
         """
-        refusal_reason = self.refusal(scene)
-        if refusal_reason:
+        if refusal_reason := self.refusal(scene):
             raise UnsupportedEffect(refusal_reason)
         requested_accuracy = scene.run.accuracy if accuracy is None else accuracy
         if not (isinstance(requested_accuracy, int | float) and 0 < requested_accuracy < 1):
@@ -111,10 +113,9 @@ class Engine(ABC):
         str
             Reason, or an empty string.
         """
-        missing = {type(effect) for effect in scene.effects} - self.effects
-        missing_joints = {type(joint) for joint in scene.mechanism.joints} - self.joints
-        if missing or missing_joints:
-            names = sorted(missing_type.__name__ for missing_type in missing | missing_joints)
+        effect_types, joint_types = {type(effect) for effect in scene.effects}, {type(joint) for joint in scene.mechanism.joints}
+        if missing := (effect_types - self.effects) | (joint_types - self.joints):
+            names = sorted(missing_type.__name__ for missing_type in missing)
             return f"engine {self.name!r} cannot model {names}; choose another engine or remove them from the scene"
         return self._refuses(scene)
 
@@ -123,30 +124,87 @@ class Engine(ABC):
         return ""
 
 
-def refuse_couplings(engine: str, scene: Scene) -> str:
-    """Return why an engine for one part without couplings cannot run a scene, as a sentence; empty if it can.
+class Runner(ABC):
+    """Runs of one scene with an engine, and the trajectory of the best of them.
 
     Parameters
     ----------
     engine
         Name of the engine.
-    scene
-        Scene to check.
+    settings
+        Settings of the engine, recorded in the trajectory.
+    request
+        What is requested.
+    evaluator
+        Evaluator of the scene.
 
-    Returns
-    -------
-    str
-        Reason, or an empty string.
+    Attributes
+    ----------
+    setup_time
+        Time of preparations that the cost of a run lists separately, s.
+    iterations
+        Number of iterations of the joint solver, if it iterates.
+    method
+        Integration method as text, if the engine has a choice.
     """
-    if len(scene.parts) > 1 or scene.couplings:
-        return (
-            f"engine {engine!r} runs scenes with one part and no couplings; this scene has couplings, or the parts "
-            f"{[part.name for part in scene.parts]}: choose engine multibody"
+
+    setup_time: float = 0.0
+    iterations: int = 0
+    method: str = ""
+
+    def __init__(self, engine: str, settings: dict[str, Any], request: RunRequest, evaluator: ReadingEvaluator) -> None:
+        self._engine, self._settings, self.request = engine, settings, request
+        self.evaluator, self.scene, self.n_runs = evaluator, evaluator.scene, 0
+
+    @abstractmethod
+    def find_best(self) -> RunResult:
+        """Return the best result that the request allows."""
+
+    @abstractmethod
+    def count_work(self) -> tuple[int, int, Mapping[str, int]]:
+        """Return the steps, the rejected steps, and the evaluations by force law, over all runs."""
+
+    def complete_result(self, best: RunResult) -> RunResult:
+        """Return the best result with what only its trajectory needs."""
+        return best
+
+    def with_error_estimate(self, better: RunResult, worse: RunResult, is_near_event: BoolArray, event_time_error: float) -> RunResult:
+        """Return a result with its errors, estimated by the difference from a less accurate one, at shared times not near an event."""
+        indices, observables = np.flatnonzero(~is_near_event), [better.observables, worse.observables]
+        if len(indices) < max(better.n_reached, worse.n_reached):
+            observables = [self.evaluator.evaluate(result.reported_states.at(indices)) for result in (better, worse)]
+        errors = self.evaluator.compare_observables(*observables)
+        estimate = self.evaluator.to_relative_error(errors)
+        if has_contacts(self.scene):
+            errors["event times"] = event_time_error
+            estimate = max(estimate, event_time_error / self.evaluator.time_scale)
+        return replace(better, reading_errors=errors, error_estimate=estimate, n_excluded=int(is_near_event.sum()))
+
+    def run(self) -> Trajectory:
+        """Return the trajectory of the best result."""
+        start_time, accuracy = time.perf_counter(), self.request.accuracy
+        best = self.find_best()
+        wall_time, (steps, rejected, evaluations) = time.perf_counter() - start_time - self.setup_time, self.count_work()
+        cost = Cost(
+            engine=self._engine,
+            reason=self.request.reason,
+            step=best.step,
+            steps=steps,
+            rejected=rejected,
+            runs=self.n_runs,
+            iterations=self.iterations,
+            wall_time=wall_time,
+            setup_time=self.setup_time,
+            evaluations=evaluations,
+            events=len(best.contact_events),
+            model_size=self.evaluator.count_model_size(),
+            method=self.method,
         )
-    functions = reading_functions_of(scene)
-    if functions:
-        return f"engine {engine!r} cannot model loads that depend on readings, here {functions[0].reading!r}; choose engine multibody"
-    return ""
+        error, outcome = best.error_estimate, best.outcome
+        if outcome is None:
+            outcome = Outcome.NOT_CERTIFIED if error is None else Outcome.DONE if error <= accuracy else Outcome.ACCURACY_MISSED
+        settings = {**self._settings, "asked_accuracy": accuracy, "certified": error is not None}
+        return self.evaluator.make_trajectory(replace(self.complete_result(best), outcome=outcome), cost=cost, settings=settings)
 
 
 def make_reported_times(scene: Scene) -> FloatArray:

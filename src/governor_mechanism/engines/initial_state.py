@@ -27,8 +27,11 @@ from governor_mechanism.statics.linearisation import settle
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity
 
+Motion = tuple[FloatArray, FloatArray]
+"""Poses and velocities, m and rad; shapes (bodies, 3)."""
 
-def initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
+
+def initial_state(scene: Scene) -> Motion:
     """Return consistent initial poses and velocities.
 
     Start values and rates are met exactly. Otherwise the poses are nearest to the initial guess, and the velocities are smallest.
@@ -54,7 +57,7 @@ def initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
     return poses.copy(), velocities.copy()
 
 
-def part_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
+def part_initial_state(scene: Scene) -> Motion:
     """Return initial poses and velocities of the bodies of the only part, without the shaft of a free spindle.
 
     Parameters
@@ -75,7 +78,7 @@ def part_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
 
 
 @once_per_scene
-def _solve_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
+def _solve_initial_state(scene: Scene) -> Motion:
     mechanism = scene.mechanism
     warn_before_compiling("evaluate_jacobian", 3)
     position_solver = PositionSolver(mechanism)
@@ -105,11 +108,10 @@ def _solve_initial_state(scene: Scene) -> tuple[FloatArray, FloatArray]:
 
 def _find_undetermined_plane(scene: Scene, position_solver: PositionSolver) -> TurningPlane | None:
     """Return a plane whose initial speed nothing gives, so that it follows from the equilibrium of the whole scene."""
-    angles = {reading.body: reading.name for reading in scene.mechanism.readings if isinstance(reading, BodyAngle)}
     for plane in scene.system.planes:
         if plane.given_speed or not plane.is_loaded:
             continue
-        rows = position_solver.jacobian(position_solver.initial_guess, [*scene.start.rates, angles[plane.shaft]])
+        rows = position_solver.jacobian(position_solver.initial_guess, [*scene.start.rates, _shaft_reading(scene, plane)])
         if numerical_rank(rows) == numerical_rank(rows[:-1]):
             continue  # its speed follows from the rates of the start
         if EQUILIBRIUM not in scene.start.values.values():
@@ -121,10 +123,14 @@ def _find_undetermined_plane(scene: Scene, position_solver: PositionSolver) -> T
     return None
 
 
-def _find_steady_rotation(scene: Scene, position_solver: PositionSolver, plane: TurningPlane) -> tuple[FloatArray, FloatArray]:
+def _shaft_reading(scene: Scene, plane: TurningPlane) -> str:
+    """Return the name of the angle of the shaft of a plane."""
+    return [one.name for one in scene.mechanism.readings if isinstance(one, BodyAngle) and one.body == plane.shaft][-1]
+
+
+def _find_steady_rotation(scene: Scene, position_solver: PositionSolver, plane: TurningPlane) -> Motion:
     """Return poses and velocities of the equilibrium of the whole scene, near the initial guess."""
     part, mechanism = scene.part_of(plane.prefix + SHAFT_NAME)[0], scene.mechanism
-    angles = {reading.body: reading.name for reading in mechanism.readings if isinstance(reading, BodyAngle)}
     values = {name: float(value) for name, value in scene.start.values.items() if value != EQUILIBRIUM}
     poses = _assemble(position_solver, values)
     own_poses = poses[[mechanism.body_index(plane.prefix + body.name) for body in part.mechanism.bodies]]
@@ -134,7 +140,7 @@ def _find_steady_rotation(scene: Scene, position_solver: PositionSolver, plane: 
     coefficients = reduction.evaluate_at_poses(own_poses[np.newaxis], position)
     speed_squared = float(equilibrium_speed_squared(coefficients, reduction.coordinate_scale)[0])
     speed = math.sqrt(speed_squared) if speed_squared > 0 else 1 / time_scale(scene)
-    rates = {**scene.start.rates, angles[plane.shaft]: speed / plane.ratio}
+    rates = {**scene.start.rates, _shaft_reading(scene, plane): speed / plane.ratio}
     dynamics, state = settle(scene, poses, position_solver.solve_velocities(poses, rates), 0.0)
     return dynamics.mass_centre_motion(state.z, state.rates)
 
@@ -180,36 +186,37 @@ def _require_independent_drivers(mechanism: Mechanism) -> None:
     """Raise an error for drivers that the joints or other drivers leave nothing to move; tested where only the joints are closed."""
     position_solver = PositionSolver(mechanism)
     is_driver_row = position_solver.equations.is_driven
-    driver_names = list(
-        dict.fromkeys(position_solver.equations.joints[k].name for k in position_solver.equations.joint_indices[is_driver_row])
-    )
+    driver_names = _driver_names(position_solver)
     undriven_mechanism = replace(mechanism, joints=tuple(joint for joint in mechanism.joints if joint.name not in driver_names))
     poses = PositionSolver(undriven_mechanism).solve({})
-    mobility_without_drivers, mobility = (
-        position_solver.count_degrees_of_freedom(poses, include_drives=False),
-        position_solver.count_degrees_of_freedom(poses),
-    )
-    if mobility_without_drivers - mobility < np.sum(is_driver_row) and np.sum(is_driver_row) <= mobility_without_drivers:
+    n_drivers, undriven_mobility = int(np.sum(is_driver_row)), position_solver.count_degrees_of_freedom(poses, include_drives=False)
+    n_independent = undriven_mobility - position_solver.count_degrees_of_freedom(poses)
+    if n_independent < n_drivers <= undriven_mobility:
         raise MechanismError(
-            f"drivers {driver_names} determine only {mobility_without_drivers - mobility} of the {mobility_without_drivers} "
+            f"drivers {driver_names} determine only {n_independent} of the {undriven_mobility} "
             "degrees of freedom in the initial configuration: it is singular, or two drivers are the same; draw it in another position"
         )
-    if mobility_without_drivers - mobility < np.sum(is_driver_row):
+    if n_independent < n_drivers:
         raise MechanismError(
-            f"drivers {driver_names} contradict each other or the joints: the joints leave mobility {mobility_without_drivers}, "
-            f"and of {int(np.sum(is_driver_row))} drivers only {mobility_without_drivers - mobility} are independent; leave one driver out"
+            f"drivers {driver_names} contradict each other or the joints: the joints leave mobility {undriven_mobility}, "
+            f"and of {n_drivers} drivers only {n_independent} are independent; leave one driver out"
         )
+
+
+def _driver_names(position_solver: PositionSolver) -> list[str]:
+    """Return the names of the drivers."""
+    equations = position_solver.equations
+    return list(dict.fromkeys(equations.joints[k].name for k in equations.joint_indices[equations.is_driven]))
 
 
 def _require_mobile(position_solver: PositionSolver, poses: FloatArray) -> None:
     if position_solver.equations.is_driven.any() or position_solver.count_degrees_of_freedom(poses) > 0:
         return
-    mechanism = position_solver.mechanism
-    mechanisms_without_joint = {
-        joint.name: replace(mechanism, joints=tuple(other for other in mechanism.joints if other is not joint))
-        for joint in mechanism.joints
-    }
-    freeing_joints = [name for name, one in mechanisms_without_joint.items() if PositionSolver(one).count_degrees_of_freedom(poses) > 0]
+    mechanism, freeing_joints = position_solver.mechanism, list[str]()
+    for joint in mechanism.joints:
+        without_joint = replace(mechanism, joints=tuple(other for other in mechanism.joints if other is not joint))
+        if PositionSolver(without_joint).count_degrees_of_freedom(poses) > 0:
+            freeing_joints.append(joint.name)
     joints_phrase = f"any one of {freeing_joints}" if freeing_joints else "more than one of them"
     raise MechanismError(f"the mechanism cannot move: its joints leave 0 degrees of freedom; without {joints_phrase} it could")
 
@@ -264,10 +271,9 @@ def _assemble(position_solver: PositionSolver, start_values: Mapping[str, float]
     try:
         return position_solver.solve(start_values)
     except MechanismError as error:
-        driver_joints = position_solver.equations.joint_indices[position_solver.equations.is_driven]
-        if not start_values or not driver_joints.size:
+        driver_names = _driver_names(position_solver)
+        if not start_values or not driver_names:
             raise
-        driver_names = [position_solver.equations.joints[k].name for k in dict.fromkeys(driver_joints.tolist())]
         raise MechanismError(
             f"start values {dict(start_values)} and drivers {driver_names} contradict each other at t = 0: "
             "leave the values out, or let the drivers begin there"
@@ -282,16 +288,16 @@ def _require_in_range(limit: Limit, value: float, message_start: str) -> None:
 
 def stable_equilibrium_poses(scene: Scene) -> FloatArray:
     """Return the poses of the only stable equilibrium at the first spindle speed. Raise an error if there is none or more than one."""
+    name, depends_on_speed = scene.part.mechanism.coordinate, has_spindle_dependent_loads(scene)
     try:
         equilibria = find_equilibria(scene)
     except MechanismError as error:
-        message_start = f"start.{scene.part.mechanism.coordinate} = 'equilibrium'"
-        hint = "change spindle.speed, or give a number" if has_spindle_dependent_loads(scene) else "give a number"
-        raise MechanismError(f"{message_start}: {error.problems[0]}; {hint}") from error
+        hint = "change spindle.speed, or give a number" if depends_on_speed else "give a number"
+        raise MechanismError(f"start.{name} = 'equilibrium': {error.problems[0]}; {hint}") from error
     stable = [equilibrium for equilibrium in equilibria if equilibrium.stable]
     if len(stable) == 1:
         return stable[0].poses
-    name, speed_clause = scene.part.mechanism.coordinate, _initial_speed_clause(scene)
+    speed_clause = f"at {SpindleSpeedFunction(scene.spindle).start_speed * 30 / np.pi:.6g} rpm " if depends_on_speed else ""
     if stable:
         positions = ", ".join(f"{equilibrium.coordinate:.6g}" for equilibrium in stable)
         raise MechanismError(f"start.{name} = 'equilibrium' is not unique: {speed_clause}there are stable ones at {positions}; give one")
@@ -306,8 +312,3 @@ def stable_equilibrium_poses(scene: Scene) -> FloatArray:
     raise MechanismError(
         f"start.{name} = 'equilibrium': {speed_clause}only an unstable one exists, at {name} = {positions}; start there by number{hint}"
     )
-
-
-def _initial_speed_clause(scene: Scene) -> str:
-    """Return the words for the first spindle speed, or an empty string if the loads do not depend on it."""
-    return f"at {SpindleSpeedFunction(scene.spindle).start_speed * 30 / np.pi:.6g} rpm " if has_spindle_dependent_loads(scene) else ""

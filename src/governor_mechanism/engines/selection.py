@@ -4,17 +4,16 @@ The numbers were measured on one machine and are rough; only their ratios matter
 what they represent.
 """
 
-from dataclasses import dataclass, replace
-from typing import ClassVar, final
+from dataclasses import dataclass
+from typing import final
 
 from governor_mechanism.engines.base import Engine, RunRequest
+from governor_mechanism.engines.certificate import initial_tolerance
 from governor_mechanism.engines.impulse.engine import ImpulseEngine
 from governor_mechanism.engines.multibody.engine import MultibodyEngine
 from governor_mechanism.engines.reduced.engine import ReducedEngine
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 
@@ -43,32 +42,17 @@ FALLBACK_OUTCOMES = (Outcome.DEAD_CENTRE, Outcome.STIFF, Outcome.STALLED, Outcom
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class ReducedWithFallback(Engine):
+class ReducedWithFallback(ReducedEngine):
     """The reduced engine, replaced by multibody where its coordinate cannot continue or its accuracy is missed."""
 
-    name: ClassVar[str] = ReducedEngine.name
-    effects: ClassVar[frozenset[type[Effect]]] = ReducedEngine.effects
-    joints: ClassVar[frozenset[type[Joint]]] = ReducedEngine.joints
-
-    def _refuses(self, scene: Scene) -> str:
-        return ReducedEngine().refusal(scene)
-
     def _run(self, scene: Scene, request: RunRequest) -> Trajectory:
-        reduced_result = _run_engine(ReducedEngine(), scene, request)
+        reduced_result = super()._run(scene, request)
         if reduced_result.outcome not in FALLBACK_OUTCOMES:
             return reduced_result
         fallback_reason = f"reduced could not complete the run: {reduced_result.message}"
-        multibody_result = _run_engine(MultibodyEngine(), scene, replace(request, reason=fallback_reason))
-        if multibody_result.outcome is Outcome.ACCURACY_MISSED and (reduced_result.error_estimate or 1.0) < (
-            multibody_result.error_estimate or 1.0
-        ):
-            return reduced_result
-        return multibody_result
-
-
-def _run_engine(engine: Engine, scene: Scene, request: RunRequest) -> Trajectory:
-    """Run a scene with one engine as requested."""
-    return engine.run(scene, times=request.times, accuracy=request.accuracy, certify=request.certify, reason=request.reason)
+        multibody_result = MultibodyEngine().run(scene, **vars(request) | {"reason": fallback_reason})
+        is_worse = (multibody_result.error_estimate or 1.0) > (reduced_result.error_estimate or 1.0)
+        return reduced_result if multibody_result.outcome is Outcome.ACCURACY_MISSED and is_worse else multibody_result
 
 
 def select_engine(name: str, scene: Scene, accuracy: float | None = None) -> tuple[Engine, str]:
@@ -119,16 +103,14 @@ def estimate_run_time(name: str, scene: Scene, accuracy: float) -> float:
     valid_accuracy = accuracy if isinstance(accuracy, int | float) and 0 < accuracy < 1 else 1e-6
     n_time_scales, n_joints = scene.run.duration / time_scale(scene), len(scene.mechanism.joints)
     base_cost, joint_cost = EVALUATION_SECONDS[name]
+    cost = base_cost + joint_cost * n_joints
     if name == "impulse":
         offset, factor, exponent = IMPULSE_STEP_COUNT_MODEL
         steps = n_time_scales * (offset + factor * float(valid_accuracy**exponent))
-        return RUN_OVERHEAD_SECONDS[name] + steps * (base_cost + joint_cost * n_joints) * (
-            EVENT_COST_RATIO if scene.output_effects else 1.0
-        )
-    tolerance = max(valid_accuracy / 100.0, 1e-15)
-    evaluations = 2.0 * n_time_scales * 0.8 * float(tolerance**-0.125)
+        return RUN_OVERHEAD_SECONDS[name] + steps * cost * (EVENT_COST_RATIO if scene.output_effects else 1.0)
+    evaluations = 2.0 * n_time_scales * 0.8 * float(initial_tolerance(valid_accuracy) ** -0.125)
     table_cost = 10 * TABLE_PIECE_SECONDS * n_joints if name == "reduced" else 0.0
-    return RUN_OVERHEAD_SECONDS[name] + table_cost + evaluations * (base_cost + joint_cost * n_joints)
+    return RUN_OVERHEAD_SECONDS[name] + table_cost + evaluations * cost
 
 
 def format_seconds(seconds: float) -> str:

@@ -108,6 +108,8 @@ class RunResult:
         How the run ended; None while a run that reached its end is not yet compared with the requested accuracy.
     detail
         Details of the outcome, as text.
+    step
+        Longest step, s, or the last one.
     error_estimate
         Largest error relative to the scales; None without a certificate.
     reading_errors
@@ -129,6 +131,7 @@ class RunResult:
     observables: Observables
     outcome: Outcome | None
     detail: str
+    step: float = 0.0
     error_estimate: float | None = None
     reading_errors: dict[str, float] = field(default_factory=dict)
     dense_output: DenseOutput | None = None

@@ -3,10 +3,11 @@
 import math
 from collections.abc import Sequence
 from functools import partial
+from itertools import starmap
 
 import numpy as np
 
-from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepProblem, OutputCrossing, StepObservation
+from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepProblem, OutputCrossing, StepState
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
 from governor_mechanism.mechanics.contact.tolerances import STICTION_RATE_TOLERANCE
 from governor_mechanism.mechanics.dynamics.contacts import ContactColumn, contacts_of, initial_mode
@@ -33,11 +34,8 @@ class ContactModeTracker:
         table, time_scale = self.scene_contacts.contacts, problem.evaluator.time_scale
         self._stiction_rates: list[float] = (STICTION_RATE_TOLERANCE * table[:, ContactColumn.SCALE] / time_scale).tolist()
         self.contact_outputs, self._friction_inputs = table[:, [ContactColumn.OUTPUT, ContactColumn.FRICTION_INPUT]].astype(int).T
-        indices = zip(contacts_of(problem.scene), self.contact_outputs.tolist(), self._friction_inputs.tolist(), strict=True)
-        self.constraints = [
-            stepper.model.make_contact_constraint(output, friction, "dry friction" if contact.friction else "stops", contact.output_name)
-            for contact, output, friction in indices
-        ]
+        arguments = zip(contacts_of(problem.scene), self.contact_outputs.tolist(), self._friction_inputs.tolist(), strict=True)
+        self.constraints = list(starmap(stepper.model.make_contact_constraint, arguments))
         self.last_release_time = -math.inf
         self.change_mode()
         self.scene_contacts.events.clear()
@@ -65,9 +63,8 @@ class ContactModeTracker:
             constraint.stop_value = high if constraint.stop_side > 0 else low
             constraint.held_value = None if constraint.friction_input < 0 else value
         self._stepper.is_holding = bool(resting)
-        self.rebound_sides = {
-            event.index: event.direction for event in events if event.kind == EventKind.IMPACT and event.index not in resting
-        }
+        rebounds = [event for event in events if event.kind == EventKind.IMPACT and event.index not in resting]
+        self.rebound_sides = {event.index: event.direction for event in rebounds}
 
     def _apply_transition(self, released: set[int], stopped: set[int]) -> None:
         """Select the contact mode in the state of the multibody model, and take over its velocities."""
@@ -98,16 +95,16 @@ class ContactModeTracker:
             output, sign, threshold = int(record["source_index"]), float(record["sign"]), float(record["threshold"])
             self._crossings.append(OutputCrossing(event_kind, index, output, sign, threshold))
 
-    def detect_events(self, observation: StepObservation) -> list[DetectedEvent]:
-        """Return the events that a step has passed."""
+    def detect_events(self, end: StepState) -> list[DetectedEvent]:
+        """Return the events that a step to a state has passed."""
         detected = list[DetectedEvent]()
         for k, constraint in enumerate(self.constraints):
-            if direction := self._release_direction(k, float(observation.rates_after_kick[self.contact_outputs[k]])):
+            if direction := self._release_direction(k, float(end.rates_after_kick[self.contact_outputs[k]])):
                 kind = EventKind.SEPARATION if constraint.stop_side else EventKind.SLIP
                 event_function = partial(self._leave_value, k, direction) if constraint.stop_side else partial(self._friction_excess, k)
                 detected.append(DetectedEvent(kind, k, event_function, -1.0, direction))
         for crossing in self._crossings:
-            value = crossing(observation)
+            value = crossing(end)
             if value > 0.0 or (value == 0.0 and crossing.kind is EventKind.STICK):
                 detected.append(DetectedEvent(crossing.kind, crossing.index, crossing, crossing(self._stepper.state), int(crossing.sign)))
         return detected
@@ -123,14 +120,14 @@ class ContactModeTracker:
             return 0
         return direction if constraint.held_value is None or constraint.is_saturated else 0
 
-    def _friction_excess(self, k: int, observation: StepObservation) -> float:
+    def _friction_excess(self, k: int, state: StepState) -> float:
         """Return the event function of a slip: the holding force minus the friction limit."""
         constraint = self.constraints[k]
-        return constraint.friction_force - float(observation.inputs[constraint.friction_input])
+        return constraint.friction_force - float(state.inputs[constraint.friction_input])
 
-    def _leave_value(self, k: int, direction: int, observation: StepObservation) -> float:
+    def _leave_value(self, k: int, direction: int, state: StepState) -> float:
         """Return the event function of a separation: the rate away from the stop, or minus the force of a stop that pushes alone."""
-        constraint, rate = self.constraints[k], direction * float(observation.rates_after_kick[self.contact_outputs[k]])
+        constraint, rate = self.constraints[k], direction * float(state.rates_after_kick[self.contact_outputs[k]])
         if constraint.held_value is not None:
             return rate - self._stiction_rates[k]
         return -constraint.stop_force if constraint.stop_force > 0.0 else rate

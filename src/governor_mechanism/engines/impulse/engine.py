@@ -1,44 +1,28 @@
 """Impulse engine: a second-order scheme on pymunk, extrapolated from three runs, with an error certificate."""
 
 import math
-import time
 from dataclasses import dataclass
 from typing import ClassVar, final
 
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.registry import EFFECT_TYPES
-from governor_mechanism.engines.base import Engine, RunRequest, refuse_couplings
+from governor_mechanism.engines.base import Engine, RunRequest
+from governor_mechanism.engines.impulse.records import ImpulseSettings
 from governor_mechanism.engines.impulse.richardson import RichardsonRefinement
-from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts
+from governor_mechanism.mechanics.dynamics.contacts import has_contacts, reading_functions_of
+from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.joints import (
-    JOINT_TYPES,
-    Joint,
-    ProportionalDisplacement,
-    RackAndPinion,
-    RotationalDriver,
-    TranslationalDriver,
-)
+from governor_mechanism.model.joints import JOINT_TYPES, Joint, ProportionalDisplacement, RackAndPinion
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
-
-UNSUPPORTED_JOINTS: frozenset[type[Joint]] = frozenset((RackAndPinion, ProportionalDisplacement))
-"""Joints for which pymunk has no constraint."""
 
 POSITIVE_SETTINGS = {"step": "seconds", "monitor_interval": "time scales"}
 """Settings that are positive and finite, with their units."""
 
-MIN_COUNTS = {
-    "max_step_halvings": 0,
-    "iterations": 1,
-    "max_iterations": 1,
-    "max_steps": 1,
-    "max_events_per_step": 1,
-    "min_steps_per_bounce": 1,
-    "hold_iteration_factor": 1,
-}
+MIN_COUNTS = {"max_step_halvings": 0} | dict.fromkeys(
+    ("iterations", "max_iterations", "max_steps", "max_events_per_step", "min_steps_per_bounce", "hold_iteration_factor"), 1
+)
 """Least values of the settings that are integers."""
 
 
@@ -80,7 +64,8 @@ class ImpulseEngine(ImpulseSettings, Engine):
 
     name: ClassVar[str] = "impulse"
     effects: ClassVar[frozenset[type[Effect]]] = EFFECT_TYPES - {Clearance}
-    joints: ClassVar[frozenset[type[Joint]]] = JOINT_TYPES - UNSUPPORTED_JOINTS
+    # pymunk has no constraint for these joints.
+    joints: ClassVar[frozenset[type[Joint]]] = JOINT_TYPES.difference((RackAndPinion, ProportionalDisplacement))
 
     def __post_init__(self) -> None:
         """Raise MechanismError for settings out of range."""
@@ -100,20 +85,22 @@ class ImpulseEngine(ImpulseSettings, Engine):
 
     def _refuses(self, scene: Scene) -> str:
         """Return why the engine cannot run a scene, or an empty string."""
-        if reason := refuse_couplings(self.name, scene):
-            return reason
+        if len(scene.parts) > 1 or scene.couplings:
+            return (
+                "engine 'impulse' runs scenes with one part and no couplings; this scene has couplings, or the parts "
+                f"{[part.name for part in scene.parts]}: choose engine multibody"
+            )
+        if functions := reading_functions_of(scene):
+            return f"engine 'impulse' cannot model loads that depend on readings, here {functions[0].reading!r}; choose engine multibody"
         if massless := ", ".join(body.name for body in scene.part.mechanism.bodies if body.mass == 0.0):
             return f"engine 'impulse' cannot model bodies without mass and moving points of the ground: {massless}; use engine 'multibody'"
         if not self.plain:
             return ""
         if has_contacts(scene):
             return "engine 'impulse' with plain=True has no friction, stops and one-sided springs along readings; leave plain=True out"
-        if any(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in scene.part.mechanism.joints):
+        if ConstraintEquations(scene.part.mechanism).is_driven.any():
             return "engine 'impulse' with plain=True does not enforce drives; leave plain=True out"
         return ""
 
     def _run(self, scene: Scene, request: RunRequest) -> Trajectory:
-        start_time = time.perf_counter()
-        refinement = RichardsonRefinement(self, scene, request)
-        result = refinement.refine_to_accuracy() if self.step is None else refinement.extrapolate_at_level(0)
-        return refinement.make_trajectory(result, time.perf_counter() - start_time)
+        return RichardsonRefinement(self, scene, request).run()

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 
@@ -26,20 +26,12 @@ class ExtrapolatedEvents:
     extrapolation_intervals: tuple[tuple[float, float], ...] = ()
     time_error: float = 0.0
 
-    def are_near_events(self, times: FloatArray, tolerance: float) -> BoolArray:
-        """Return a mask of the times (n,) s that lie within `tolerance` (s) of an event."""
-        return _are_in_intervals(times, [(event.time - tolerance, event.time + tolerance) for event in self.events])
-
     def wrong_side_error(self, times: FloatArray) -> float:
         """Return the largest impact-time error (s) of the last run whose interval contains one of the times (n,) s.
 
         At such a time either the last run or the exact motion is past the impact and the other is not, so its values are not comparable.
         """
-        return max((high - low for low, high in self.extrapolation_intervals if np.any((times >= low) & (times <= high))), default=0.0)
-
-    def are_between_impacts(self, times: FloatArray) -> BoolArray:
-        """Return a mask of the times (n,) s at which some runs have passed an impact and others not."""
-        return _are_in_intervals(times, self.impact_intervals)
+        return max((high - low for low, high in self.extrapolation_intervals if are_in_intervals(times, [(low, high)]).any()), default=0.0)
 
 
 def extrapolate_events(event_logs: Sequence[Sequence[Event]], end_time: float) -> ExtrapolatedEvents:
@@ -47,23 +39,20 @@ def extrapolate_events(event_logs: Sequence[Sequence[Event]], end_time: float) -
     finest, time_error = event_logs[-1], 0.0
     events, impact_intervals, extrapolation_intervals = [], [], []
     for event in finest:
-        times = [_nearest_event_time(event, coarser) for coarser in event_logs]
-        known = [time for time in times if time is not None]
-        if event.kind == EventKind.IMPACT:
-            impact_intervals.append((min(known), max(known)))
+        known = [time for log in event_logs if (time := _nearest_event_time(event, log)) is not None]
         if len(known) < len(event_logs):
             time_error = max(time_error, end_time - event.time)
         extrapolated = [fine + (fine - coarse) / 3 for coarse, fine in pairwise(known)]
-        if event.kind == EventKind.IMPACT and extrapolated:
-            extrapolation_intervals.append((min(known[-1], extrapolated[-1]), max(known[-1], extrapolated[-1])))
-        events.append(replace(event, time=extrapolated[-1] if extrapolated else event.time))
+        best_time = extrapolated[-1] if extrapolated else event.time
+        events.append(replace(event, time=best_time))
+        if event.kind == EventKind.IMPACT:
+            impact_intervals.append((min(known), max(known)))
+            extrapolation_intervals.append((min(event.time, best_time), max(event.time, best_time)))
         if len(extrapolated) > 1:
             time_error = max(time_error, abs(extrapolated[-1] - extrapolated[-2]), MIN_EVENT_TIME_ERROR_RATIO * abs(known[-1] - known[-2]))
-    for coarser in event_logs[:-1]:
-        for event in coarser:
-            time = _nearest_event_time(event, finest)
-            if len(coarser) != len(finest):
-                time_error = max(time_error, end_time - event.time if time is None else abs(time - event.time))
+    for event in chain.from_iterable(log for log in event_logs if len(log) != len(finest)):
+        time = _nearest_event_time(event, finest)
+        time_error = max(time_error, end_time - event.time if time is None else abs(time - event.time))
     return ExtrapolatedEvents(tuple(events), tuple(impact_intervals), tuple(extrapolation_intervals), time_error)
 
 
@@ -73,7 +62,7 @@ def _nearest_event_time(event: Event, others: Sequence[Event]) -> float | None:
     return min(times, key=lambda time: abs(time - event.time), default=None)
 
 
-def _are_in_intervals(times: FloatArray, intervals: Iterable[tuple[float, float]]) -> BoolArray:
+def are_in_intervals(times: FloatArray, intervals: Iterable[tuple[float, float]]) -> BoolArray:
     """Return a mask of the times (n,) s that lie in any of the intervals (s)."""
     is_inside = np.zeros(len(times), dtype=np.bool_)
     for low, high in intervals:

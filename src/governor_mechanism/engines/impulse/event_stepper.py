@@ -14,8 +14,7 @@ from governor_mechanism.engines.impulse.contact import ContactModeTracker
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepProblem
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode
-from governor_mechanism.model.events import Event, EventKind
+from governor_mechanism.model.events import EventKind
 
 MIN_REMAINDER_RATIO = 1e-4
 """Remainder before a monitor time, relative to a step, that is extrapolated instead of stepped: a step would divide by rounding."""
@@ -45,32 +44,15 @@ EVENT_FRACTION_TOLERANCE = 1e-13
 class EventDrivenStepper(StaggeredStepper):
     """Integrates a pymunk model over successive intervals, splitting steps at events.
 
-    `level` is how often the steps are halved; `h` (s) is the first step. `n_split_steps` counts split steps.
+    `level` is how often the steps are halved; `h` (s) is the first step.
     """
 
     def __init__(self, problem: FixedStepProblem, model: PymunkModel, level: int, h: float) -> None:
         super().__init__(problem, model, h)
-        self.n_split_steps = 0
         self._contact_tracker = ContactModeTracker(problem, self)
         self._steps_per_bounce = problem.settings.min_steps_per_bounce << level
-        self._max_events_per_step = problem.settings.max_events_per_step
         self._bounce_step, self._bounce_end = 0.0, -math.inf
         self._restart_after_event(h)
-
-    @property
-    def events(self) -> list[Event]:
-        """Return the events so far."""
-        return self._contact_tracker.scene_contacts.events
-
-    @property
-    def mode(self) -> ContactMode:
-        """Return the present contact mode."""
-        return self._contact_tracker.scene_contacts.mode
-
-    @property
-    def dissipated_energy(self) -> float:
-        """Return the energy dissipated so far by dashpots, friction and stops (J)."""
-        return self.state.dissipated_energy
 
     def integrate(self, start: float, end: float, n_steps: int, next_h: float) -> bool:
         """Integrate from start to end (s) in `n_steps` steps, followed by one of `next_h`; return False if chatter does not end."""
@@ -90,7 +72,7 @@ class EventDrivenStepper(StaggeredStepper):
                 self._locate_first_event(detected, h)
             else:
                 self.close_joints()
-            if n_events > self._max_events_per_step * n_steps:
+            if n_events > self._problem.settings.max_events_per_step * n_steps:
                 return False
             time = self.state.time
             if end - time < MIN_REMAINDER_RATIO * full_step:
@@ -136,8 +118,8 @@ class EventDrivenStepper(StaggeredStepper):
         if time_inputs.has_jump:  # the run restarts there with the right limits
             time_inputs.prepare_interval(start, end, n_steps, h)
         for index in range(n_steps):
-            observation, state = self.step(time_inputs.step_inputs(index), end if index == n_steps - 1 else start + (index + 1) * h)
-            detected = self._contact_tracker.detect_events(observation)
+            state = self.step(time_inputs.step_inputs(index), end if index == n_steps - 1 else start + (index + 1) * h)
+            detected = self._contact_tracker.detect_events(state)
             if detected:
                 return detected
             self.state = state
@@ -148,7 +130,7 @@ class EventDrivenStepper(StaggeredStepper):
         self.close_joints()
         fractions = {index: self._event_fraction(event, h) for index, event in enumerate(detected)}
         first = min(1.0, *fractions.values())
-        _, self.state = self.take_trial_step(max(first, self._min_fraction(h)) * h)
+        self.state = self.take_trial_step(max(first, self._min_fraction(h)) * h)
         self.n_split_steps += 1
         first_events = [event for index, event in enumerate(detected) if fractions[index] - first <= 10 * EVENT_FRACTION_TOLERANCE]
         self._contact_tracker.change_mode(first_events)
@@ -161,7 +143,7 @@ class EventDrivenStepper(StaggeredStepper):
         def event_value(fraction: float) -> float:
             if fraction <= min_fraction:
                 return event.initial_value
-            return event.event_function(self.take_trial_step(fraction * h, steps=1 if constraint is None else 2)[0])
+            return event.event_function(self.take_trial_step(fraction * h, steps=1 if constraint is None else 2))
 
         held_value = None if constraint is None else constraint.held_value
         if constraint is not None:

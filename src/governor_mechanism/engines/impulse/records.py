@@ -1,10 +1,9 @@
-"""Records of fixed-step runs: what all runs of a scene share, what each returns, and the states, observations and events of its steps."""
+"""Records of fixed-step runs: their settings, what all runs of a scene share, what each returns, and the states and events of its steps."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.time_inputs import SpindleState, TimeInputs
 from governor_mechanism.integrators.time_grid import TimeGrid
 from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
@@ -15,6 +14,28 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImpulseSettings:
+    """Settings of an impulse run; ImpulseEngine documents and validates them."""
+
+    step: float | None = None
+    runs: int = 3
+    plain: bool = False
+    iterations: int = 20
+    max_iterations: int = 1280
+    max_steps: int = 4_000_000
+    max_step_halvings: int = 12
+    monitor_interval: float = 0.25
+    max_events_per_step: int = 60
+    min_steps_per_bounce: int = 4
+    hold_iteration_factor: int = 8
+
+    @property
+    def levels(self) -> int:
+        """Return the number of runs, each with half the step of the one before, that make one result."""
+        return 1 if self.plain else self.runs
 
 
 @dataclass(frozen=True)
@@ -44,23 +65,24 @@ class FixedStepProblem:
 class FixedStepSolution:
     """States at the monitor times of one run, fewer than the grid has if the run was abandoned.
 
-    `raw_poses` (times, bodies, 3) have the joint gaps that the steps leave, `spindle_angle` (times,) rad is that of a free spindle, and
-    `contact_modes` has one entry per monitor time of a scene with contacts. `n_split_steps` counts the steps that were split at events.
+    `raw_poses` (times, bodies, 3) have the joint gaps that the steps leave, and `contact_modes` has one entry per monitor time of a scene
+    with contacts. `evaluation_counts` states how often each force law was evaluated.
     """
 
     states: StateHistory
     raw_poses: FloatArray
-    spindle_angle: FloatArray
     events: tuple[Event, ...]
     contact_modes: tuple[ContactMode, ...]
-    n_split_steps: int
+    n_steps: int
+    evaluation_counts: Mapping[str, int]
 
 
 @dataclass(frozen=True)
 class StepState:
     """State of a run at one time (s).
 
-    Poses and velocities (bodies, 3) of the body proxies, values and rates (outputs,), state of the spindle and dissipated energy (J).
+    Poses and velocities (bodies, 3) of the body proxies, values and rates (outputs,), state of the spindle and dissipated energy (J);
+    the rates right after the kick of the step that led there, and the inputs (inputs,) of that step.
     """
 
     time: float
@@ -70,14 +92,6 @@ class StepState:
     rates: FloatArray
     spindle: SpindleState
     dissipated_energy: float
-
-
-@dataclass(frozen=True)
-class StepObservation:
-    """Output values and rates (outputs,) at the end of a step, the rates right after its kick, and the inputs (inputs,) there."""
-
-    values: FloatArray
-    rates: FloatArray
     rates_after_kick: FloatArray
     inputs: FloatArray
 
@@ -92,9 +106,9 @@ class OutputCrossing:
     sign: float
     threshold: float
 
-    def __call__(self, motion: StepState | StepObservation) -> float:
+    def __call__(self, state: StepState) -> float:
         """Return the event function, positive after the event."""
-        return self.sign * float((motion.rates if self.kind is EventKind.STICK else motion.values)[self.output]) - self.threshold
+        return self.sign * float((state.rates if self.kind is EventKind.STICK else state.values)[self.output]) - self.threshold
 
 
 @dataclass(frozen=True)
@@ -106,6 +120,6 @@ class DetectedEvent:
 
     kind: EventKind
     index: int
-    event_function: Callable[[StepObservation], float]
+    event_function: Callable[[StepState], float]
     initial_value: float
     direction: int

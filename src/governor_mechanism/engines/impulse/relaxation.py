@@ -1,11 +1,10 @@
 """Equilibrium of a mechanism by kinetic damping of a simulation; uses no equilibrium equation."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
-from governor_mechanism.engines.impulse.settings import RelaxationSettings
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.errors import RunFailed
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
@@ -18,6 +17,21 @@ from governor_mechanism.types import FloatArray
 
 N_JOINT_RECOVERY_STEPS = 3
 """Number of steps after a stop in which the joints recover from it; the kinetic energy there is not that of the oscillation."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RelaxationSettings:
+    """Settings of a relaxation to equilibrium.
+
+    `iterations` is the number of iterations of the joint solver. `step_ratio` is the step in time scales: it causes no error at rest, so
+    it only has to be stable. `max_rest_speed_ratio` is the largest speed of the whole mass that counts as rest, in length scales per time
+    scale. `max_steps` is the largest number of steps.
+    """
+
+    iterations: int = 60
+    step_ratio: float = 0.05
+    max_rest_speed_ratio: float = 1e-12
+    max_steps: int = 400_000
 
 
 def relax_to_equilibrium(scene: Scene, start: float, settings: RelaxationSettings | None = None) -> float:

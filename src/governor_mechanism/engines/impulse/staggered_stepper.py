@@ -1,12 +1,12 @@
-"""Single steps of a pymunk model with contacts, and restarts of the staggered scheme from synchronous poses and velocities."""
+"""Single steps of a pymunk model, and restarts of the staggered scheme from synchronous poses and velocities."""
 
 from dataclasses import replace
 
 import numpy as np
 
+from governor_mechanism.engines.impulse.pymunk.applied_forces import StepInputs
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
-from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
-from governor_mechanism.engines.impulse.records import FixedStepProblem, StepObservation, StepState
+from governor_mechanism.engines.impulse.records import FixedStepProblem, StepState
 from governor_mechanism.types import FloatArray
 
 N_WARM_STARTS = 3
@@ -17,23 +17,37 @@ N_WARM_UP_STEPS = 4
 
 
 class StaggeredStepper:
-    """A pymunk model at one time of a run.
+    """A started pymunk model at one time of a run.
 
     `state` is the present state, `last_h` (s) the length of the last step, `is_holding` whether a contact is held. The solver iterations
     are multiplied by a factor for restarts and while a contact is held: contact decisions use the holding force, which converges more
-    slowly than the velocities.
+    slowly than the velocities. `n_split_steps` counts the steps that were split at events.
     """
 
     def __init__(self, problem: FixedStepProblem, model: PymunkModel, h: float) -> None:
-        start, time_inputs = problem.start, problem.time_inputs
-        self.model, self.forces, self.time_inputs, self.last_h = model, model.forces, time_inputs, h
-        self.is_holding, self._warm_up_steps_left = False, 0
-        self._hold_iteration_factor, self._projector = problem.settings.hold_iteration_factor, problem.projector
-        model.start(*start, time_inputs.start_inputs(h))
-        time_inputs.reset(model.predict_spindle_inertia)
-        velocities = model.to_proxy_velocities(start[1])
+        self.model, self.forces, self.time_inputs, self.last_h = model, model.forces, problem.time_inputs, h
+        self.is_holding, self._warm_up_steps_left, self.n_split_steps = False, 0, 0
+        self._problem, self._hold_iteration_factor = problem, problem.settings.hold_iteration_factor
+        velocities = model.to_proxy_velocities(problem.start[1])
         values, rates = self.forces.output_values, self.forces.output_rates(velocities)
-        self.state = StepState(0.0, model.state()[0], velocities, values, rates, time_inputs.spindle, 0.0)
+        self.state = StepState(0.0, model.state()[0], velocities, values, rates, problem.time_inputs.spindle, 0.0, rates, np.zeros(0))
+
+    def integrate(self, start: float, end: float, n_steps: int, next_h: float) -> bool:
+        """Integrate from start to end (s) in `n_steps` steps, followed by one of `next_h`; return whether that succeeds."""
+        model, time_inputs, h = self.model, self.time_inputs, (end - start) / n_steps
+        # The last kick spans half of this step and half of the next, which can differ in length.
+        time_inputs.prepare_interval(start, end, n_steps, next_h)
+        earlier = previous = self.state.velocities
+        for index in range(n_steps):
+            earlier, previous = previous, model.step(time_inputs.step_inputs(index))
+        poses, velocities = model.state()
+        # In a plain model the velocities belong to the poses; else they are half a step ahead of them.
+        if time_inputs.has_jump and not model.is_plain:  # the mean of both sides is not the velocity: extrapolate from the left
+            velocities = previous + 0.5 * (previous - earlier)
+        elif not model.is_plain:
+            velocities = (next_h * previous + h * velocities) / (h + next_h)
+        self.state = replace(self.state, poses=poses, velocities=velocities, dissipated_energy=self.forces.dissipated_energy)
+        return True
 
     def close_joints(self) -> None:
         """Close the joints; the gap that a step leaves depends on its length."""
@@ -43,20 +57,20 @@ class StaggeredStepper:
         """Return poses and velocities (bodies, 3) of the mass centres at the present time."""
         return self.model.to_mass_centres(self.state.poses, self.state.velocities)
 
-    def step(self, inputs: StepInputs, time: float) -> tuple[StepObservation, StepState]:
-        """Take one step; return its observation and the state at `time` (s), without moving to it."""
+    def step(self, inputs: StepInputs, time: float) -> StepState:
+        """Take one step; return the state at `time` (s), without moving to it."""
         model, forces = self.model, self.forces
         model.set_iteration_factor(self._hold_iteration_factor if self.is_holding or self._warm_up_steps_left else 1)
         self._warm_up_steps_left = max(self._warm_up_steps_left - 1, 0)
         velocities_before = model.step(inputs)
         poses, velocities_after = model.state()
         velocities = (inputs.next_h * velocities_before + inputs.h * velocities_after) / (inputs.h + inputs.next_h)
-        values, rates = forces.output_values, forces.output_rates(velocities)
-        state = StepState(time, poses, velocities, values, rates, self.time_inputs.spindle, forces.dissipated_energy)
-        return StepObservation(values, rates, forces.output_rates(velocities_after), inputs.values), state
+        motion = poses, velocities, forces.output_values, forces.output_rates(velocities)
+        rates_after_kick = forces.output_rates(velocities_after)
+        return StepState(time, *motion, self.time_inputs.spindle, forces.dissipated_energy, rates_after_kick, inputs.values)
 
-    def take_trial_step(self, h: float, steps: int = 1) -> tuple[StepObservation, StepState]:
-        """Return observation and state `h` seconds ahead, without moving to it.
+    def take_trial_step(self, h: float, steps: int = 1) -> StepState:
+        """Return the state `h` seconds ahead, without moving to it.
 
         Joint forces are valid from the second step on. The first step starts with closed joints, but a step leaves a gap proportional to
         the square of its length, so the first joint forces also contain the force that opens this gap.
@@ -65,9 +79,8 @@ class StaggeredStepper:
         time = self.state.time
         self.time_inputs.prepare_interval(time, time + h, steps, h / steps)
         for index in range(steps):
-            observation, state = self.step(self.time_inputs.step_inputs(index), time + (index + 1) * h / steps)
-        closed_state = self._with_closed_joints(state)
-        return replace(observation, values=closed_state.values, rates=closed_state.rates), closed_state
+            state = self.step(self.time_inputs.step_inputs(index), time + (index + 1) * h / steps)
+        return self._with_closed_joints(state)
 
     def restart(self, h: float) -> None:
         """Restart the scheme from the present state, before a step of `h` seconds."""
@@ -81,13 +94,9 @@ class StaggeredStepper:
 
     def set_velocities(self, velocities: FloatArray, dissipated_energy: float = 0.0) -> None:
         """Set the velocities (bodies, 3) of the mass centres after impulses, which dissipate an energy (J)."""
-        proxy_velocities = self.model.to_proxy_velocities(velocities)
-        self.state = replace(
-            self.state,
-            velocities=proxy_velocities,
-            rates=self.forces.output_rates(proxy_velocities),
-            dissipated_energy=self.state.dissipated_energy + dissipated_energy,
-        )
+        velocities = self.model.to_proxy_velocities(velocities)
+        rates, total_energy = self.forces.output_rates(velocities), self.state.dissipated_energy + dissipated_energy
+        self.state = replace(self.state, velocities=velocities, rates=rates, dissipated_energy=total_energy)
 
     def extrapolate_to(self, end: float, full_step: float) -> None:
         """Extrapolate to a time `end` (s) so close that a step would be dominated by rounding."""
@@ -113,7 +122,9 @@ class StaggeredStepper:
     def _with_closed_joints(self, state: StepState) -> StepState:
         """Return a state with closed joints and compatible velocities."""
         centre_poses, centre_velocities = self.model.to_mass_centres(state.poses, state.velocities)
-        (poses,), (velocities,) = self._projector.project(np.array([state.time]), centre_poses[np.newaxis], centre_velocities[np.newaxis])
+        (poses,), (velocities,) = self._problem.projector.project(
+            np.array([state.time]), centre_poses[np.newaxis], centre_velocities[np.newaxis]
+        )
         proxy_velocities = self.model.to_proxy_velocities(velocities)
         proxy_poses = np.where(self.model.pinned_mask, state.poses, poses)
         values, rates = self.forces.evaluate_outputs(proxy_poses), self.forces.output_rates(proxy_velocities)

@@ -6,8 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.impulse.pymunk.applied_forces import lower_scene
-from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
+from governor_mechanism.engines.impulse.pymunk.applied_forces import StepInputs, lower_scene
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
@@ -15,9 +14,6 @@ from governor_mechanism.model.joints import RotationalDriver, TranslationalDrive
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
-
-InertiaCallback = Callable[[float], float]
-"""Return the moment of inertia about the spindle (kg m2) of the mechanism a number of seconds ahead."""
 
 
 @dataclass(frozen=True)
@@ -42,25 +38,24 @@ class TimeInputs:
     """
 
     def __init__(self, scene: Scene) -> None:
-        self._functions = lower_scene(scene)[1]
+        functions = lower_scene(scene)[1]
         self._speed_program = SpindleSpeedFunction(scene.spindle)
         self._free_spindle = scene.spindle if isinstance(scene.spindle, FreeSpindle) else None
         self._torque_function = CubicTimeFunction(self._free_spindle.torque) if self._free_spindle else None
         n_speeds = sum(plane.given_speed is not None for plane in scene.system.planes)  # the first inputs
         n_drives = sum(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in scene.mechanism.joints)
         self._drive_indices = range(n_speeds, n_speeds + n_drives)
-        self._varying_functions = [
-            (index, function) for index, function in enumerate(self._functions) if index >= n_speeds and not function.is_constant
-        ]
+        self._varying_functions = [pair for pair in enumerate(functions[n_speeds:], n_speeds) if not pair[1].is_constant]
         start = np.zeros(1)
-        self._start_values = np.array([float(function(start)[0]) for function in self._functions])
-        self.breakpoints: FloatArray = np.unique(np.concatenate([start[:0], *(function.breakpoints for function in self._functions)]))
+        self._start_values = np.array([float(function(start)[0]) for function in functions])
+        self.breakpoints: FloatArray = np.unique(np.concatenate([start[:0], *(function.breakpoints for function in functions)]))
         """Times (s) of jumps and kinks, at which steps must end."""
-        self._jump_times = {time for time in self.breakpoints.tolist() if any(_jumps_at(function, time) for function in self._functions)}
+        jumps = [function(self.breakpoints) != function(self.breakpoints, left_limit=True) for function in functions]
+        self._jump_times = set(self.breakpoints[np.any(jumps, axis=0)].tolist())
         self._uses_left_limits, self.has_jump = has_contacts(scene), False
 
-    def reset(self, inertia: InertiaCallback) -> None:
-        """Begin a run; `inertia` predicts the moment of inertia that rotates with the spindle."""
+    def reset(self, inertia: Callable[[float], float]) -> None:
+        """Begin a run; `inertia` predicts the moment of inertia about the spindle (kg m2) a number of seconds ahead."""
         self._predict_inertia, self.has_jump = inertia, False
         speed, own_inertia = self._speed_program.start_speed, self._free_spindle.inertia if self._free_spindle else 0.0
         mechanism_inertia = inertia(0.0) if self._free_spindle or not self._speed_program.is_constant else 0.0
@@ -147,9 +142,3 @@ def _sample_at_kicks(function: CubicTimeFunction, times: FloatArray, next_h: flo
     h = times[-1] - times[-2]
     right_values[-1] = (h * left_value[0] + next_h * right_values[-1]) / (h + next_h)
     return right_values[1:]
-
-
-def _jumps_at(function: CubicTimeFunction, time: float) -> bool:
-    """Return whether a time function jumps at a time (s)."""
-    times = np.array([time])
-    return bool(function(times)[0] != function(times, left_limit=True)[0])

@@ -2,14 +2,7 @@
 
 from typing import NamedTuple
 
-from governor_mechanism.integrators.dop853 import (
-    NEAR_SINGULAR_QUALITY,
-    EquationFunctions,
-    StepBuffers,
-    StepLimits,
-    make_dop853,
-    make_step_buffers,
-)
+from governor_mechanism.integrators.dop853 import NEAR_SINGULAR_QUALITY, EquationFunctions, StepBuffers, StepLimits, make_dop853
 from governor_mechanism.integrators.event_location import EventStep
 from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.status import IntegrationStatus
@@ -29,9 +22,6 @@ from governor_mechanism.types import FloatArray, IntArray
 
 SINGULAR_CONSTRAINT_TOLERANCE_RATIO = 1e-3
 """Factor on the constraint tolerance near a change point, where the error that a violation causes grows like 1 / e."""
-
-MIN_STEPS_TO_SWITCH, MIN_STEPS_TO_SWITCH_PER_STATE = 300, 0.5
-"""Fewest remaining explicit steps, and additional ones per component of the state, that justify an implicit method."""
 
 
 class MultibodyEquation(NamedTuple):
@@ -59,11 +49,6 @@ class MultibodyEquation(NamedTuple):
     constraint_tolerance: float
     derivative: FloatArray
     counts: IntArray
-
-
-def make_multibody_buffers(system: System, error_scale: FloatArray, counts: IntArray) -> StepBuffers:
-    """Return the buffers of an integration of a system."""
-    return make_step_buffers(error_scale.size, error_scale.size, error_scale, system.event_functions["tolerance"].copy(), counts)
 
 
 @jit_internal

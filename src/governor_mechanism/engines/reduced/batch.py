@@ -11,7 +11,7 @@ import numpy as np
 
 from governor_mechanism.engines.base import make_reported_times
 from governor_mechanism.engines.reduced.integration import integrate_reduced, make_reduced_buffers, make_reduced_equation
-from governor_mechanism.engines.reduced.settings import ReducedSettings
+from governor_mechanism.engines.reduced.run import ReducedSettings
 from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
@@ -113,19 +113,19 @@ class ReducedBatch:
         self._states[0] = state
         max_step = self._settings.max_step_ratio * max_step_scale(scene)
         step = self._settings.first_step_ratio * max_step
-        status: int = IntegrationStatus.BELOW_TABLE
         equation = make_reduced_equation(table, forces, self._input_cubics, self._mode, self._counts)
         buffers = make_reduced_buffers(forces, self._counts)
         self._counts[:] = 0
-        while status in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
+        while True:
             limits = StepLimits(self._tolerance, step, max_step, self._max_steps, math.inf)
             outputs = (self._states[n_filled:], self._modes[n_filled:], self._event_log)
             status, step, n_reached, time = integrate_reduced(
                 equation, buffers, (time, end), self._times[n_filled:], state, limits, *outputs
             )
             n_filled += n_reached
-            leaves_table = status in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE)
-            if leaves_table and not extend(status - IntegrationStatus.BELOW_TABLE):
+            if status not in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
+                break
+            if not extend(status - IntegrationStatus.BELOW_TABLE):
                 return None
         is_complete = status == IntegrationStatus.DONE and n_filled == len(self._times)
         return self._make_result(scene, table, n_filled) if is_complete else None

@@ -1,31 +1,34 @@
 """Reduced engine: one coordinate along tables of the assembled mechanism, integrated by DOP853 in compiled code."""
 
-from dataclasses import asdict, dataclass, field, replace
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, ClassVar, final
+from typing import Any, ClassVar
 
 import numpy as np
 
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.registry import EFFECT_TYPES, FORCE_LAWS
-from governor_mechanism.engines.base import Engine, RunRequest
-from governor_mechanism.engines.certificate import CertifiedRunner, check_engine_settings, describe_end
+from governor_mechanism.engines.base import RunRequest
+from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine, describe_end
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.reduced.integration import integrate_reduced
-from governor_mechanism.engines.reduced.refusals import find_refusal
-from governor_mechanism.engines.reduced.run import ReducedRun, ReducedSolution, bodies_with_coordinate, make_start
-from governor_mechanism.engines.reduced.settings import ReducedSettings
+from governor_mechanism.engines.reduced.run import ReducedRun, ReducedSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
-from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, ContactMode
-from governor_mechanism.mechanics.reduction.equation_of_motion import StateIndex
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, ContactMode, reading_functions_of
+from governor_mechanism.mechanics.dynamics.inputs import output_of_reading
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.reduction.lowering import OutputForceColumn
-from governor_mechanism.mechanics.reduction.motion_table import MotionTable
+from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.joints import JOINT_TYPES, Joint
+from governor_mechanism.model.force_elements import Torque, TorsionDamper
+from governor_mechanism.model.joints import GROUND, JOINT_TYPES, Gear, Joint
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
+from governor_mechanism.model.time_functions import TableFunction
+from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult, StateHistory
@@ -33,9 +36,8 @@ from governor_mechanism.observables.singular_configurations import DenseOutput
 from governor_mechanism.types import FloatArray
 
 
-@final
 @dataclass(frozen=True, kw_only=True)
-class ReducedEngine(Engine):
+class ReducedEngine(ErrorControlledEngine):
     """Engine of order 8 with error control for mechanisms with one degree of freedom; the fastest one.
 
     The error estimate is the difference from a run with a ten times larger tolerance along a table of its own.
@@ -48,10 +50,6 @@ class ReducedEngine(Engine):
         Effects that it can simulate.
     joints
         Joints that it can simulate.
-    tolerance
-        Relative error of one step. Default: chosen from the requested accuracy.
-    max_steps
-        Largest number of steps of one run.
     settings
         Numerical settings.
     """
@@ -60,39 +58,42 @@ class ReducedEngine(Engine):
     effects: ClassVar[frozenset[type[Effect]]] = EFFECT_TYPES - {Clearance}
     joints: ClassVar[frozenset[type[Joint]]] = JOINT_TYPES
 
-    tolerance: float | None = None
-    max_steps: int = 1_000_000
     settings: ReducedSettings = field(default_factory=ReducedSettings)
 
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        check_engine_settings("ReducedEngine", self.tolerance, self.max_steps)
-
     def _refuses(self, scene: Scene) -> str:
-        return find_refusal(scene)
+        """Return why the engine cannot run a scene: it integrates one coordinate of one part and one shaft."""
+        parts, remedy = parts_with_coordinate(scene), "choose engine 'multibody'"
+        if len(parts) != 1:
+            return (
+                "engine 'reduced' integrates one coordinate and one shaft, a part in a fixed plane whose bodies are pinned to the ground "
+                f"at their mass centres; of {[part.name for part in scene.parts]}, {len(parts)} are more than a shaft; {remedy}"
+            )
+        prefix, part = parts[0]
+        solver = PositionSolver(part.mechanism)
+        if solver.equations.is_driven.any():
+            return f"engine 'reduced' integrates one free coordinate, but drives move this mechanism; {remedy}"
+        if solver.mobility != 1:
+            return f"engine 'reduced' integrates one degree of freedom; this mechanism has mobility {solver.mobility}; {remedy}"
+        own_readings = {prefix + reading.name for reading in (*part.mechanism.readings, *part.mechanism.internal_outputs)}
+        for problem in _shaft_problems(scene, find_shaft_train(scene), own_readings):
+            return f"engine 'reduced' cannot model {problem}; {remedy}"
+        return ""
 
     def _run(self, scene: Scene, request: RunRequest) -> Trajectory:
         runner = ReducedRunner(self, scene, request)
         runner.compile_kernels()
-        return runner.run(self.tolerance, self.settings.max_stagnant_runs, asdict(self))
+        return runner.run()
 
 
-@dataclass(frozen=True, kw_only=True)
-class ReducedResult(RunResult):
-    """Result of one run with its solution along the coordinate."""
-
-    solution: ReducedSolution
-    reduced_run: ReducedRun
-
-
-class ReducedRunner(CertifiedRunner[ReducedResult]):
+class ReducedRunner(CertifiedRunner):
     """Runs of one scene at different tolerances, each width of table pieces with its own motion table."""
 
+    method = "explicit (DOP853) along one coordinate"
+
     def __init__(self, engine: ReducedEngine, scene: Scene, request: RunRequest) -> None:
-        self._initial_poses, velocities = initial_state(scene)
-        super().__init__(scene, request, ReadingEvaluator(scene, self._initial_poses))
-        self.engine = engine
-        self._start = make_start(scene, self._initial_poses, velocities)
+        initial_motion, self.settings = initial_state(scene), engine.settings
+        super().__init__(engine, request, ReadingEvaluator(scene, initial_motion[0]))
+        self._make_run = partial(ReducedRun, self.evaluator, initial_motion, engine.max_steps, engine.settings)
         self._reduced_runs: dict[float, ReducedRun] = {}
 
     def compile_kernels(self) -> None:
@@ -100,39 +101,27 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
         kernel: Any = integrate_reduced
         if not kernel.signatures:
             warn_before_compiling("integrate_reduced", 30)
-            motion_table = self._make_table(1.0)
-            if motion_table.is_started and motion_table.extend(0) and motion_table.extend(1):
-                end_time = np.array([1e-9 * self.evaluator.time_scale])
-                reduced_run = self._make_run(motion_table, end_time)
-                reduced_run.state_history(reduced_run.integrate(1.0))
+            reduced_run = self._make_run(1.0)
+            table = reduced_run.motion_table
+            if table.is_started and table.extend(0) and table.extend(1):
+                reduced_run.state_history(reduced_run.integrate(np.array([1e-9 * self.evaluator.time_scale]), 1.0))
 
-    @property
-    def setup_time(self) -> float:
-        """Wall time spent on the motion tables, s."""
-        return sum(reduced_run.motion_table.setup_time for reduced_run in self._reduced_runs.values())
-
-    def get_reduced_run(self, width_factor: float) -> ReducedRun:
+    def get_reduced_run(self, width_ratio: float) -> ReducedRun:
         """Return the run along the table with this factor on the width of its first pieces."""
-        if width_factor not in self._reduced_runs:
-            motion_table = self._make_table(width_factor)
-            if not motion_table.is_started:
-                raise MechanismError(f"engine 'reduced' cannot start: {motion_table.end_message(1)[1]}; choose engine 'multibody'")
-            self._reduced_runs[width_factor] = self._make_run(motion_table, self.request.times)
-        return self._reduced_runs[width_factor]
+        if width_ratio not in self._reduced_runs:
+            reduced_run = self._make_run(width_ratio)
+            if not reduced_run.motion_table.is_started:
+                message = reduced_run.motion_table.end_message(1)[1]
+                raise MechanismError(f"engine 'reduced' cannot start: {message}; choose engine 'multibody'")
+            self._reduced_runs[width_ratio] = reduced_run
+        return self._reduced_runs[width_ratio]
 
-    def _make_table(self, width_factor: float) -> MotionTable:
-        poses = self._initial_poses[bodies_with_coordinate(self.scene)]
-        return MotionTable(self.scene, float(self._start[StateIndex.COORDINATE]), poses, width_factor)
-
-    def _make_run(self, motion_table: MotionTable, times: FloatArray) -> ReducedRun:
-        start = self._start, self._initial_poses
-        return ReducedRun(motion_table, self.evaluator, *start, times, self.engine.max_steps, self.engine.settings)
-
-    def run_once(self, tolerance: float, is_comparison: bool = False) -> ReducedResult:
+    def run_once(self, tolerance: float, is_comparison: bool = False) -> RunResult:
         """Return one run; a comparison run may take steps twice as long along a table with narrower pieces."""
         self.n_runs += 1
-        reduced_run = self.get_reduced_run(self.engine.settings.comparison_width_ratio if is_comparison else 1.0)
-        solution = reduced_run.integrate(tolerance, step_factor=2.0 if is_comparison else 1.0)
+        reduced_run = self.get_reduced_run(self.settings.comparison_width_ratio if is_comparison else 1.0)
+        solution = reduced_run.integrate(self.request.times, tolerance, step_factor=2.0 if is_comparison else 1.0)
+        self.setup_time = sum(one.motion_table.setup_time for one in self._reduced_runs.values())
         reported_states = reduced_run.state_history(solution)
         time_text = f"t = {solution.end_time:.9g} s"
         outcome, detail = describe_end(solution.status, time_text, self.engine.max_steps)
@@ -140,70 +129,73 @@ class ReducedRunner(CertifiedRunner[ReducedResult]):
             is_at_limit, message = reduced_run.motion_table.end_message(solution.side)
             outcome = Outcome.LEFT_RANGE if is_at_limit else Outcome.DEAD_CENTRE
             detail = f"{message}, at {time_text}"
-        return ReducedResult(
+        return RunResult(
             reported_states=reported_states,
-            monitor_states=partial(self._make_monitor_states, reduced_run, tolerance, reported_states.times[-1:]),
+            monitor_states=partial(self._make_monitor_states, reduced_run, tolerance, solution.times[-1:]),
             observables=self.evaluator.evaluate(reported_states),
             outcome=outcome,
             detail=detail,
+            step=solution.last_step,
+            contact_modes=() if is_comparison else reduced_run.contact_modes(solution, reported_states.poses),
             reported_indices=slice(None),
             contact_events=solution.events,
-            solution=solution,
-            reduced_run=reduced_run,
         )
 
-    def complete_result(self, best: ReducedResult) -> ReducedResult:
-        """Add the contact modes at the reported times."""
-        return replace(best, contact_modes=best.reduced_run.contact_modes(best.solution, best.reported_states.poses))
-
     def _make_monitor_states(
-        self, table_run: ReducedRun, tolerance: float, end: FloatArray
+        self, reduced_run: ReducedRun, tolerance: float, end: FloatArray
     ) -> tuple[StateHistory, tuple[ContactMode, ...], DenseOutput | None]:
         """Return states close enough to each other that no event is missed, their modes, and the dense output between them."""
-        settings = self.engine.settings
-        breakpoints = np.unique(np.concatenate([function.breakpoints for function in table_run.motion_table.time_functions]))
-        monitor_times = make_time_grid(end, breakpoints, np.inf, settings.monitor_interval_ratio * self.evaluator.time_scale).monitor_times
+        settings, max_interval = self.settings, self.settings.monitor_interval_ratio * self.evaluator.time_scale
+        times = make_time_grid(end, reduced_run.breakpoints, np.inf, max_interval).monitor_times
         while True:
-            reduced_run = self._make_run(table_run.motion_table, monitor_times)
-            solution = reduced_run.integrate(tolerance)
-            displacements = np.abs(np.diff(solution.states[:, 0])) / table_run.motion_table.arrays.coordinate_scale
-            if (
-                not len(displacements)
-                or np.max(displacements) < settings.max_monitor_travel
-                or len(monitor_times) > settings.max_monitor_times
-            ):
+            solution = reduced_run.integrate(times, tolerance)
+            displacements = np.abs(np.diff(solution.states[:, 0])) / reduced_run.motion_table.arrays.coordinate_scale
+            if np.max(displacements, initial=0.0) < settings.max_monitor_travel or len(times) > settings.max_monitor_times:
                 break
             n_intervals = np.ceil(displacements / settings.monitor_interval_ratio).astype(int).clip(1)
-            segments = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(monitor_times, monitor_times[1:], n_intervals, strict=False)]
-            monitor_times = np.concatenate([monitor_times[:1], *segments])
+            segments = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(times, times[1:], n_intervals, strict=False)]
+            times = np.concatenate([times[:1], *segments])
         states = reduced_run.state_history(solution)
         modes = reduced_run.contact_modes(solution, states.poses)
         return states, modes, partial(reduced_run.integrate_from_row, solution, tolerance)
 
-    def make_cost(self, best: ReducedResult, wall_time: float) -> Cost:
-        """Return the cost over all runs."""
-        reduced_runs = self._reduced_runs.values()
-        counters = sum((reduced_run.counts for reduced_run in reduced_runs), np.zeros(4, dtype=np.int64))
-        steps, rejected, evaluations, moving_evaluations = (int(count) for count in counters)
+    def count_work(self) -> tuple[int, int, Mapping[str, int]]:
+        """Return the steps, the rejected steps, and the evaluations by force law."""
+        reduced_runs = list(self._reduced_runs.values())
+        steps, rejected, evaluations, moving_evaluations = np.sum([reduced_run.counts for reduced_run in reduced_runs], axis=0).tolist()
         n_pieces = sum(reduced_run.motion_table.n_pieces for reduced_run in reduced_runs)
-        law_counts = {"equations of motion": evaluations, "table pieces": n_pieces}
-        reduced_forces = best.reduced_run.motion_table.forces
-        for law_index in reduced_forces.output_forces[:, OutputForceColumn.LAW].astype(int):
+        law_counts, forces = Counter({"equations of motion": evaluations, "table pieces": n_pieces}), reduced_runs[0].motion_table.forces
+        for law_index in forces.output_forces[:, OutputForceColumn.LAW].astype(int):
             law = FORCE_LAWS[law_index]
-            law_counts[law.law_name] = law_counts.get(law.law_name, 0) + (moving_evaluations if law.dissipates else evaluations)
-        if n_frictions := int(np.sum(reduced_forces.contacts[:, 1] >= 0)):
+            law_counts[law.law_name] += moving_evaluations if law.dissipates else evaluations
+        if n_frictions := int(np.sum(forces.contacts[:, 1] >= 0)):
             law_counts[FRICTION_LAW_NAME] = n_frictions * moving_evaluations
-        return Cost(
-            engine=self.engine.name,
-            reason=self.request.reason,
-            step=best.solution.last_step,
-            steps=steps,
-            rejected=rejected,
-            runs=self.n_runs,
-            wall_time=wall_time,
-            setup_time=self.setup_time,
-            evaluations=law_counts,
-            events=len(best.solution.events),
-            model_size=self.evaluator.count_model_size(),
-            method="explicit (DOP853) along one coordinate",
-        )
+        return steps, rejected, dict(law_counts)
+
+
+def _shaft_problems(scene: Scene, train: ShaftTrain, own_readings: set[str]) -> Iterator[str]:
+    """Yield what the model of one coordinate and one shaft cannot describe."""
+    rotors = {GROUND, *train.rotors}
+    for name in train.rotors:
+        if name not in train.motion:
+            yield f"body {name!r}, which turns independently of {next(iter(train.motion))!r}"
+    for joint in scene.mechanism.joints:
+        if isinstance(joint, Gear) and len({joint.first.body, joint.second.body} & set(train.rotors)) == 1:
+            yield f"gear {joint.name!r} between a shaft and a body that does more than rotate"
+    for name in scene.system.breaking_gears:
+        yield f"gear {name!r}, which breaks"
+    for effect in scene.output_effects:
+        if effect.reading not in own_readings:
+            yield f"the effect {type(effect).__name__} on {effect.reading!r}, an angle of the shaft"
+    for element in scene.mechanism.force_elements:
+        bodies = set(element.bodies)
+        if bodies & set(train.rotors) and not (isinstance(element, Torque | TorsionDamper) and bodies <= rotors):
+            yield f"force element {element.name!r} on the shaft, which is neither a torque nor a torsion damper"
+    readings = own_readings | shaft_readings(scene, train).keys()
+    for function in reading_functions_of(scene):
+        if function.lag:
+            yield f"a load that follows {function.reading!r} with a lag"
+        if isinstance(function, TableFunction):
+            yield f"a load that depends on {function.reading!r} by a table, whose kinks are events"
+        if output_of_reading(function.reading)[0] not in readings:
+            yield f"a load that depends on {function.reading!r}, which is no reading of {train.rotors} nor of the part with the coordinate"

@@ -5,17 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.engines.reduced.contact import apply_transition
-from governor_mechanism.engines.reduced.event_functions import evaluate_reduced_event_functions, make_event_tolerances
-from governor_mechanism.integrators.dop853 import (
-    BELOW_DOMAIN,
-    FAR_OUTSIDE_DOMAIN,
-    EquationFunctions,
-    StepBuffers,
-    StepLimits,
-    make_dop853,
-    make_step_buffers,
-)
+from governor_mechanism.engines.reduced.contact import apply_transition, evaluate_reduced_event_functions, make_event_tolerances
+from governor_mechanism.integrators import dop853
 from governor_mechanism.integrators.event_location import LAST_SAMPLE, EventStep
 from governor_mechanism.integrators.stages import END_STAGE, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.status import IntegrationStatus
@@ -69,7 +60,7 @@ def make_reduced_equation(
     return ReducedEquation(make_reduced_model(table, forces, input_cubics, mode), np.zeros(1, dtype=np.int64), counts)
 
 
-def make_reduced_buffers(forces: ReducedForces, counts: IntArray) -> StepBuffers:
+def make_reduced_buffers(forces: ReducedForces, counts: IntArray) -> dop853.StepBuffers:
     """Return the buffers of an integration; only what changes is integrated."""
     parameters = forces.parameters
     coordinate_scale, time_scale, energy_scale = parameters[
@@ -79,7 +70,7 @@ def make_reduced_buffers(forces: ReducedForces, counts: IntArray) -> StepBuffers
     has_shaft, is_conservative = parameters[ForceParameter.HAS_SHAFT] != 0.0, parameters[ForceParameter.IS_CONSERVATIVE] != 0.0
     n_integrated = N_STATES if has_shaft else 2 if is_conservative else int(StateIndex.SHAFT_ANGLE)
     n_coupled = N_STATES if has_shaft else 2
-    return make_step_buffers(N_STATES, n_coupled, error_scale[:n_integrated], make_event_tolerances(forces), counts)
+    return dop853.make_step_buffers(N_STATES, n_coupled, error_scale[:n_integrated], make_event_tolerances(forces), counts)
 
 
 @jit_internal
@@ -87,7 +78,7 @@ def _evaluate(equation: ReducedEquation, local_time: float, state: FloatArray, d
     model = equation.model
     piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], equation.piece[0])
     if side >= 0:
-        return BELOW_DOMAIN - side
+        return dop853.BELOW_DOMAIN - side
     equation.piece[0] = piece
     equation.counts[StepCounter.EVALUATIONS] += 1
     angle, speed = state[StateIndex.SHAFT_ANGLE], state[StateIndex.SHAFT_SPEED]
@@ -107,7 +98,7 @@ def _take_step(equation: ReducedEquation, local_time: float, h: float, state: Fl
     else:
         quality = _take_general_step(equation, local_time, h, state, stages)
     is_far = abs(stages.end[0] - state[0]) > MAX_STEP_OUTSIDE_TABLE * parameters[ForceParameter.COORDINATE_SCALE]
-    return FAR_OUTSIDE_DOMAIN if quality < 0.0 and is_far else quality
+    return dop853.FAR_OUTSIDE_DOMAIN if quality < 0.0 and is_far else quality
 
 
 @jit_internal
@@ -133,7 +124,7 @@ def _take_conservative_step(equation: ReducedEquation, h: float, state: FloatArr
     stages.end[0], stages.end[1] = q_end, v_end
     equation.piece[0] = piece
     equation.counts[StepCounter.EVALUATIONS] += END_STAGE
-    return 1.0 if side < 0 else BELOW_DOMAIN - side
+    return 1.0 if side < 0 else dop853.BELOW_DOMAIN - side
 
 
 @jit_internal
@@ -170,19 +161,18 @@ def _sample_events(equation: ReducedEquation, step: EventStep, fraction: float, 
     _evaluate_events(equation, step.local_time + fraction * h, sample, event_values)
 
 
-_integrate_to_event = jit_inline_closure(
-    make_dop853(EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events))
-)
+_EQUATION = dop853.EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events)
+_integrate_to_event = jit_inline_closure(dop853.make_dop853(_EQUATION))
 
 
 @jit
 def integrate_reduced(
     equation: ReducedEquation,
-    buffers: StepBuffers,
+    buffers: dop853.StepBuffers,
     span: tuple[float, float],
     times: FloatArray,
     state: FloatArray,
-    limits: StepLimits,
+    limits: dop853.StepLimits,
     states: FloatArray,
     modes: IntArray,
     event_log: EventLog,
@@ -198,13 +188,9 @@ def integrate_reduced(
     is_load_steady = parameters[ForceParameter.FLUCTUATION_AMPLITUDE] == 0.0 and model.input_terms.size == 0
     while True:
         is_held, n_steps = mode[MODE_HELD] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
-        segment_limits = StepLimits(
-            limits.tolerance,
-            step,
-            limits.max_step * (HELD_STEP_FACTOR if is_held and is_load_steady else 1.0),
-            limits.max_steps,
-            math.inf if is_conservative or is_held else 0.0,
-        )
+        max_step = limits.max_step * (HELD_STEP_FACTOR if is_held and is_load_steady else 1.0)
+        min_stiff_steps = math.inf if is_conservative or is_held else 0.0
+        segment_limits = dop853.StepLimits(limits.tolerance, step, max_step, limits.max_steps, min_stiff_steps)
         status, step, n_new, segment_end = _integrate_to_event(
             equation, buffers, (time, end), span[0], state, segment_limits, times[n_reached:], states[n_reached:]
         )

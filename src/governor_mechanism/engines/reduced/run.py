@@ -5,15 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.certificate import speed_jump_work
-from governor_mechanism.engines.reduced.integration import (
-    ReducedEquation,
-    initialise_contact_mode,
-    integrate_reduced,
-    make_reduced_buffers,
-    make_reduced_equation,
-)
-from governor_mechanism.engines.reduced.settings import ReducedSettings
+from governor_mechanism.engines.certificate import ErrorControlSettings, speed_jump_work
+from governor_mechanism.engines.initial_state import Motion
+from governor_mechanism.engines.reduced import integration
 from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
@@ -29,7 +23,6 @@ from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES, 
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.shaft import find_shaft_train, parts_with_coordinate
 from governor_mechanism.model.events import Event
-from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray, IntArray
@@ -38,10 +31,39 @@ INITIAL_EVENT_CAPACITY = 4096
 """Number of events for which records are allocated at first."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class ReducedSettings(ErrorControlSettings):
+    """Numerical settings of the reduced engine; the defaults serve all shipped scenes.
+
+    Attributes
+    ----------
+    comparison_width_ratio
+        Factor on the piece width of the comparison run, so that the certificate includes the interpolation error of the tables.
+    max_monitor_travel
+        Travel between two of these states, in coordinate scales, above which more are inserted.
+    max_monitor_times
+        Number of these states above which no more are inserted: it bounds memory.
+    table_end_step_ratio
+        Factor by which a step that leaves the end of the table is shortened.
+    min_end_step_ratio
+        Step at which the end of the table is reached, relative to the remaining time and to the time scale: rounding.
+    min_remaining_travel
+        Distance from the end of the table at which it is reached, relative to the coordinate and to its scale: rounding.
+    """
+
+    comparison_width_ratio: float = 0.7
+    max_monitor_travel: float = 0.5
+    max_monitor_times: int = 200_000
+    table_end_step_ratio: float = 0.25
+    min_end_step_ratio: float = 1e-12
+    min_remaining_travel: float = 1e-14
+
+
 @dataclass(frozen=True)
 class ReducedSolution:
-    """Result of one integration: states (n, N_STATES) and modes at the times reached, events, and how and when (s) it ended."""
+    """Result of one integration: times (n,) s reached, states (n, N_STATES) and modes there, events, and how and when (s) it ended."""
 
+    times: FloatArray
     states: FloatArray
     modes: IntArray
     events: tuple[Event, ...]
@@ -52,66 +74,58 @@ class ReducedSolution:
 
 
 class ReducedRun:
-    """Runs of one scene through times (n,) s from a start (N_STATES,) with poses (bodies, 3) of all bodies, along a motion table."""
+    """Runs of one scene from initial poses and velocities of all bodies, along a motion table."""
 
     def __init__(
-        self,
-        motion_table: MotionTable,
-        evaluator: ReadingEvaluator,
-        start: FloatArray,
-        initial_poses: FloatArray,
-        times: FloatArray,
-        max_steps: int,
-        settings: ReducedSettings,
+        self, evaluator: ReadingEvaluator, initial_motion: Motion, max_steps: int, settings: ReducedSettings, width_ratio: float
     ) -> None:
-        self.motion_table, self.evaluator, self.times = motion_table, evaluator, times
-        self.max_steps, self.settings = max_steps, settings
-        self.start, self.counts = start, np.zeros(len(StepCounter), dtype=np.int64)
-        scene = motion_table.scene
-        self.contacts = contacts_of(scene)
-        self.one_sided_springs = one_sided_forces_of(scene)
+        scene, self.evaluator, self.max_steps, self.settings = evaluator.scene, evaluator, max_steps, settings
+        (prefix, part), self._initial_poses = parts_with_coordinate(scene)[0], initial_motion[0]
+        first_body = scene.mechanism.body_index(prefix + part.mechanism.bodies[0].name)
+        self._own_bodies = slice(first_body, first_body + len(part.mechanism.bodies))
+        self._rotors = {scene.mechanism.body_index(name): motion for name, motion in find_shaft_train(scene).motion.items()}
+        self.start = self._make_start(prefix + part.mechanism.coordinate, *initial_motion)
+        coordinate = float(self.start[StateIndex.COORDINATE])
+        self.motion_table = MotionTable(scene, coordinate, self._initial_poses[self._own_bodies], width_ratio)
+        self.counts = np.zeros(len(StepCounter), dtype=np.int64)
+        self.contacts, self.one_sided_springs = contacts_of(scene), one_sided_forces_of(scene)
         self.has_contacts = bool(self.contacts or self.one_sided_springs)
         self._max_step = settings.max_step_ratio * max_step_scale(scene) * (settings.event_step_ratio if self.has_contacts else 1.0)
-        breakpoints = np.unique(np.concatenate([time_function.breakpoints for time_function in motion_table.time_functions]))
-        end = float(times[-1]) if len(times) else 0.0
-        self._breakpoints = np.concatenate([[0.0], breakpoints[(breakpoints > 0) & (breakpoints < end)], [end]])
-        self._initial_poses, self._own_bodies = initial_poses, bodies_with_coordinate(scene)
-        self._rotors = {scene.mechanism.body_index(name): motion for name, motion in find_shaft_train(scene).motion.items()}
+        self.breakpoints = np.unique(np.concatenate([function.breakpoints for function in self.motion_table.time_functions]))
 
-    def integrate(self, tolerance: float, step_factor: float = 1.0) -> ReducedSolution:
-        """Integrate through all times, with a factor on the largest step."""
-        capacity = INITIAL_EVENT_CAPACITY if self.has_contacts else 0
-        while True:
-            solution, n_events = self._integrate_with_capacity(tolerance, step_factor, capacity)
-            if n_events <= capacity:
-                return solution
-            capacity = 2 * n_events
+    def _make_start(self, coordinate: str, poses: FloatArray, velocities: FloatArray) -> FloatArray:
+        """Return the state (N_STATES,) at poses and velocities (bodies, 3) of all bodies at the start."""
+        output, start = evaluate_output(self.evaluator.mechanism, coordinate, poses), np.zeros(N_STATES)
+        start[StateIndex.COORDINATE], start[StateIndex.RATE] = output.value, np.sum(output.gradient * velocities)
+        for shaft in list(self._rotors)[:1]:
+            start[StateIndex.SHAFT_ANGLE], start[StateIndex.SHAFT_SPEED] = poses[shaft, 2], velocities[shaft, 2]
+        return start
 
-    def _integrate_with_capacity(self, tolerance: float, step_factor: float, capacity: int) -> tuple[ReducedSolution, int]:
+    def integrate(
+        self, times: FloatArray, tolerance: float, step_factor: float = 1.0, event_capacity: int = INITIAL_EVENT_CAPACITY
+    ) -> ReducedSolution:
+        """Integrate through times (n,) s, with a factor on the largest step."""
         motion_table, settings, time_scale = self.motion_table, self.settings, self.evaluator.time_scale
-        max_step = step_factor * self._max_step
-        state = self.start.copy()
-        states, modes = np.empty((len(self.times), N_STATES)), self._allocate_modes()
-        mode, event_log, counts = (
-            np.zeros(modes.shape[1], dtype=np.int64),
-            make_event_log(capacity),
-            np.zeros(len(StepCounter), dtype=np.int64),
-        )
-        buffers = make_reduced_buffers(motion_table.forces, counts)
+        max_step, state = step_factor * self._max_step, self.start.copy()
+        mode = np.zeros(1 + len(self.contacts) + len(self.one_sided_springs), dtype=np.int64)
+        states, modes = np.zeros((len(times), N_STATES)), np.zeros((len(times), len(mode)), dtype=np.int64)
+        event_log, counts = make_event_log(event_capacity * self.has_contacts), np.zeros(len(StepCounter), dtype=np.int64)
+        buffers = integration.make_reduced_buffers(motion_table.forces, counts)
         if self.has_contacts:
-            initialise_contact_mode(self._make_equation(0.0, mode, counts).model, 0.0, state, event_log)
+            integration.initialise_contact_mode(self._make_equation(0.0, mode, counts).model, 0.0, state, event_log)
             event_log.counts[:] = 0
-        n_filled, step = int(len(self.times) > 0 and self.times[0] == 0.0), settings.first_step_ratio * max_step
+        n_filled, step = int(len(times) > 0 and times[0] == 0.0), settings.first_step_ratio * max_step
         status: int = IntegrationStatus.DONE
-        time, side = 0.0, 0
+        time, side, last_time = 0.0, 0, float(times[-1]) if len(times) else 0.0
         states[:n_filled], modes[:n_filled] = state, mode
-        for start, end in pairwise(self._breakpoints.tolist()):
+        inner_breakpoints = self.breakpoints[(self.breakpoints > 0) & (self.breakpoints < last_time)]
+        for start, end in pairwise([0.0, *inner_breakpoints.tolist(), last_time]):
             time = start
             while time < end:
                 limits = StepLimits(tolerance, step, max_step, self.max_steps, 0.0)
-                rows = slice(n_filled, int(np.searchsorted(self.times, end, side="right")))
-                equation, outputs = self._make_equation(time, mode, counts), (states[rows], modes[rows], event_log)
-                status, step, n_reached, time = integrate_reduced(equation, buffers, (time, end), self.times[rows], state, limits, *outputs)
+                rows = slice(n_filled, int(np.searchsorted(times, end, side="right")))
+                equation, arguments = self._make_equation(time, mode, counts), (times[rows], state, limits, states[rows], modes[rows])
+                status, step, n_reached, time = integration.integrate_reduced(equation, buffers, (time, end), *arguments, event_log)
                 n_filled += n_reached
                 if status not in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
                     break
@@ -126,51 +140,52 @@ class ReducedRun:
                         break
             if status != IntegrationStatus.DONE:
                 break
-            breakpoint_row = n_filled - 1 if n_filled and self.times[n_filled - 1] == end else None
-            self._add_speed_jump_work(end, state, states, breakpoint_row)
+            # The work that a jump of the given spindle speed does on the bodies; a report at that time shows the right limit.
+            state[StateIndex.WORK] += speed_jump_work(self.evaluator, end, self._evaluate_motion(state[np.newaxis])[0][0])
+            if n_filled and times[n_filled - 1] == end:
+                states[n_filled - 1, StateIndex.WORK] = state[StateIndex.WORK]
             if self.has_contacts:
-                initialise_contact_mode(self._make_equation(end, mode, counts).model, end, state, event_log)
+                integration.initialise_contact_mode(self._make_equation(end, mode, counts).model, end, state, event_log)
         self.counts += counts
+        if (n_events := int(event_log.counts[0])) > event_capacity:
+            return self.integrate(times, tolerance, step_factor, 2 * n_events)
         subjects = [contact.output_name for contact in self.contacts] + [spring.reading for spring in self.one_sided_springs]
         events = drop_cancelled_events(make_events(event_log, subjects), SIMULTANEITY_TOLERANCE * time_scale)
-        solution = ReducedSolution(states[:n_filled], modes[:n_filled], events, IntegrationStatus(status), time, side, step)
-        return solution, int(event_log.counts[0])
+        reached = slice(n_filled)
+        return ReducedSolution(times[reached], states[reached], modes[reached], events, IntegrationStatus(status), time, side, step)
 
-    def integrate_from_row(self, solution: ReducedSolution, tolerance: float, k: int, time: float) -> tuple[FloatArray, FloatArray] | None:
+    def integrate_from_row(self, solution: ReducedSolution, tolerance: float, k: int, time: float) -> Motion | None:
         """Return poses and velocities (bodies, 3) at a time, s, after that of row k, integrated from that row; None on failure."""
-        start_time, state, mode = float(self.times[k]), solution.states[k].copy(), solution.modes[k].copy()
+        start_time, state, mode = float(solution.times[k]), solution.states[k].copy(), solution.modes[k].copy()
         event_log, counts = make_event_log(0), np.zeros(len(StepCounter), dtype=np.int64)
         equation = self._make_equation(start_time, mode, counts)
-        if self.has_contacts and start_time in self._breakpoints[1:]:
-            initialise_contact_mode(equation.model, start_time, state, event_log)  # a row at a breakpoint has the mode before it
+        if self.has_contacts and start_time > 0.0 and start_time in self.breakpoints:
+            # A row at a breakpoint has the mode before it.
+            integration.initialise_contact_mode(equation.model, start_time, state, event_log)
         limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, self._max_step, self.settings.max_interpolation_steps, 0.0)
         outputs = np.empty((0, len(state))), np.zeros((0, len(mode)), dtype=np.int64), event_log
-        buffers = make_reduced_buffers(self.motion_table.forces, counts)
-        status, *_ = integrate_reduced(equation, buffers, (start_time, time), np.empty(0), state, limits, *outputs)
+        buffers = integration.make_reduced_buffers(self.motion_table.forces, counts)
+        status, *_ = integration.integrate_reduced(equation, buffers, (start_time, time), np.empty(0), state, limits, *outputs)
         if status != IntegrationStatus.DONE:
             return None
         poses, velocities = self._evaluate_motion(state[np.newaxis])
         return poses[0], velocities[0]
 
-    def _make_equation(self, start: float, mode: IntArray, counts: IntArray) -> ReducedEquation:
-        return make_reduced_equation(self.motion_table.table, self.motion_table.forces, self.input_cubics(start), mode, counts)
-
-    def input_cubics(self, start: float) -> FloatArray:
-        """Return the cubics of the inputs (inputs, 5) from a time up to their next breakpoint."""
-        coefficients: FloatArray = stack_local_cubics(self.motion_table.time_functions, np.array([start]))[0]
-        return coefficients
+    def _make_equation(self, start: float, mode: IntArray, counts: IntArray) -> integration.ReducedEquation:
+        """Return the equation in a contact mode, with the cubics of the inputs from a time (s) up to their next breakpoint."""
+        input_cubics = stack_local_cubics(self.motion_table.time_functions, np.array([start]))[0]
+        return integration.make_reduced_equation(self.motion_table.table, self.motion_table.forces, input_cubics, mode, counts)
 
     def state_history(self, solution: ReducedSolution) -> StateHistory:
         """Return the states of all bodies at the times reached."""
-        times, states = self.times[: len(solution.states)], solution.states
-        is_conservative = self.motion_table.arrays.is_conservative
-        work, dissipated_energy = (np.zeros(len(times)),) * 2 if is_conservative else (states[:, StateIndex.WORK], states[:, 3])
-        poses, velocities = self._evaluate_motion(states)
+        poses, velocities = self._evaluate_motion(solution.states)
+        work, dissipated_energy = solution.states[:, [StateIndex.WORK, StateIndex.DISSIPATED_ENERGY]].T
+        lags = np.zeros((len(poses), 0))
         return StateHistory(
-            times=times, poses=poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, lags=np.zeros((len(times), 0))
+            times=solution.times, poses=poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, lags=lags
         )
 
-    def _evaluate_motion(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _evaluate_motion(self, states: FloatArray) -> Motion:
         """Return poses and velocities (n, bodies, 3) of all bodies in states (n, N_STATES)."""
         own_poses, tangents = self.motion_table.evaluate_poses(states[:, 0])
         if not self._rotors:
@@ -188,7 +203,7 @@ class ReducedRun:
         """Return the contact modes at the times reached; empty without contacts."""
         if not self.has_contacts:
             return ()
-        mechanism, n_contacts = self.motion_table.scene.mechanism, len(self.contacts)
+        mechanism, n_contacts = self.evaluator.mechanism, len(self.contacts)
         values = [evaluate_output_value(mechanism, contact.output_name, poses) for contact in self.contacts]
         contact_modes = []
         for index, (is_held, *states) in enumerate(solution.modes.tolist()):
@@ -196,30 +211,3 @@ class ReducedRun:
             sliding_signs = tuple(0 if state == HELD else state for state in states[:n_contacts])
             contact_modes.append(ContactMode(held_values, sliding_signs, tuple(map(bool, states[n_contacts:])), bool(is_held)))
         return tuple(contact_modes)
-
-    def _allocate_modes(self) -> IntArray:
-        return np.zeros((len(self.times), 1 + len(self.contacts) + len(self.one_sided_springs)), dtype=np.int64)
-
-    def _add_speed_jump_work(self, time: float, state: FloatArray, states: FloatArray, row: int | None) -> None:
-        """Add the work that a jump of the given spindle speed does on the bodies; a report at that time shows the right limit."""
-        state[StateIndex.WORK] += speed_jump_work(self.evaluator, time, self._evaluate_motion(state[np.newaxis])[0][0])
-        if row is not None:
-            states[row, StateIndex.WORK] = state[StateIndex.WORK]
-
-
-def make_start(scene: Scene, poses: FloatArray, velocities: FloatArray) -> FloatArray:
-    """Return the state (N_STATES,) at poses and velocities (bodies, 3) of all bodies at the start."""
-    (prefix, part), start = parts_with_coordinate(scene)[0], np.zeros(N_STATES)
-    output = evaluate_output(scene.mechanism, prefix + part.mechanism.coordinate, poses)
-    start[StateIndex.COORDINATE], start[StateIndex.RATE] = output.value, np.sum(output.gradient * velocities)
-    for name in list(find_shaft_train(scene).motion)[:1]:
-        shaft = scene.mechanism.body_index(name)
-        start[StateIndex.SHAFT_ANGLE], start[StateIndex.SHAFT_SPEED] = poses[shaft, 2], velocities[shaft, 2]
-    return start
-
-
-def bodies_with_coordinate(scene: Scene) -> slice:
-    """Return the indices of the bodies of the part that has the coordinate."""
-    prefix, part = parts_with_coordinate(scene)[0]
-    first = scene.mechanism.body_index(prefix + part.mechanism.bodies[0].name)
-    return slice(first, first + len(part.mechanism.bodies))

@@ -2,10 +2,10 @@
 
 import math
 from collections import Counter
+from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of, loads_of, once_per_scene, output_forces_of
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_body_forces, inertia_of_plane
 from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces, make_force_element_table
@@ -69,6 +69,21 @@ def lower_scene(scene: Scene) -> tuple[System, tuple[CubicTimeFunction, ...]]:
     return make_system(scene)
 
 
+@dataclass(frozen=True, slots=True)
+class StepInputs:
+    """Inputs of a step of `h` seconds, where its kick acts; `next_h` (s) is the length of the following step.
+
+    `spindle_speed_squared` is in rad2/s2. `values` (inputs,) are the inputs of the multibody model: loads and friction limits, and the
+    prescribed drives at the end of the next step. `kick_scale` lengthens the kick if the next step has another length.
+    """
+
+    h: float
+    next_h: float
+    spindle_speed_squared: float
+    values: FloatArray
+    kick_scale: float = 1.0
+
+
 class AppliedForces:
     """Forces at the pose that the next step is about to reach, and the energy that dashpots and friction have dissipated.
 
@@ -121,7 +136,7 @@ class AppliedForces:
 
     def output_rates(self, velocities: FloatArray) -> FloatArray:
         """Return the rates (outputs,) of all output variables for velocities (bodies, 3) of the pymunk bodies."""
-        rates: FloatArray = self.output_jacobian.reshape(len(self.output_jacobian), -1) @ velocities.ravel()
+        rates: FloatArray = self.output_jacobian.reshape(len(self.output_jacobian), velocities.size) @ velocities.ravel()
         return rates
 
     def dissipated_power(self, rates: FloatArray, inputs: FloatArray) -> float:

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pymunk
 
+from governor_mechanism.engines.impulse.pymunk.applied_forces import StepInputs
 from governor_mechanism.engines.impulse.pymunk.bodies import Poses, to_body_axes
-from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.errors import UnsupportedEffect
+from governor_mechanism.mechanics.dynamics.contacts import Contact
 from governor_mechanism.types import FloatArray
 
 LINE_OF_ACTION_TOLERANCE = 1e-9
@@ -39,7 +40,7 @@ class FrictionStopConstraint:
         self.is_force_limited = True
         self._step, self._kick_duration, self._gradient_norm = 1.0, 1.0, 1.0
 
-    def check_line_of_action(self, poses: FloatArray, gradient: FloatArray, effect: str, reading: str) -> None:
+    def check_line_of_action(self, poses: FloatArray, gradient: FloatArray, contact: Contact) -> None:
         """Raise UnsupportedEffect if the forces of an output variable have no single line of action, as every pymunk joint needs."""
         bodies = _moving_bodies(gradient)
         if len(bodies) == 2:
@@ -50,8 +51,9 @@ class FrictionStopConstraint:
                 return
         elif len(bodies) == 1:
             return
+        effect = "dry friction" if contact.friction else "stops"
         raise UnsupportedEffect(
-            f"engine 'impulse' cannot model {effect} on {reading!r}: the holding force does not act along one line between "
+            f"engine 'impulse' cannot model {effect} on {contact.output_name!r}: the holding force does not act along one line between "
             "two bodies; use engine 'multibody', or a reading between two bodies or from fixed points"
         )
 

@@ -6,24 +6,12 @@ from dataclasses import dataclass
 
 import pymunk
 
+from governor_mechanism.engines.impulse.pymunk.applied_forces import StepInputs
 from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint, Poses, to_body_axes
-from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_curve_segments
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_curve
-from governor_mechanism.model.joints import (
-    ArcSlot,
-    CurveSlot,
-    Distance,
-    Gear,
-    Joint,
-    Pin,
-    Prismatic,
-    RotationalDriver,
-    Slider,
-    TranslationalDriver,
-    Weld,
-)
+from governor_mechanism.model import joints
 
 GROOVE_HALF_LENGTH_RATIO = 1e3
 """Half length of a groove relative to the length scale of the mechanism; a pymunk groove has ends, a guide has none."""
@@ -40,30 +28,32 @@ class JointConstraints:
     updates: tuple[PreStepUpdate, ...] = ()
 
 
-def make_joint_constraints(joint: Joint, first: AttachedPoint, second: AttachedPoint, length_scale: float, drive: int) -> JointConstraints:
+def make_joint_constraints(
+    joint: joints.Joint, first: AttachedPoint, second: AttachedPoint, length_scale: float, drive: int
+) -> JointConstraints:
     """Return the pymunk constraints of a joint between two points; `drive` is the index of the input of a driver.
 
     Raises UnsupportedEffect for a joint that pymunk cannot represent.
     """
     match joint:
-        case Distance() | ArcSlot():
-            return JointConstraints((_make_pin(first, second, joint.length if isinstance(joint, Distance) else joint.radius),))
-        case Pin():
+        case joints.Distance() | joints.ArcSlot():
+            return JointConstraints((_make_pin(first, second, joint.length if isinstance(joint, joints.Distance) else joint.radius),))
+        case joints.Pin():
             return JointConstraints((_make_pivot(first, second),))
-        case Weld():
+        case joints.Weld():
             return JointConstraints((_make_pivot(first, second), *_make_rotation_lock(first, second, joint.relative_angle)))
-        case Prismatic():
+        case joints.Prismatic():
             slider = _make_slider(joint, first, second, length_scale)
             return JointConstraints((*slider.constraints, *_make_rotation_lock(first, second, joint.relative_angle)), slider.updates)
-        case Slider():
+        case joints.Slider():
             return _make_slider(joint, first, second, length_scale)
-        case CurveSlot():
+        case joints.CurveSlot():
             return _make_reanchored_pin(first, second, joint.angle, length_scale, curve=joint)
-        case TranslationalDriver():
+        case joints.TranslationalDriver():
             return _make_reanchored_pin(first, second, joint.angle - math.pi / 2, length_scale, drive=drive)
-        case Gear():
+        case joints.Gear():
             return JointConstraints((pymunk.GearJoint(second.body, first.body, -joint.offset, joint.ratio),))
-        case RotationalDriver():
+        case joints.RotationalDriver():
             return _make_driven_turn(first, second, drive)
     raise UnsupportedEffect(f"engine 'impulse' has no joint of type {type(joint).__name__} ({joint.name!r}); use engine 'multibody'")
 
@@ -86,7 +76,7 @@ def _make_rotation_lock(first: AttachedPoint, second: AttachedPoint, angle: floa
     return (pymunk.GearJoint(first.body, second.body, angle, 1.0),)
 
 
-def _make_slider(joint: Slider, first: AttachedPoint, second: AttachedPoint, length_scale: float) -> JointConstraints:
+def _make_slider(joint: joints.Slider, first: AttachedPoint, second: AttachedPoint, length_scale: float) -> JointConstraints:
     """Return the constraint of a slider: a groove only between bodies that cannot rotate, where it is of second order."""
     if first.body.moment != math.inf or second.body.moment != math.inf:
         return _make_reanchored_pin(first, second, joint.angle, length_scale)
@@ -108,13 +98,7 @@ def _make_driven_turn(first: AttachedPoint, second: AttachedPoint, drive: int) -
 
 
 def _make_reanchored_pin(
-    first: AttachedPoint,
-    second: AttachedPoint,
-    angle: float,
-    length_scale: float,
-    *,
-    curve: CurveSlot | None = None,
-    drive: int | None = None,
+    first: AttachedPoint, second: AttachedPoint, angle: float, length_scale: float, curve: joints.CurveSlot | None = None, drive: int = -1
 ) -> JointConstraints:
     """Return a pin across a line or curve of the first body that guides the second point, or drives it across the line.
 
@@ -136,7 +120,7 @@ def _make_reanchored_pin(
             normal_length = math.hypot(1.0, derivative)
             residual = (residual - height) / normal_length
             nx, ny = (nx - derivative * ux) / normal_length, (ny - derivative * uy) / normal_length
-        if drive is not None:
+        if drive >= 0:
             residual = (residual - inputs.values[drive]) * inputs.h / inputs.next_h
         length = length_scale + residual
         pin.anchor_a = to_body_axes(poses, first.index, (x2 - length * nx, y2 - length * ny))

@@ -6,12 +6,11 @@ import numpy as np
 import pymunk
 from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
 
-from governor_mechanism.engines.impulse.pymunk.applied_forces import AppliedForces
+from governor_mechanism.engines.impulse.pymunk.applied_forces import AppliedForces, StepInputs
 from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint, make_body_proxy
 from governor_mechanism.engines.impulse.pymunk.friction_stop_constraint import FrictionStopConstraint
 from governor_mechanism.engines.impulse.pymunk.joints import PreStepUpdate, make_joint_constraints
-from governor_mechanism.engines.impulse.pymunk.step_inputs import StepInputs
-from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
+from governor_mechanism.mechanics.dynamics.contacts import Contact, output_forces_of
 from governor_mechanism.mechanics.dynamics.lowering import to_mass_centres
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RotationalDriver, TranslationalDriver
@@ -71,18 +70,19 @@ class PymunkModel:
         velocities = self.to_proxy_velocities(velocities)
         earlier_poses = poses if self.is_plain else poses - inputs.h * velocities
         self._set_state(np.where(self.pinned_mask, self._centres, earlier_poses), velocities)
-        if not self.is_plain:
+        if self.is_plain:
+            self.forces.evaluate_outputs(poses)
+        else:
             self._step(inputs, 0.0)
 
-    def make_contact_constraint(self, output: int, friction_input: int, effect: str, reading: str) -> FrictionStopConstraint:
-        """Return the constraints that can hold the contact on an output; `friction_input` is the index of its friction limit.
+    def make_contact_constraint(self, contact: Contact, output: int, friction_input: int) -> FrictionStopConstraint:
+        """Return the constraints that can hold a contact on an output; `friction_input` is the index of its friction limit.
 
         Raises UnsupportedEffect if no pymunk joint can hold the output variable. The poses must be those of a start.
         """
-        constraint = FrictionStopConstraint(
-            self._space, [*self._bodies, self._ground], output, friction_input, self._mechanism.length_scale
-        )
-        constraint.check_line_of_action(self.state()[0], self.forces.output_jacobian[output], effect, reading)
+        bodies, length_scale = [*self._bodies, self._ground], self._mechanism.length_scale
+        constraint = FrictionStopConstraint(self._space, bodies, output, friction_input, length_scale)
+        constraint.check_line_of_action(self.state()[0], self.forces.output_jacobian[output], contact)
         self._contact_constraints.append(constraint)
         return constraint
 
