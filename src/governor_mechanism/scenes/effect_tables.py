@@ -169,7 +169,7 @@ def _parse_output_effects(effect: type[Effect], value: object, quantities: Readi
         return ()
     table = _require_readings(effect, value, quantities)
     collector, common, effects = ProblemCollector(), dict[str, Any](), dict[str, Effect]()
-    for name in table.keys() & effect.common_keys:
+    for name in [name for name in effect.common_keys if name in table]:
         with collector.at(f"{KEY}.{name}"):
             common[name] = _parse_key(scene_keys_of(effect)[name], "", table.pop(name))
     with collector.at():
