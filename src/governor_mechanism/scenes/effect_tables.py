@@ -169,7 +169,7 @@ def _parse_output_effects(effect: type[Effect], value: object, quantities: Readi
         return ()
     table = _require_readings(effect, value, quantities)
     collector, common, effects = ProblemCollector(), dict[str, Any](), dict[str, Effect]()
-    for name in table.keys() & effect.common_keys:
+    for name in [name for name in effect.common_keys if name in table]:
         with collector.at(f"{KEY}.{name}"):
             common[name] = _parse_key(scene_keys_of(effect)[name], "", table.pop(name))
     with collector.at():
@@ -181,8 +181,7 @@ def _parse_output_effects(effect: type[Effect], value: object, quantities: Readi
                 continue
             if reading in effects:
                 raise mistake(ProblemCode.DUPLICATE, f"{KEY} is the same reading as another key; keep one of them")
-            build = partial(_build_effect, effect, given, reading=reading, **common)
-            effects[reading] = parse_by_quantity(reading, quantities, build)
+            effects[reading] = parse_by_quantity(reading, quantities, partial(_build_effect, effect, given, reading=reading, **common))
     collector.raise_if_failed()
     return tuple(effects.values())
 

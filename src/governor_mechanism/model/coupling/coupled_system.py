@@ -238,8 +238,7 @@ def _merge(pieces: Sequence[Mechanism]) -> Mechanism:
 def _gear_joint(gear: GearCoupling, mechanism: Mechanism, start: Start) -> Gear:
     """Return the joint of a gear; where both angles have start values, they are those of the start."""
     first_start, second_start = (start.values.get(name) for name in (gear.first, gear.second))
-    has_both = isinstance(first_start, float) and isinstance(second_start, float)
-    offset = float(second_start) - gear.ratio * float(first_start) if has_both else 0.0  # type: ignore[arg-type]
+    offset = second_start - gear.ratio * first_start if isinstance(first_start, float) and isinstance(second_start, float) else 0.0
     first, second = (Point(body=rotating_body(mechanism, gear.name, name)) for name in (gear.first, gear.second))
     return Gear(name=gear.name, first=first, second=second, ratio=gear.ratio, offset=offset)
 

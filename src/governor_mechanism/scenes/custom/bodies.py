@@ -123,7 +123,7 @@ class BodyTable(SceneFileTable):
         if self.angle and not self.can_rotate:
             text = f"angle must be left out for a body that does not rotate; found {format_value(self.angle)} rad"
             collector.add(ProblemCode.CONFLICT, text)
-        for name in {"origin", "centre", *(("start", "end") if self.rod else ())} & self.points.keys():
+        for name in [name for name in ("origin", "centre", *(("start", "end") if self.rod else ())) if name in self.points]:
             collector.add(ProblemCode.DUPLICATE, f"points.{name} is the name of a point that the body already has; choose another")
         collector.raise_if_failed()
         return self

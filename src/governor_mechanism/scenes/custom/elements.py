@@ -65,11 +65,11 @@ class LinkTable(_PointTable):
     length: PositiveLength = 0.0
 
     def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
-        """Return the length."""
-        length = self.length or initial.distance(self.first, self.second)
-        if not length:
+        """Return the distance of the ends."""
+        distance = initial.distance(self.first, self.second)
+        if not self.length and not distance:
             raise mistake(ProblemCode.MISSING_KEY, "length is missing, and the ends of the link coincide initially")
-        return {"length": length}
+        return {"length": distance}
 
 
 class JointTable(_PointTable):
