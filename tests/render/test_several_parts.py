@@ -97,7 +97,7 @@ def test_two_runs_of_several_parts_share_their_panels(run, tmp_path):
 
 
 def test_loads_of_readings_are_drawn_with_their_lag(run):
-    moment, zero = drawing_of(run, run.scene.parts[0]).load_components("load", run.times)
+    moment, zero = drawing_of(run, run.scene.parts[0]).load_functions["load"](run.times)
     assert not zero.any()
     lift = run.readings["governor.sleeve_lift"]
     # The exact response of the lag to the lift, linear between the reported times.

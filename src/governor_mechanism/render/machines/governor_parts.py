@@ -4,6 +4,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import groupby
 from operator import itemgetter
 from typing import ClassVar
@@ -74,13 +75,13 @@ class GovernorDrawing(MachineDrawing):
     def dashpot_top(self) -> float:
         """Height of the top of a dashpot next to the sleeve (m)."""
 
-    @property
+    @cached_property
     def zero_lift_height(self) -> float:
         """Lug height at zero lift (m)."""
         lift = self.part.mechanism.reading(LIFT_READING)
         return lift.zero if isinstance(lift, PointCoordinate | FollowerHeight) else 0.0
 
-    @property
+    @cached_property
     def lug_height_range(self) -> Vec2:
         """Lowest and highest lug height of the run (m)."""
         low, high = self.reading_range(LIFT_READING)

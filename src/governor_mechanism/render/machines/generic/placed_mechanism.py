@@ -3,7 +3,7 @@
 import math
 from abc import ABC
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -24,6 +24,8 @@ from governor_mechanism.types import FloatArray
 
 ELEVATION_ASPECT_RATIO = (ELEVATION_RECT[2] - ELEVATION_RECT[0]) / (ELEVATION_RECT[3] - ELEVATION_RECT[1])
 """Width over height of the machine's rectangle in the frame."""
+LoadFunction = Callable[[FloatArray], FloatArray]
+"""Components (2, n) of a force (N), or a torque (N m) and 0, at times (n,) s."""
 
 
 class MechanismExtents(MachineDrawing, ABC):
@@ -64,38 +66,34 @@ class MechanismExtents(MachineDrawing, ABC):
         largest = self._largest_loads[type(load)]
         if not largest > 0.0:
             return 0.0, 0.0
-        x, y = (self.load_components(load.name, np.array([time]))[:, 0] / largest).tolist()
+        x, y = (self.load_functions[load.name](np.array([time]))[:, 0] / largest).tolist()
         return x, y
 
-    def load_components(self, name: str, times: FloatArray) -> FloatArray:
-        """Return the components (2, n) of a force, or a torque and 0, at times (n,) s.
-
-        A load that depends on readings is linear between the reported times.
-        """
-        inputs = _load_inputs(self._loads[name])
-        if any(one.depends_on_readings for one in inputs):
-            return np.array([np.interp(times, self.run.times, values) for values in self._load_samples[name]])
-        return np.array([CubicTimeFunction(one)(times) for one in inputs])
-
     @cached_property
-    def _loads(self) -> Mapping[str, Force | Torque]:
-        """Forces and torques of the part by name, as functions of the readings of the run."""
-        return self.select_entries(
-            {load.name: load for load in self.run.scene.mechanism.force_elements if isinstance(load, Force | Torque)}
-        )
+    def load_functions(self) -> Mapping[str, LoadFunction]:
+        """Forces and torques over time, by name."""
+        elements = self.run.scene.mechanism.force_elements  # these depend on the readings of the run
+        loads = {element.name: element for element in elements if isinstance(element, Force | Torque)}
+        return {name: self._load_function(load) for name, load in self.select_entries(loads).items()}
 
     @cached_property
     def _largest_loads(self) -> Mapping[type, float]:
         """Largest load of each type over the run (N or N m)."""
         largest: defaultdict[type, float] = defaultdict(float)
-        for name, load in self._loads.items():
-            largest[type(load)] = max(largest[type(load)], float(np.hypot(*self._load_samples[name]).max()))
+        for load in self.part.mechanism.force_elements:
+            if isinstance(load, Force | Torque):
+                magnitudes = np.hypot(*self.load_functions[load.name](self.run.times))
+                largest[type(load)] = max(largest[type(load)], float(magnitudes.max()))
         return largest
 
-    @cached_property
-    def _load_samples(self) -> Mapping[str, FloatArray]:
-        """Components (2, n) of each load at the reported times."""
-        return {name: np.array([self._sample_input(one) for one in _load_inputs(load)]) for name, load in self._loads.items()}
+    def _load_function(self, load: Force | Torque) -> LoadFunction:
+        """Return a load over time, linear between the reported times if it depends on readings."""
+        inputs = (load.x, load.y) if isinstance(load, Force) else (load.moment, InputFunction())
+        if any(one.depends_on_readings for one in inputs):
+            samples = [self._sample_input(one) for one in inputs]
+            return lambda times: np.array([np.interp(times, self.run.times, values) for values in samples])
+        functions = [CubicTimeFunction(one) for one in inputs]
+        return lambda times: np.array([function(times) for function in functions])
 
     def _sample_input(self, load: InputFunction) -> FloatArray:
         """Return a component at the reported times."""
@@ -175,8 +173,3 @@ class PlacedMechanism:
     def hangs_on_springs(self, body: str) -> bool:
         """Return whether a spring or damper acts on a body."""
         return any(isinstance(load, Spring | Damper) and body in load.bodies for load in self.mechanism.force_elements)
-
-
-def _load_inputs(load: Force | Torque) -> tuple[InputFunction, InputFunction]:
-    """Return the components of a force, or a torque and 0."""
-    return (load.x, load.y) if isinstance(load, Force) else (load.moment, InputFunction())

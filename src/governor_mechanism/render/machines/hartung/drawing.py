@@ -182,12 +182,11 @@ def _moving_effect_shapes(governor: HartungProportions, height: float, time: flo
 def _impact_shapes(governor: HartungProportions, sides: list[HartungSide], time: float) -> Iterator[DrawnShape]:
     """Yield rays where a weight has just struck its stop."""
     if stops := governor.find_effect(Stops, *_WEIGHT_READINGS):
-        struck_side, points = governor.struck_side(stops.reading, time), list[Vec2]()
-        if struck_side:
-            is_inner_stop = (struck_side > 0) == (stops.reading == "lever_angle")  # the lever angle increases inward
-            face = -governor.weight_size[0] if is_inner_stop else governor.weight_size[0]
-            points = [(side.sign * (abs(side.weight[0]) + face), _stop_height(governor)) for side in sides]
-        yield make_burst("burst", points, 0.3 * governor.arm)
+        struck_side = governor.struck_side(stops.reading, time)
+        is_inner_stop = (struck_side > 0) == (stops.reading == "lever_angle")  # the lever angle increases inward
+        face = -governor.weight_size[0] if is_inner_stop else governor.weight_size[0]
+        points = [(side.sign * (abs(side.weight[0]) + face), _stop_height(governor)) for side in sides]
+        yield make_burst("burst", points if struck_side else [], 0.3 * governor.arm)
 
 
 def _stop_height(governor: HartungProportions) -> float:

@@ -53,7 +53,7 @@ class HartungProportions(GovernorDrawing):
         half_height = 0.5 * math.sqrt(self.part.dimensions["weight_mass"] / (CAST_IRON_DENSITY * 2 * half_width))
         return half_width, min(max(half_height, 0.45 * self.arm), 0.82 * self.arm)
 
-    @property
+    @cached_property
     def spring_seat_radius(self) -> float:
         """Distance of the outer spring ends from the axis (m)."""
         outermost = max(self.reading_range("weight_radius")[1], self.fulcrum_radius + _NOMINAL_LEVER_SINE * self.arm)
@@ -69,7 +69,7 @@ class HartungProportions(GovernorDrawing):
         """Half height of the bore that holds the spring of a weight (m)."""
         return 0.48 * self.weight_size[1]
 
-    @property
+    @cached_property
     def sleeve_size(self) -> Vec2:
         """Half width, and depth below the lugs (m), of a cast-iron sleeve with the given mass, within the limits of a clear drawing."""
         radius = math.cbrt(self.sleeve_mass / (1.3 * math.pi * CAST_IRON_DENSITY))

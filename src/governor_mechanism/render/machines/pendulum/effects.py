@@ -77,8 +77,7 @@ def arm_effect_shapes(governor: PendulumProportions, pose: FloatArray, time: flo
         yield from _rotary_dashpot_shapes(governor, sides)
     if friction := governor.find_effect(DryFriction, *_ARM_READINGS):
         yield from _arm_shoe_shapes(governor, friction, time)
-    yield from _arm_impact_shapes(governor, time)
-    yield from _sleeve_impact_shapes(governor, time)
+    yield from _impact_shapes(governor, time)
 
 
 def _spring_seat(governor: PendulumProportions) -> Vec2:
@@ -196,19 +195,13 @@ def _collar_boxes(governor: PendulumProportions) -> dict[int, BoundingBox]:
     return boxes
 
 
-def _arm_impact_shapes(governor: PendulumProportions, time: float) -> Iterator[DrawnShape]:
-    """Yield rays where an arm has just struck a stop."""
+def _impact_shapes(governor: PendulumProportions, time: float) -> Iterator[DrawnShape]:
+    """Yield rays where an arm or the sleeve has just struck a stop; those of the sleeve are at the sides of the collar, clear of it."""
+    u, signs = governor.arm, (-1.0, 1.0)
     if stops := governor.find_effect(Stops, *_ARM_READINGS):
         struck_side = governor.struck_side(stops.reading, time)
         angle = _stop_angles(governor, stops)[struck_side > 0]
-        points = [_quadrant_point(governor, side, angle) for side in ((-1.0, 1.0) if struck_side else ())]
-        yield make_burst("burst", points, 0.085 * governor.arm)
-
-
-def _sleeve_impact_shapes(governor: PendulumProportions, time: float) -> Iterator[DrawnShape]:
-    """Yield rays where the sleeve has just struck a stop: at the sides of the collar, clear of the sleeve."""
+        yield make_burst("burst", [_quadrant_point(governor, sign, angle) for sign in signs] if struck_side else [], 0.085 * u)
     if governor.find_lift_effect(Stops):
-        points = list[Vec2]()
-        if box := _collar_boxes(governor).get(governor.struck_side(parts.LIFT_READING, time)):
-            points = [(side * (box[1] + 0.01 * governor.arm), (box[3] + box[2]) / 2) for side in (-1.0, 1.0)]
-        yield make_burst("burst", points, 0.075 * governor.arm)
+        box = _collar_boxes(governor).get(governor.struck_side(parts.LIFT_READING, time))
+        yield make_burst("burst", [(sign * (box[1] + 0.01 * u), (box[3] + box[2]) / 2) for sign in signs] if box else [], 0.075 * u)

@@ -48,13 +48,13 @@ class PendulumProportions(GovernorDrawing):
     arm_joint = Dimension("arm_joint")
     link = Dimension("link")
 
-    @property
+    @cached_property
     def ball_radius(self) -> float:
         """Radius of a ball (m): the given one, or that of a ball of cast iron."""
         rods = self.find_effect(RodMasses)
         return (rods.ball_radius if rods else 0.0) or drawn_ball_radius(self.part.dimensions["ball_mass"], self.arm)
 
-    @property
+    @cached_property
     def clearance(self) -> float:
         """Width of the slots in the sleeve (m)."""
         clearance = self.find_effect(Clearance)
@@ -70,7 +70,7 @@ class PendulumProportions(GovernorDrawing):
         """Names of the bodies of the mechanism; a massless sleeve or link is none."""
         return frozenset(body.name for body in self.part.mechanism.bodies)
 
-    @property
+    @cached_property
     def sleeve_size(self) -> Vec2:
         """Half width, and depth below the lugs (m), of a cast-iron drum with the mass of the sleeve, or of a light collar."""
         u = self.arm
@@ -81,7 +81,7 @@ class PendulumProportions(GovernorDrawing):
         radius = min(max(radius, 0.16 * u), 0.38 * u)
         return max(radius, abs(self.lug_offset) + 0.06 * u), 0.09 * u + 1.3 * radius
 
-    @property
+    @cached_property
     def spring_side(self) -> int:
         """1 for a spring above the sleeve, which pushes it down; -1 for one below, which carries it; 0 without a spring."""
         spring = self.find_lift_effect(OutputSpring)

@@ -73,10 +73,8 @@ def dial_moving_shapes(valve_gear: ValveGearProportions, position: ValveGearPosi
     yield Lines("projection", (_piston_projection(valve_gear, position, pin), stroke_line))
     yield make_bar("arm", (0.0, 0.0), pin, 0.075 * u)
     tips = {end: (_polar_point(position.crank_angle, max(side * length, 0.0)), side * length > 0) for end, side in _CYLINDER_ENDS}
-    for end, (tip, is_shown) in tips.items():
-        yield Lines(f"{end} chord", (((0.0, 0.0), tip),) if is_shown else ())
-    for end, (tip, is_shown) in tips.items():
-        yield Circle(f"{end} mark", *tip, 0.045 * u if is_shown else 0.0)
+    yield from (Lines(f"{end} chord", (((0.0, 0.0), tip),) if is_shown else ()) for end, (tip, is_shown) in tips.items())
+    yield from (Circle(f"{end} mark", *tip, 0.045 * u if is_shown else 0.0) for end, (tip, is_shown) in tips.items())
     yield from (Circle("pivot", *point, 0.055 * u) for point in ((0.0, 0.0), pin))
 
 
