@@ -281,8 +281,7 @@ class RichardsonRefinement:
             # The mean of two half steps opens the joints slightly, and more where the step length changes.
             # With contacts the gap depends on the step, which differs where a step was split.
             poses, velocities = self.problem.projector.project(states.times, poses, velocities, closes_joints=self.has_contacts)
-        speeds = self.evaluator.evaluate_spindle_speeds(states.times, poses)
-        poses, velocities = self.evaluator.with_shaft(poses, velocities, solution.spindle_angle, speeds)
+        poses, velocities = self.evaluator.with_shaft(states.times, poses, velocities, solution.spindle_angle)
         return replace(solution, states=replace(states, poses=poses, velocities=velocities))
 
     def _has_open_joints(self, levels: range, exits: list[tuple[int, str] | None]) -> bool:
