@@ -1,4 +1,4 @@
-"""Compiles kernels before parallel workers start: workers that need the same kernel would each compile it."""
+"""Settings of all tests. Kernels are compiled before parallel workers start: workers that need the same one would each compile it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ import subprocess
 import sys
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("suite", deadline=None)  # no test looks at the clock
+settings.load_profile("suite")
 
 COMPILE = "import governor_mechanism as gm; gm.run('porter_dry_friction', engine={!r}, times=[0.1], certify=False)"
 

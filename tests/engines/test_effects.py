@@ -239,7 +239,7 @@ def test_one_sided_spring_pulls_only_when_stretched(engine):
 
 
 @ENGINES
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(linear=st.floats(0.1, 5.0), speed=st.floats(0.1, 3.0))
 def test_linear_dashpot_stops_a_body_after_a_finite_distance(engine, linear, speed):
     result = run(engine, block(Dashpot(reading="displacement", linear=linear), rate=speed, duration=4.0))
@@ -400,7 +400,7 @@ def test_estimate_covers_event_times_and_excludes_samples_close_to_events(engine
 
 
 @ENGINES
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_error_of_inaccurate_runs_is_within_their_estimate(engine, seed):
     """The error of random scenes with effects, against a 10 000 times more accurate run, is at most three estimates."""

@@ -252,7 +252,7 @@ def test_effects_along_an_angle_count_its_turns(effect):
     agree(reduced, multibody)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_random_governors_agree_with_multibody(seed):
     random = np.random.default_rng(seed)

@@ -119,7 +119,7 @@ def governors(draw: st.DrawFn) -> tuple[dict[str, Any], float]:
     return dimensions, draw(st.floats(-0.25, 0.25))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(governors())
 def test_statics_and_closed_forms_agree_for_all_governors(found: tuple[dict[str, Any], float]) -> None:
     dimensions, lever = found
@@ -154,7 +154,7 @@ def test_a_spring_of_wire_and_one_through_two_speeds_are_what_the_closed_forms_s
         assert line.force(governor.fulcrum_radius - 0.115 * math.sin(lever)) == pytest.approx(force, rel=1e-13)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.floats(0.0, 20.0), st.floats(0.05, 0.3), st.floats(0.05, 0.3), st.floats(-0.25, 0.25), st.booleans())
 def test_bell_cranks_and_weights_of_size_are_the_sum_over_their_particles(
     mass: float, width: float, height: float, lever: float, hung: bool

@@ -152,7 +152,7 @@ dimensions = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(dimensions)
 def test_events_and_displacement_of_any_valve_are_those_of_the_closed_form(sizes):
     radius = 0.2 * sizes["crank"]

@@ -34,7 +34,7 @@ def test_the_governor_with_rigid_links_has_mobility_one():
     assert PositionSolver(scene.part.mechanism).mobility == 1
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_any_governor_assembles_with_closed_joints_and_a_correct_tangent(seed):
     dimensions, angle = random_governor(np.random.default_rng(seed))
@@ -50,7 +50,7 @@ def test_any_governor_assembles_with_closed_joints_and_a_correct_tangent(seed):
     np.testing.assert_allclose(solver.solve_velocities(poses, {"arm_angle": 1.0}), derivative, atol=2e-8)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_the_gradient_of_every_reading_is_its_derivative(seed):
     dimensions, angle = random_governor(np.random.default_rng(seed))
@@ -65,7 +65,7 @@ def test_the_gradient_of_every_reading_is_its_derivative(seed):
         assert expected_rate == pytest.approx((up - down) / (2 * step), abs=2e-8)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_assembled_mechanism_and_closed_form_have_one_equilibrium_speed(seed):
     dimensions, angle = random_governor(np.random.default_rng(seed))
@@ -75,7 +75,7 @@ def test_assembled_mechanism_and_closed_form_have_one_equilibrium_speed(seed):
     assert equilibrium_speed_at(scene, np.array([angle]))[0] == pytest.approx(expected, rel=1e-9)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_mechanism_and_closed_form_have_the_same_equilibria(seed):
     dimensions, angle = random_governor(np.random.default_rng(seed))

@@ -155,7 +155,7 @@ def test_derivatives_of_the_lagrangian_coefficients():
     assert coefficients.inertia_derivative[0] == pytest.approx(first, rel=1e-7)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 2**32 - 1), value=st.floats(0.3, 1.4))
 def test_stiffness_follows_from_the_derivative_of_the_squared_equilibrium_speed(seed, value):
     """K = J' d(w^2)/dq / 2 for a linkage with any masses and loads that rotates with the spindle."""

@@ -284,7 +284,7 @@ def test_a_narrow_spring_on_a_long_slide_keeps_its_fold(scene, height, free_leng
     assert speed == pytest.approx(math.sqrt(pull / at), rel=1e-9)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(height=st.floats(-4.0, -0.7), slack=st.floats(0.3, 6.0), share=st.floats(0.0, 0.5))
 def test_stable_and_unstable_rests_take_turns_however_narrow_the_spring(tmp_path_factory, height, slack, share):
     path = tmp_path_factory.mktemp("slide") / "scene.toml"

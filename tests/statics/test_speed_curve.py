@@ -119,7 +119,7 @@ def test_the_jump_takes_its_time(engine, way):
     assert rate == pytest.approx(sign * jump["arrival_rate"], abs=1e-8)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_stiffness_is_half_the_inertias_slope_times_the_speeds(seed):
     dimensions, angle = random_governor(np.random.default_rng(seed))
@@ -134,7 +134,7 @@ def test_stiffness_is_half_the_inertias_slope_times_the_speeds(seed):
     assert stiffness == pytest.approx(0.5 * along.spindle_inertia_derivative[2] * slope, abs=1e-6 * scale)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_every_equilibrium_is_one_and_both_witnesses_find_the_same(seed):
     dimensions, angle = random_governor(np.random.default_rng(seed))
@@ -225,7 +225,7 @@ def sprung_ball(stiffness, free_length, anchor, height):
     return scene
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(anchor=st.floats(0.3, 0.9), height=st.floats(0.02, 0.3), free_length=st.floats(0.1, 0.6), share=st.floats(0.05, 0.6))
 def test_none_of_up_to_three_equilibria_is_missed(anchor, height, free_length, share):
     """k (1 - L0 / L) (x - a) = m w^2 x; squared it is a quartic, whose roots are found without us."""

@@ -40,7 +40,7 @@ class ParabolicGovernor(Machine):
         """Build the balls on their guides at equal height, and the sleeve on the spindle."""
         curve = PolynomialCurve(coefficients=(0.0, 0.0, 1.0 / self.double_parameter))
         ground, up = Point(body=GROUND), math.pi / 2
-        drop = self.sleeve_drop
+        drop = 2 * self.outer_radius  # of the sleeve below the vertex while the balls are at the vertex; it only affects the drawing
         masses = {RIGHT_BALL: self.ball_mass, LEFT_BALL: self.ball_mass, SLEEVE: self.sleeve_mass}
         right, left, sleeve = (Point(body=name) for name in masses)
         middle_radius = 0.5 * (self.inner_radius + self.outer_radius)
@@ -68,11 +68,6 @@ class ParabolicGovernor(Machine):
             initial_guess=((middle_radius, height, 0.0), (-middle_radius, height, 0.0), (0.0, 2 * height - drop, 0.0)),
             limits=(travel,),
         )
-
-    @property
-    def sleeve_drop(self) -> float:
-        """Distance of the sleeve below the vertex while the balls are at the vertex, m. It only affects the drawing."""
-        return 2 * self.outer_radius
 
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
         """Return a sentence about a start beyond the ends of the guide."""

@@ -148,24 +148,23 @@ class ReadingEvaluator:
         column: FloatArray = self.planes[index].ratio * motion[:, self._shaft_indices[index], 2]
         return column
 
-    def evaluate_spindle_speeds(self, times: FloatArray, poses: FloatArray) -> FloatArray:
-        """Return the speed (n,) rad/s of the only spindle at times (n,) s and poses (n, bodies, 3), free ones by their momentum."""
+    def with_shaft(
+        self, times: FloatArray, poses: FloatArray, velocities: FloatArray, spindle_angle: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return poses and velocities (n, bodies, 3) of a part with those of the shaft of its spindle, if that is free, behind them.
+
+        The speed of the shaft at the times (n,) s follows from the angular momentum.
+        """
         spindle = self.scene.spindle
-        if not isinstance(spindle, FreeSpindle) or not len(times):
-            return SpindleSpeedFunction(spindle)(times)
+        if not isinstance(spindle, FreeSpindle):
+            return poses, velocities
         initial_inertia = spindle.inertia + self.evaluate_spindle_inertia(0, self._initial_poses[np.newaxis])[0]
         torque = CubicTimeFunction(spindle.torque)
         impulses = np.array([torque.integral(0.0, float(time)) for time in times])
         momentum = initial_inertia * (spindle.start_speed or 0.0) + impulses
-        speeds: FloatArray = free_spindle_speed(momentum, spindle.inertia + self.evaluate_spindle_inertia(0, poses))
-        return speeds
-
-    def with_shaft(self, poses: FloatArray, velocities: FloatArray, angle: FloatArray, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return poses and velocities (n, bodies, 3) of a part with those of the shaft of its spindle, if that is free, behind them."""
-        if not isinstance(self.scene.spindle, FreeSpindle):
-            return poses, velocities
+        speed = free_spindle_speed(momentum, spindle.inertia + self.evaluate_spindle_inertia(0, poses))
         shaft_motion = np.zeros((2, len(poses), 1, 3))
-        shaft_motion[:, :, 0, 2] = angle, speed
+        shaft_motion[:, :, 0, 2] = spindle_angle, speed
         return np.concatenate([poses, shaft_motion[0]], axis=1), np.concatenate([velocities, shaft_motion[1]], axis=1)
 
     def integrate_missing_work(self, history: StateHistory, contact_modes: tuple[ContactMode, ...]) -> FloatArray | None:

@@ -73,6 +73,5 @@ def _with_compatible_velocities(problem: FixedStepProblem, history: StateHistory
         # The mean of two half steps opens the joints slightly, and more where the step length changes.
         # With contacts the gap depends on the step, which differs where a step was split.
         poses, velocities = problem.projector.project(times, poses, velocities, closes_joints=has_contacts(problem.scene))
-    speeds = evaluator.evaluate_spindle_speeds(times, poses)
-    poses, velocities = evaluator.with_shaft(poses, velocities, spindle_angle, speeds)
+    poses, velocities = evaluator.with_shaft(times, poses, velocities, spindle_angle)
     return replace(history, poses=poses, velocities=velocities)

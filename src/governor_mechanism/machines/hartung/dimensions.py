@@ -57,11 +57,6 @@ class LinearSpringLaw:
         """Return the force (N) for the weight at a radius (m)."""
         return self.preload + self.rate * (radius - self.radius)
 
-    @property
-    def free_radius(self) -> float:
-        """Radius at zero force, m."""
-        return self.radius - self.preload / self.rate
-
 
 @dataclass(frozen=True, kw_only=True)
 class HartungDimensions(Machine):

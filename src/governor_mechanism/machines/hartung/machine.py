@@ -85,7 +85,8 @@ class HartungBuilder:
         """
         law = self.governor.spring_law()
         left, right = self._weight_centre(LEFT_WEIGHT), self._weight_centre(RIGHT_WEIGHT)
-        return Spring(name=SPRING_NAME, first=left, second=right, stiffness=0.5 * law.rate, free_length=2.0 * law.free_radius)
+        free_radius = law.radius - law.preload / law.rate
+        return Spring(name=SPRING_NAME, first=left, second=right, stiffness=0.5 * law.rate, free_length=2.0 * free_radius)
 
     def _readings(self) -> tuple[Reading, ...]:
         """Return the readings; the sleeve lift is zero at the inner end of the stroke, or at the lever angle zero."""
