@@ -105,8 +105,10 @@ class Page(Figure):
         self, width: float, height: float, title: str = "", subtitle: str = "", *, dpi: float = FIGURE_DPI, subtitle_y: float = 0.895
     ) -> None:
         super().__init__(figsize=(width, height), dpi=dpi, facecolor=PAPER)
-        self.write_title(title)
-        self.write_title(subtitle, y=subtitle_y, size=10, colour=MUTED)
+        if title:
+            self.write_title(title)
+        if subtitle:
+            self.write_title(subtitle, y=subtitle_y, size=10, colour=MUTED)
 
     def add_panel(
         self, place: PanelRect | SubplotSpec, x_label: str = "", y_label: str = "", *, label_size: float = 10.0, **style: Any

@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.text import Text
@@ -261,6 +262,7 @@ def _write_verdicts(plate: Plate) -> None:
 
 def _strike_out(plate: Plate, text: Text) -> None:
     """Draw a line through a text, as on a corrected proof."""
-    box = text.get_window_extent().transformed(plate.transFigure.inverted())
+    canvas: Any = FigureCanvasAgg(plate)
+    box = text.get_window_extent(canvas.get_renderer()).transformed(plate.transFigure.inverted())
     middle = box.y0 + 0.45 * box.height
     plate.add_artist(Line2D([box.x0 - 0.003, box.x1 + 0.003], [middle, middle], color=VERMILLION, linewidth=1.2))
