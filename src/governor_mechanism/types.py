@@ -14,5 +14,11 @@ BoolArray = NDArray[np.bool_]
 RecordArray = Any
 """Numpy records of shape (n,); type checkers do not know their fields."""
 
+
+def record_dtype(*groups: str) -> np.dtype[np.void]:
+    """Return the type of records with the fields of all groups: each is "f8" or "i8" and the names of fields of this type."""
+    return np.dtype([(name, kind) for kind, *names in map(str.split, groups) for name in names])
+
+
 Vector2 = tuple[float, float]
 """Vector in the plane."""

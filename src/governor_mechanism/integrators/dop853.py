@@ -7,28 +7,10 @@ from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from governor_mechanism.integrators.event_location import (
-    EVENT_SAMPLE_FRACTIONS,
-    INACTIVE_EVENT_VALUE,
-    LAST_SAMPLE,
-    NO_EVENT,
-    EventStep,
-    make_event_location,
-    make_trial_evaluation,
-)
-from governor_mechanism.integrators.stages import (
-    END_STAGE,
-    N_STAGES,
-    Stages,
-    StepCounter,
-    combine_stages,
-    estimate_dominant_eigenvalue,
-    estimate_errors,
-    evaluate_dense_output,
-    evaluate_error_norm,
-    make_stages,
-    prepare_dense_output,
-)
+from governor_mechanism.integrators import event_location
+from governor_mechanism.integrators import stages as runge_kutta
+from governor_mechanism.integrators.event_location import LAST_SAMPLE, NO_EVENT, EventStep
+from governor_mechanism.integrators.stages import END_STAGE, N_STAGES, Stages, StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import NODES
 from governor_mechanism.numerics.jit import jit_closure, jit_inline_closure, jit_internal
@@ -135,8 +117,8 @@ def make_step_buffers(
     StepBuffers
         The buffers.
     """
-    stages, trial_stages = (make_stages(n_components, error_scale.size, n_coupled, counts) for _ in range(2))
-    event_values = np.full((EVENT_SAMPLE_FRACTIONS.size, event_tolerances.size), INACTIVE_EVENT_VALUE)
+    stages, trial_stages = (runge_kutta.make_stages(n_components, error_scale.size, n_coupled, counts) for _ in range(2))
+    event_values = np.full((event_location.EVENT_SAMPLE_FRACTIONS.size, event_tolerances.size), event_location.INACTIVE_EVENT_VALUE)
     return StepBuffers(stages, trial_stages, error_scale, event_tolerances, event_values)
 
 
@@ -241,7 +223,10 @@ def make_dop853(functions: EquationFunctions[Equation]) -> Integration[Equation]
             if lowest_quality < 0.0:
                 return _domain_status(lowest_quality), step, n_reached, t
             counts[StepCounter.ACCEPTED] += 1
-            is_stiff = limits.min_stiff_steps < math.inf and h * estimate_dominant_eigenvalue(stages, buffers.error_scale) > STABILITY_LIMIT
+            is_stiff = (
+                limits.min_stiff_steps < math.inf
+                and h * runge_kutta.estimate_dominant_eigenvalue(stages, buffers.error_scale) > STABILITY_LIMIT
+            )
             next_quality, fraction = finish_to_event(equation, buffers, t - time_origin, h, t_next - time_origin, state, lowest_quality)
             if fraction <= 1.0:
                 h, t_next = fraction * h, t + fraction * h if fraction < 1.0 else t_next
@@ -311,10 +296,10 @@ def _make_attempt(functions: EquationFunctions[Equation]) -> Callable[..., tuple
             return lowest_quality, -1.0, 0.25 if lowest_quality == FAR_OUTSIDE_DOMAIN else 0.0
         if is_regular and lowest_quality < MIN_STAGE_QUALITY and n_retries < MAX_SINGULAR_RETRIES:
             return lowest_quality, -1.0, 0.83 if (n_retries + 1) % 8 else 3.1  # ever shorter, then longer once
-        estimate_errors(stages)
+        runge_kutta.estimate_errors(stages)
         if is_regular and lowest_quality < NEAR_SINGULAR_QUALITY:
             project_errors(equation, stages.errors)
-        error = evaluate_error_norm(stages, buffers.error_scale, h) / tolerance
+        error = runge_kutta.evaluate_error_norm(stages, buffers.error_scale, h) / tolerance
         if error <= 1.0:
             return lowest_quality, error, 0.0
         return lowest_quality, error, max(0.2, 0.9 * error**-0.125) if math.isfinite(error) else 0.1
@@ -328,8 +313,8 @@ def _make_finish(functions: EquationFunctions[Equation]) -> Callable[..., tuple[
     It returns the quality of the state after the whole step, and the fraction of the step that precedes the event, or NO_EVENT.
     """
     take_step, finish_step, evaluate_events = functions.take_step, functions.finish_step, functions.evaluate_events
-    evaluate_after_fraction = jit_closure(make_trial_evaluation(take_step, finish_step, evaluate_events))
-    locate_first_event = jit_inline_closure(make_event_location(evaluate_after_fraction, functions.sample_events))
+    evaluate_after_fraction = jit_closure(event_location.make_trial_evaluation(take_step, finish_step, evaluate_events))
+    locate_first_event = jit_inline_closure(event_location.make_event_location(evaluate_after_fraction, functions.sample_events))
 
     def finish_to_event(
         equation: Equation, buffers: StepBuffers, local_time: float, h: float, local_end: float, state: FloatArray, lowest_quality: float
@@ -371,13 +356,13 @@ def _make_output(functions: EquationFunctions[Equation]) -> Callable[..., tuple[
         if n_reached >= times.size or times[n_reached] > t_next or not h > 0.0:
             return n_reached, 1.0
         for stage in range(END_STAGE + 1, N_STAGES):
-            combine_stages(stages, state, stage, h, stages.n_coupled, stages.stage_state)
+            runge_kutta.combine_stages(stages, state, stage, h, stages.n_coupled, stages.stage_state)
             quality = evaluate(equation, t - time_origin + NODES[stage] * h, stages.stage_state, stages.derivatives, stage)
             if quality < 0.0:
                 return n_reached, quality
-        prepare_dense_output(stages, state, h)
+        runge_kutta.prepare_dense_output(stages, state, h)
         while n_reached < times.size and times[n_reached] <= t_next:
-            evaluate_dense_output(stages, state, (times[n_reached] - t) / h, states[n_reached])
+            runge_kutta.evaluate_dense_output(stages, state, (times[n_reached] - t) / h, states[n_reached])
             project(equation, times[n_reached] - time_origin, states[n_reached])
             n_reached += 1
         return n_reached, 1.0

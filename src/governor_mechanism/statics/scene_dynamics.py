@@ -10,22 +10,9 @@ import numpy as np
 from scipy.linalg import qr
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.dynamics import contacts, equations_of_motion
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import (
-    ContactMode,
-    active_forces_of,
-    contacts_of,
-    initial_lags,
-    initial_mode,
-    one_sided_forces_of,
-    reading_tables_of,
-)
-from governor_mechanism.mechanics.dynamics.equations_of_motion import (
-    N_ENERGY_STATES,
-    evaluate_state_derivative,
-    inertia_of_plane,
-    project_state,
-)
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of
 from governor_mechanism.mechanics.dynamics.inputs import output_of_reading
 from governor_mechanism.mechanics.dynamics.lowering import from_mass_centres, make_system, make_system_workspace, to_mass_centres
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
@@ -90,14 +77,14 @@ class SceneDynamics:
 
     def __init__(self, scene: Scene, poses: FloatArray, velocities: FloatArray, time: float | None = None) -> None:
         self.scene, self._mechanism, self.time_scale, self._time = scene, scene.mechanism, time_scale(scene), time
-        self._set_mode(initial_mode(scene))
+        self._set_mode(contacts.initial_mode(scene))
         self._require_steady_inputs()
         origin_poses, origin_velocities = from_mass_centres(self._system, poses, velocities)
         self._reference, bodies, axes = origin_poses, self._mechanism.bodies, ("x", "y", "angle")
         self._independent = self._choose_coordinates(origin_poses)
         self._projection_inverse_mass = self._system.inverse_mass.copy()
         self._projection_inverse_mass.ravel()[self._independent] = 0.0  # the projection does not change these
-        lags = initial_lags(scene, poses, velocities)
+        lags = contacts.initial_lags(scene, poses, velocities)
         names = [f"{bodies[k // 3].name}.{axes[k % 3]}" for k in self._independent]
         self.names = (*names, *(f"lag {k + 1}" for k in range(len(lags))))
         pose_scales = np.tile([self._mechanism.length_scale, self._mechanism.length_scale, 1.0], len(origin_poses))
@@ -162,8 +149,8 @@ class SceneDynamics:
     def set_contact_mode(self, z: FloatArray, rates: FloatArray) -> bool:
         """Make one-sided springs taut or slack and choose segments of tables as readings demand; return whether any has changed."""
         previous_mode, poses = self._mode, self.poses(z)
-        taut = tuple(self._reading(one.reading, poses) > one.slack_below for one in one_sided_forces_of(self.scene))
-        tables = reading_tables_of(self.scene)
+        taut = tuple(self._reading(one.reading, poses) > one.slack_below for one in contacts.one_sided_forces_of(self.scene))
+        tables = contacts.reading_tables_of(self.scene)
         segments = tuple(int(np.searchsorted(table.positions, self._input_of_function(table.reading, z, rates))) for table in tables)
         self._set_mode(replace(previous_mode, taut=taut, segments=segments))
         return self._mode != previous_mode
@@ -180,7 +167,7 @@ class SceneDynamics:
         forces = self._system.output_forces.copy()
         reading_rates = dict(zip(self.reading_names, self.reading_jacobian(z) @ rates, strict=True))
         is_dropped = False
-        for i, effect in enumerate(active_forces_of(self.scene, self._mode)):
+        for i, effect in enumerate(contacts.active_forces_of(self.scene, self._mode)):
             if reading_rates.get(effect.reading, 0.0) == 0.0 and effect.linear_coefficients != effect.coefficients:
                 forces["coefficients"][i, : len(effect.linear_coefficients)], is_dropped = effect.linear_coefficients, True
         self._system = self._system._replace(output_forces=forces)
@@ -193,7 +180,9 @@ class SceneDynamics:
         poses.ravel()[self._independent] = z[:n_free]
         velocities.ravel()[self._independent] = rates[:n_free]
         projected = self._system._replace(inverse_mass=self._projection_inverse_mass)
-        gap = project_state(projected, self._workspace, self._inputs, 0.0, poses, velocities, CLOSURE_TOLERANCE * length_scale)
+        gap = equations_of_motion.project_state(
+            projected, self._workspace, self._inputs, 0.0, poses, velocities, CLOSURE_TOLERANCE * length_scale
+        )
         if not gap < MAX_GAP_RATIO * length_scale:
             poses[:] = np.nan
         return poses, velocities
@@ -219,8 +208,8 @@ class SceneDynamics:
         for index, change in (input_changes or {}).items():
             inputs[index, 3] += change
         lags = rates[len(self._independent) :]
-        state = np.concatenate([poses.ravel(), velocities.ravel(), np.zeros(N_ENERGY_STATES), lags])
-        derivative = evaluate_state_derivative(self._system, self._workspace, inputs, 0.0, state)
+        state = np.concatenate([poses.ravel(), velocities.ravel(), np.zeros(equations_of_motion.N_ENERGY_STATES), lags])
+        derivative = equations_of_motion.evaluate_state_derivative(self._system, self._workspace, inputs, 0.0, state)
         accelerations: FloatArray = np.concatenate([derivative[poses.size + self._independent], derivative[len(state) - len(lags) :]])
         return accelerations
 
@@ -273,7 +262,9 @@ class SceneDynamics:
         masses, n_free = np.array([[body.mass, body.mass, body.planar_inertia] for body in self._mechanism.bodies]), len(self._independent)
         for index, plane in enumerate(self._system.planes):
             if plane["has_reaction"]:
-                masses[plane["shaft"], 2] += inertia_of_plane(self._system.bodies, index, *self.motion(z, np.zeros_like(z)))[0]
+                masses[plane["shaft"], 2] += equations_of_motion.inertia_of_plane(
+                    self._system.bodies, index, *self.motion(z, np.zeros_like(z))
+                )[0]
         columns, result = self._velocity_columns(z)[:n_free], np.zeros((len(z), len(self.reading_names)))
         mass_matrix = np.einsum("ikc,kc,jkc->ij", columns, masses, columns)
         result[:n_free] = np.linalg.solve(mass_matrix, self.reading_jacobian(z)[:, :n_free].T)
@@ -313,12 +304,12 @@ class SceneDynamics:
                 )
             if contact.friction is not None:
                 notes.append(f"dry friction on {contact.output_name} is left out: at rest it holds, and it has no linear law")
-        for effect in one_sided_forces_of(self.scene):
+        for effect in contacts.one_sided_forces_of(self.scene):
             if abs(self._reading(effect.reading, poses) - effect.slack_below) <= MAX_GAP_RATIO * self.reading_scale(effect.reading):
                 raise MechanismError(
                     f"the {effect.key} on {effect.reading!r} is just slack at the equilibrium, where its force has no linear law"
                 )
-        for table in reading_tables_of(self.scene):
+        for table in contacts.reading_tables_of(self.scene):
             value = self._input_of_function(table.reading, z, rates)
             if min(abs(value - position) for position in table.positions) <= KINK_TOLERANCE * max(map(abs, table.positions)):
                 raise MechanismError(

@@ -16,17 +16,9 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.statics import equilibrium_speed
 from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, sample_range_of_motion
-from governor_mechanism.statics.equilibrium_speed import (
-    equilibrium_speed_squared,
-    evaluate_readings,
-    find_folds,
-    find_poles,
-    format_coordinate,
-    require_equilibrium_speed,
-    validate_coordinate_values,
-    validate_resistance,
-)
+from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_value
 
@@ -133,9 +125,9 @@ def equilibrium_speed_at(scene: Scene, values: Sequence[float] | FloatArray) -> 
     MechanismError
         If a value is outside the travel, or no speed balances the loads there.
     """
-    require_equilibrium_speed(scene)
+    equilibrium_speed.require_equilibrium_speed(scene)
     reduction = SingleDofReduction(scene)
-    coefficients = reduction.evaluate(validate_coordinate_values(reduction, values))
+    coefficients = reduction.evaluate(equilibrium_speed.validate_coordinate_values(reduction, values))
     speed_squared = equilibrium_speed_squared(coefficients, reduction.coordinate_scale)
     for k in np.flatnonzero(~(speed_squared > 0.0)):
         raise MechanismError(_no_equilibrium_speed_message(reduction, coefficients, int(k)))
@@ -170,11 +162,11 @@ def compute_speed_curve(
     MechanismError
         If no spindle speed can balance the loads, the mechanism does not have one degree of freedom, or an argument is wrong.
     """
-    require_equilibrium_speed(scene)
+    equilibrium_speed.require_equilibrium_speed(scene)
     if not isinstance(points, Integral) or isinstance(points, bool) or points < 2:
         raise MechanismError(f"a speed curve needs 2 points or more; got {format_value(points)}")
     reduction = SingleDofReduction(scene)
-    band_arguments = None if resistance is None else validate_resistance(reduction.mechanism, resistance, against)
+    band_arguments = None if resistance is None else equilibrium_speed.validate_resistance(reduction.mechanism, resistance, against)
     travel = reduction.range_of_motion
     coefficients = reduction.evaluate(np.linspace(travel.low, travel.high, int(points)))
     refined_coefficients = sample_range_of_motion(reduction).sorted_coefficients
@@ -191,7 +183,7 @@ def compute_speed_curve(
     return SpeedCurve(
         coordinate_name=reduction.mechanism.coordinate,
         coordinate=coefficients.coordinate,
-        readings=evaluate_readings(reduction.mechanism, coefficients),
+        readings=equilibrium_speed.evaluate_readings(reduction.mechanism, coefficients),
         speed=np.sqrt(speed_squared),
         has_equilibrium=has_equilibrium,
         stiffness=stiffness,
@@ -199,8 +191,8 @@ def compute_speed_curve(
         free_frequency_squared=frequency_squared + free_spindle_term,
         stable=has_equilibrium & (stiffness > 0.0) & ~astatic,
         astatic=astatic,
-        folds=find_folds(reduction, refined_coefficients),
-        poles=find_poles(reduction, refined_coefficients),
+        folds=equilibrium_speed.find_folds(reduction, refined_coefficients),
+        poles=equilibrium_speed.find_poles(reduction, refined_coefficients),
         low_end_message=travel.low_message,
         high_end_message=travel.high_message,
         insensitivity_band=_insensitivity_band(reduction, coefficients, *band_arguments) if band_arguments else None,
@@ -233,10 +225,10 @@ def compute_insensitivity_band(
     MechanismError
         If the resistance is wrong, a value is outside the travel, or no speed balances the loads there without resistance.
     """
-    require_equilibrium_speed(scene)
+    equilibrium_speed.require_equilibrium_speed(scene)
     reduction = SingleDofReduction(scene)
-    resistance_and_reading = validate_resistance(reduction.mechanism, resistance, against)
-    coefficients = reduction.evaluate(validate_coordinate_values(reduction, values))
+    resistance_and_reading = equilibrium_speed.validate_resistance(reduction.mechanism, resistance, against)
+    coefficients = reduction.evaluate(equilibrium_speed.validate_coordinate_values(reduction, values))
     zero_force = ZERO_SPEED_TOLERANCE * reduction.coordinate_scale * np.abs(coefficients.potential_second_derivative)
     speed_squared = equilibrium_speed_squared(coefficients, reduction.coordinate_scale)
     has_speed = (speed_squared >= 0.0) | (np.abs(coefficients.potential_derivative) <= zero_force)
@@ -266,11 +258,15 @@ def _insensitivity_band(
 def _no_equilibrium_speed_message(reduction: SingleDofReduction, coefficients: PathCoefficients, index: int) -> str:
     """Return a sentence on why no equilibrium speed exists at a position."""
     scene, value = reduction.scene, float(coefficients.coordinate[index])
-    position = f"{reduction.mechanism.coordinate} = {format_coordinate(scene, value)}"
+    position = f"{reduction.mechanism.coordinate} = {equilibrium_speed.format_coordinate(scene, value)}"
     if coefficients.spindle_inertia_derivative[index] == 0.0:
         if equilibrium_speed_squared(coefficients, reduction.coordinate_scale)[index] >= 0.0:
             return f"the mechanism is in equilibrium at {position} at every spindle speed: no load or centrifugal force moves it"
         return f"no spindle speed balances the mechanism at {position}: the centrifugal forces have no effect there, and the loads act"
-    poles = sorted(find_poles(reduction, sample_range_of_motion(reduction).sorted_coefficients), key=lambda pole: abs(pole - value))
-    pole_clause = "".join(f", beyond the pole of the speed curve at {format_coordinate(scene, pole)}" for pole in poles[:1])
+    poles = sorted(
+        equilibrium_speed.find_poles(reduction, sample_range_of_motion(reduction).sorted_coefficients), key=lambda pole: abs(pole - value)
+    )
+    pole_clause = "".join(
+        f", beyond the pole of the speed curve at {equilibrium_speed.format_coordinate(scene, pole)}" for pole in poles[:1]
+    )
     return f"no spindle speed balances the mechanism at {position}{pole_clause}: the loads do not oppose the centrifugal forces"

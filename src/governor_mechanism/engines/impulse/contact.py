@@ -10,7 +10,7 @@ import numpy as np
 from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepProblem, OutputCrossing, StepState
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
 from governor_mechanism.mechanics.contact.tolerances import STICTION_RATE_TOLERANCE
-from governor_mechanism.mechanics.dynamics.contacts import ContactColumn, contacts_of, initial_mode
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, initial_mode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES
 from governor_mechanism.mechanics.dynamics.lowering import from_mass_centres, to_mass_centres
 from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION, EventFunctionKind
@@ -32,8 +32,8 @@ class ContactModeTracker:
         self._stepper, self.scene_contacts = stepper, problem.scene_contacts
         self.scene_contacts.continue_from(initial_mode(problem.scene))
         table, time_scale = self.scene_contacts.contacts, problem.evaluator.time_scale
-        self._stiction_rates: list[float] = (STICTION_RATE_TOLERANCE * table[:, ContactColumn.SCALE] / time_scale).tolist()
-        self.contact_outputs, self._friction_inputs = table[:, [ContactColumn.OUTPUT, ContactColumn.FRICTION_INPUT]].astype(int).T
+        self._stiction_rates: list[float] = (STICTION_RATE_TOLERANCE * table["scale"] / time_scale).tolist()
+        self.contact_outputs, self._friction_inputs = table["output_index"], table["friction_input"]
         arguments = zip(contacts_of(problem.scene), self.contact_outputs.tolist(), self._friction_inputs.tolist(), strict=True)
         self.constraints = list(starmap(stepper.model.make_contact_constraint, arguments))
         self.last_release_time = -math.inf
@@ -58,7 +58,7 @@ class ContactModeTracker:
         self._set_forces_and_crossings(resting)
         for k, constraint in enumerate(self.constraints):
             value = float(scene_contacts.rest_values[k]) if k in resting else None
-            low, high = scene_contacts.contacts[k, [ContactColumn.LOW, ContactColumn.HIGH]].tolist()
+            low, high = (float(scene_contacts.contacts[name][k]) for name in ("low", "high"))
             constraint.stop_side = 0 if value is None else int(value >= high) - int(value <= low)
             constraint.stop_value = high if constraint.stop_side > 0 else low
             constraint.held_value = None if constraint.friction_input < 0 else value

@@ -6,13 +6,8 @@ from governor_mechanism.integrators.dop853 import NEAR_SINGULAR_QUALITY, Equatio
 from governor_mechanism.integrators.event_location import EventStep
 from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.mechanics.dynamics import equations_of_motion
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
-from governor_mechanism.mechanics.dynamics.equations_of_motion import (
-    evaluate_event_functions,
-    evaluate_state_derivative_inline,
-    project_state_inline,
-    split_state,
-)
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
@@ -53,9 +48,11 @@ class MultibodyEquation(NamedTuple):
 
 @jit_internal
 def _project_to(equation: MultibodyEquation, local_time: float, state: FloatArray, tolerance_ratio: float) -> None:
-    poses, velocities = split_state(equation.system, state)
+    poses, velocities = equations_of_motion.split_state(equation.system, state)
     tolerance = tolerance_ratio * equation.constraint_tolerance
-    project_state_inline(equation.system, equation.workspace, equation.input_cubics, local_time, poses, velocities, tolerance)
+    equations_of_motion.project_state_inline(
+        equation.system, equation.workspace, equation.input_cubics, local_time, poses, velocities, tolerance
+    )
 
 
 @jit_internal
@@ -63,7 +60,7 @@ def _evaluate(equation: MultibodyEquation, local_time: float, state: FloatArray,
     """Evaluate the state derivative, near a change point after a projection, and return the pivot ratio of the constraint rows."""
     pivot_ratio, is_projected = 0.0, False
     while True:
-        pivot_ratio = evaluate_state_derivative_inline(
+        pivot_ratio = equations_of_motion.evaluate_state_derivative_inline(
             equation.system, equation.workspace, equation.input_cubics, local_time, state, equation.derivative
         )
         equation.counts[StepCounter.EVALUATIONS] += 1
@@ -96,7 +93,7 @@ def _project_errors(equation: MultibodyEquation, errors: FloatArray) -> None:
     """Remove from the errors of poses and velocities what violates the constraints, at the poses of the last evaluation."""
     rows, workspace = equation.system.constraint_rows, equation.workspace
     for i in range(2):
-        for block in split_state(equation.system, errors[i]):
+        for block in equations_of_motion.split_state(equation.system, errors[i]):
             apply_jacobian(rows.row_bodies, workspace.jacobian, block, workspace.multipliers)
             solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
             subtract_minv_jt(rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, block)
@@ -104,7 +101,7 @@ def _project_errors(equation: MultibodyEquation, errors: FloatArray) -> None:
 
 @jit_internal
 def _evaluate_events(equation: MultibodyEquation, local_time: float, state: FloatArray, event_values: FloatArray) -> None:
-    evaluate_event_functions(equation.system, equation.workspace, state, event_values)
+    equations_of_motion.evaluate_event_functions(equation.system, equation.workspace, state, event_values)
 
 
 @jit_internal
@@ -118,7 +115,7 @@ def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float
         has_force_events = has_force_events or event_functions[i].kind == EventFunctionKind.FORCE
     if has_force_events:
         _evaluate(equation, step.local_time + fraction * step.h, sample, stages.derivatives, N_STAGES - 1)
-    evaluate_event_functions(equation.system, equation.workspace, sample, event_values)
+    equations_of_motion.evaluate_event_functions(equation.system, equation.workspace, sample, event_values)
 
 
 _integrate = jit_inline_closure(

@@ -21,7 +21,7 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import continue_to_coordinate, make_node_workspace
-from governor_mechanism.mechanics.reduction.table import ExtensionStatus, PiecewiseTable, TableAction, allocate_table, evaluate_poses
+from governor_mechanism.mechanics.reduction.table import ExtensionStatus, PiecewiseTable, allocate_table, evaluate_poses
 from governor_mechanism.mechanics.reduction.table_refinement import extend_table
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import Scene
@@ -100,13 +100,15 @@ class ReducedBatch:
         if not arrays.is_conservative or not isinstance(start, float) or not arrays.low < start < arrays.high:
             return None
         poses = np.array(mechanism.initial_guess, dtype=np.float64)
-        table = allocate_table(arrays, BATCH_TABLE_CAPACITY)
+        if not continue_to_coordinate(arrays, self._workspace, start, poses):
+            return None
+        table = allocate_table(arrays, BATCH_TABLE_CAPACITY, start, poses)
 
-        def extend(action: int) -> bool:
+        def extend(side: int) -> bool:
             # An enum member as argument would compile the kernel again.
-            return extend_table(arrays, self._workspace, table, int(action), start, poses) == ExtensionStatus.PIECE_ADDED
+            return extend_table(arrays, self._workspace, table, int(side)) == ExtensionStatus.PIECE_ADDED
 
-        if not (continue_to_coordinate(arrays, self._workspace, start, poses) and extend(TableAction.START) and extend(TableAction.ABOVE)):
+        if not extend(1):
             return None
         state, time, n_filled, end = np.zeros(N_STATES), 0.0, 1, float(self._times[-1])
         state[:2] = start, rate
@@ -137,9 +139,7 @@ class ReducedBatch:
         if mechanism.coordinate in self._names:
             readings[mechanism.coordinate], rates[mechanism.coordinate] = rows[:, 0].copy(), rows[:, 1].copy()
         if others:
-            flat_poses = np.empty((2, n_filled, 3 * len(mechanism.bodies)))
-            evaluate_poses(table, rows[:, 0].copy(), flat_poses[0], flat_poses[1])
-            poses, tangents = flat_poses.reshape(2, n_filled, -1, 3)
+            poses, tangents = evaluate_poses(table, rows[:, 0].copy())
             for name in others:
                 output = evaluate_output(mechanism, name, poses)
                 wraps = isinstance(mechanism.reading(name), LineAngle)

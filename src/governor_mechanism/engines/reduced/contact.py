@@ -13,19 +13,9 @@ from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses
 from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, find_touched_stop
 from governor_mechanism.mechanics.contact.tolerances import REST_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import EventLog, make_transition
-from governor_mechanism.mechanics.dynamics.contacts import ContactColumn
 from governor_mechanism.mechanics.dynamics.lowering import EVENT_ROUNDING_RATIO
-from governor_mechanism.mechanics.reduction.equation_of_motion import (
-    MODE_HELD,
-    N_FURTHER_STATES,
-    ReducedModel,
-    StateIndex,
-    evaluate_acceleration,
-    evaluate_output_second_derivative,
-    evaluate_static_force,
-    evaluate_table_output,
-    friction_limit,
-)
+from governor_mechanism.mechanics.reduction import equation_of_motion
+from governor_mechanism.mechanics.reduction.equation_of_motion import StateIndex
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter, ReducedForces
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import find_piece
@@ -37,7 +27,7 @@ from governor_mechanism.types import FloatArray
 class ReducedState(NamedTuple):
     """State of a reduced model at a local time (s), with its place in the table."""
 
-    model: ReducedModel
+    model: equation_of_motion.ReducedModel
     piece: int
     t: float
     local_time: float
@@ -50,17 +40,19 @@ def evaluate_reduced_contacts(place: ReducedState) -> ContactDynamics:
     model, piece, t, rate = place.model, place.piece, place.t, place.state[1]
     n_contacts, n_springs, parameters = model.contacts.shape[0], model.one_sided_springs.shape[0], model.parameters
     angle, speed = place.state[StateIndex.SHAFT_ANGLE], place.state[StateIndex.SHAFT_SPEED]
-    further_rates = np.empty((N_FURTHER_STATES, 1))
-    acceleration = evaluate_acceleration(model, piece, t, rate, angle, speed, place.local_time, False, further_rates, 0)
+    further_rates = np.empty((equation_of_motion.N_FURTHER_STATES, 1))
+    acceleration = equation_of_motion.evaluate_acceleration(model, piece, t, rate, angle, speed, place.local_time, False, further_rates, 0)
     values, derivatives, accelerations, limits = np.empty(n_contacts), np.empty(n_contacts), np.empty(n_contacts), np.empty(n_contacts)
     for k in range(n_contacts):
-        output = model.contacts[k, ContactColumn.OUTPUT]
-        values[k], derivatives[k] = evaluate_table_output(model, piece, t, output)
-        accelerations[k] = derivatives[k] * acceleration + evaluate_output_second_derivative(model, piece, t, output) * rate * rate
-        limits[k] = friction_limit(model, k)
+        output = model.contacts[k].output_index
+        values[k], derivatives[k] = equation_of_motion.evaluate_table_output(model, piece, t, output)
+        accelerations[k] = (
+            derivatives[k] * acceleration + equation_of_motion.evaluate_output_second_derivative(model, piece, t, output) * rate * rate
+        )
+        limits[k] = equation_of_motion.friction_limit(model, k)
     stretches, stretch_rates = np.empty(n_springs), np.empty(n_springs)
     for i in range(n_springs):
-        value, derivative = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])
+        value, derivative = equation_of_motion.evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])
         stretches[i] = (value - model.one_sided_springs[i, 1]) / model.one_sided_springs[i, 2]
         stretch_rates[i] = derivative * rate / model.one_sided_springs[i, 2]
     inverse_inertia = evaluate_piece(model.coefficients, piece, TableColumn.INVERSE_INERTIA, t)
@@ -78,7 +70,7 @@ def apply_reduced_impulses(place: ReducedState, dynamics: ContactDynamics, impul
     model, state = place.model, place.state
     inverse_inertia = evaluate_piece(model.coefficients, place.piece, TableColumn.INVERSE_INERTIA, place.t)
     for k in range(impulses.size):
-        derivative = evaluate_table_output(model, place.piece, place.t, model.contacts[k, ContactColumn.OUTPUT])[1]
+        derivative = equation_of_motion.evaluate_table_output(model, place.piece, place.t, model.contacts[k].output_index)[1]
         state[1] += inverse_inertia * derivative * impulses[k]
     dissipated_energy = dissipated_by_impulses(dynamics, impulses)
     state[StateIndex.WORK] += dissipated_energy
@@ -90,7 +82,13 @@ change_contact_states = jit_internal(make_transition(evaluate_reduced_contacts, 
 
 @jit_internal
 def apply_transition(
-    model: ReducedModel, time: float, local_time: float, piece_guess: int, is_released: bool, state: FloatArray, log: EventLog
+    model: equation_of_motion.ReducedModel,
+    time: float,
+    local_time: float,
+    piece_guess: int,
+    is_released: bool,
+    state: FloatArray,
+    log: EventLog,
 ) -> None:
     """Update contact mode and state after events; `is_released`: the force exceeds what can be held."""
     piece, t, _ = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
@@ -99,7 +97,7 @@ def apply_transition(
     released = np.full(n_contacts, is_released)
     change_contact_states(ReducedState(model, piece, t, local_time, state), states, segments, released, time, log)
     is_held = np.any(states == HELD)
-    model.mode[MODE_HELD] = is_held
+    model.mode[equation_of_motion.MODE_HELD] = is_held
     if is_held:
         state[1] = 0.0
 
@@ -112,18 +110,18 @@ def make_event_tolerances(forces: ReducedForces) -> FloatArray:
     """
     if not len(forces.contacts) and not len(forces.one_sided_springs):
         return np.zeros(0)
-    scales, parameters = forces.contacts[:, ContactColumn.SCALE], forces.parameters
+    scales, parameters = forces.contacts["scale"], forces.parameters
     contact_scales = np.column_stack([scales / parameters[ForceParameter.TIME_SCALE], scales, scales]).ravel()
     force_scales = np.full(2, parameters[ForceParameter.FORCE_SCALE])
     return EVENT_ROUNDING_RATIO * np.concatenate([contact_scales, forces.one_sided_springs[:, 2], force_scales])
 
 
 @jit_internal
-def find_blocked_directions(model: ReducedModel, piece_index: int, t: float) -> tuple[bool, bool]:
+def find_blocked_directions(model: equation_of_motion.ReducedModel, piece_index: int, t: float) -> tuple[bool, bool]:
     """Return whether stops block an increase, and a decrease, of the coordinate."""
     up_blocked = down_blocked = False
     for k in range(model.contacts.shape[0]):
-        value, output_derivative = evaluate_table_output(model, piece_index, t, model.contacts[k, ContactColumn.OUTPUT])
+        value, output_derivative = equation_of_motion.evaluate_table_output(model, piece_index, t, model.contacts[k].output_index)
         outward_derivative = find_touched_stop(model.contacts, k, value, REST_TOLERANCE) * output_derivative
         up_blocked, down_blocked = up_blocked or outward_derivative > 0.0, down_blocked or outward_derivative < 0.0
     return up_blocked, down_blocked
@@ -131,7 +129,7 @@ def find_blocked_directions(model: ReducedModel, piece_index: int, t: float) -> 
 
 @jit_internal
 def evaluate_reduced_event_functions(
-    model: ReducedModel, state: FloatArray, local_time: float, piece_guess: int, event_values: FloatArray
+    model: equation_of_motion.ReducedModel, state: FloatArray, local_time: float, piece_guess: int, event_values: FloatArray
 ) -> None:
     """Fill the event functions at a state; inactive outside the table."""
     event_values[:] = INACTIVE_EVENT_VALUE
@@ -139,8 +137,8 @@ def evaluate_reduced_event_functions(
     if side >= 0:
         return
     n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
-    if model.mode[MODE_HELD] != 0:
-        force, resistance = evaluate_static_force(model, piece, t, state, local_time)
+    if model.mode[equation_of_motion.MODE_HELD] != 0:
+        force, resistance = equation_of_motion.evaluate_static_force(model, piece, t, state, local_time)
         up_blocked, down_blocked = find_blocked_directions(model, piece, t)
         if not up_blocked:
             event_values[3 * n_contacts + n_springs] = force - resistance
@@ -148,13 +146,15 @@ def evaluate_reduced_event_functions(
             event_values[3 * n_contacts + n_springs + 1] = -force - resistance
         return
     for k in range(n_contacts):
-        value, output_derivative = evaluate_table_output(model, piece, t, model.contacts[k, ContactColumn.OUTPUT])
+        value, output_derivative = equation_of_motion.evaluate_table_output(model, piece, t, model.contacts[k].output_index)
         if model.mode[1 + k] != 0:
             event_values[3 * k] = -model.mode[1 + k] * output_derivative * state[1]
-        if model.contacts[k, ContactColumn.HIGH] < math.inf:
-            event_values[3 * k + 1] = value - model.contacts[k, ContactColumn.HIGH]
-        if model.contacts[k, ContactColumn.LOW] > -math.inf:
-            event_values[3 * k + 2] = model.contacts[k, ContactColumn.LOW] - value
+        if model.contacts[k].high < math.inf:
+            event_values[3 * k + 1] = value - model.contacts[k].high
+        if model.contacts[k].low > -math.inf:
+            event_values[3 * k + 2] = model.contacts[k].low - value
     for i in range(n_springs):
-        elongation = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])[0] - model.one_sided_springs[i, 1]
+        elongation = (
+            equation_of_motion.evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])[0] - model.one_sided_springs[i, 1]
+        )
         event_values[3 * n_contacts + i] = -elongation if model.mode[1 + n_contacts + i] != 0 else elongation

@@ -168,7 +168,7 @@ class ReducedRunner(CertifiedRunner):
         for law_index in forces.output_forces[:, OutputForceColumn.LAW].astype(int):
             law = FORCE_LAWS[law_index]
             law_counts[law.law_name] += moving_evaluations if law.dissipates else evaluations
-        if n_frictions := int(np.sum(forces.contacts[:, 1] >= 0)):
+        if n_frictions := int(np.sum(forces.contacts["friction_input"] >= 0)):
             law_counts[FRICTION_LAW_NAME] = n_frictions * moving_evaluations
         return steps, rejected, dict(law_counts)
 

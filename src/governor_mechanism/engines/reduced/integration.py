@@ -13,14 +13,8 @@ from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import FIRST_NONZERO_STAGE, STAGES
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import EventLog
-from governor_mechanism.mechanics.reduction.equation_of_motion import (
-    MODE_HELD,
-    N_STATES,
-    ReducedModel,
-    StateIndex,
-    evaluate_equation_of_motion,
-    make_reduced_model,
-)
+from governor_mechanism.mechanics.reduction import equation_of_motion
+from governor_mechanism.mechanics.reduction.equation_of_motion import StateIndex
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter, ReducedForces
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable, find_piece
@@ -48,7 +42,7 @@ MAX_STEP_OUTSIDE_TABLE = 3.0
 class ReducedEquation(NamedTuple):
     """The reduced model, the piece of its table found last, from which the next search starts, shape (1,), and the counters."""
 
-    model: ReducedModel
+    model: equation_of_motion.ReducedModel
     piece: IntArray
     counts: IntArray
 
@@ -57,7 +51,7 @@ def make_reduced_equation(
     table: PiecewiseTable, forces: ReducedForces, input_cubics: FloatArray, mode: IntArray, counts: IntArray
 ) -> ReducedEquation:
     """Return the equation of a table, the forces along it, the inputs, a contact mode and counters."""
-    return ReducedEquation(make_reduced_model(table, forces, input_cubics, mode), np.zeros(1, dtype=np.int64), counts)
+    return ReducedEquation(equation_of_motion.make_reduced_model(table, forces, input_cubics, mode), np.zeros(1, dtype=np.int64), counts)
 
 
 def make_reduced_buffers(forces: ReducedForces, counts: IntArray) -> dop853.StepBuffers:
@@ -68,9 +62,11 @@ def make_reduced_buffers(forces: ReducedForces, counts: IntArray) -> dop853.Step
     ]
     error_scale = np.array([coordinate_scale, coordinate_scale / time_scale, energy_scale, energy_scale, 1.0, 1.0 / time_scale])
     has_shaft, is_conservative = parameters[ForceParameter.HAS_SHAFT] != 0.0, parameters[ForceParameter.IS_CONSERVATIVE] != 0.0
-    n_integrated = N_STATES if has_shaft else 2 if is_conservative else int(StateIndex.SHAFT_ANGLE)
-    n_coupled = N_STATES if has_shaft else 2
-    return dop853.make_step_buffers(N_STATES, n_coupled, error_scale[:n_integrated], make_event_tolerances(forces), counts)
+    n_integrated = equation_of_motion.N_STATES if has_shaft else 2 if is_conservative else int(StateIndex.SHAFT_ANGLE)
+    n_coupled = equation_of_motion.N_STATES if has_shaft else 2
+    return dop853.make_step_buffers(
+        equation_of_motion.N_STATES, n_coupled, error_scale[:n_integrated], make_event_tolerances(forces), counts
+    )
 
 
 @jit_internal
@@ -83,7 +79,9 @@ def _evaluate(equation: ReducedEquation, local_time: float, state: FloatArray, d
     equation.counts[StepCounter.EVALUATIONS] += 1
     angle, speed = state[StateIndex.SHAFT_ANGLE], state[StateIndex.SHAFT_SPEED]
     derivatives[0, k] = state[1]
-    derivatives[1, k] = evaluate_equation_of_motion(model, piece, t, state[1], angle, speed, local_time, derivatives[2:], k)
+    derivatives[1, k] = equation_of_motion.evaluate_equation_of_motion(
+        model, piece, t, state[1], angle, speed, local_time, derivatives[2:], k
+    )
     return 1.0
 
 
@@ -187,7 +185,7 @@ def integrate_reduced(
     is_conservative, time_scale = parameters[ForceParameter.IS_CONSERVATIVE] != 0.0, parameters[ForceParameter.TIME_SCALE]
     is_load_steady = parameters[ForceParameter.FLUCTUATION_AMPLITUDE] == 0.0 and model.input_terms.size == 0
     while True:
-        is_held, n_steps = mode[MODE_HELD] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
+        is_held, n_steps = mode[equation_of_motion.MODE_HELD] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
         max_step = limits.max_step * (HELD_STEP_FACTOR if is_held and is_load_steady else 1.0)
         min_stiff_steps = math.inf if is_conservative or is_held else 0.0
         segment_limits = dop853.StepLimits(limits.tolerance, step, max_step, limits.max_steps, min_stiff_steps)
@@ -211,6 +209,6 @@ def integrate_reduced(
 
 
 @jit
-def initialise_contact_mode(model: ReducedModel, time: float, state: FloatArray, event_log: EventLog) -> None:
+def initialise_contact_mode(model: equation_of_motion.ReducedModel, time: float, state: FloatArray, event_log: EventLog) -> None:
     """Select the contact mode at a start or after a discontinuity of an input; the state must be on the table."""
     apply_transition(model, time, 0.0, 0, False, state, event_log)

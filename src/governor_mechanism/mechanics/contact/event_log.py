@@ -46,12 +46,8 @@ def compare_event_logs(
     return largest_delay, is_near_event
 
 
-OPPOSITE_EVENTS = {
-    EventKind.SLIP: EventKind.STICK,
-    EventKind.SEPARATION: EventKind.REST,
-    EventKind.STICK: EventKind.SLIP,
-    EventKind.REST: EventKind.SEPARATION,
-}
+OPPOSITE_EVENTS = {EventKind.SLIP: EventKind.STICK, EventKind.SEPARATION: EventKind.REST}
+OPPOSITE_EVENTS |= {opposite: kind for kind, opposite in OPPOSITE_EVENTS.items()}
 """Event that each kind of event reverses."""
 
 

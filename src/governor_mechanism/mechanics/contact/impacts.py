@@ -7,18 +7,9 @@ import math
 
 import numpy as np
 
-from governor_mechanism.mechanics.contact.rules import (
-    HELD,
-    ContactDynamics,
-    direction_of_motion,
-    evaluate_forces,
-    find_active_stop,
-    multiply,
-    rest_rate,
-    solve_forces,
-)
+from governor_mechanism.mechanics.contact import rules
+from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics
 from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT
-from governor_mechanism.mechanics.dynamics.contacts import ContactColumn
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
 
@@ -48,17 +39,17 @@ def resolve_impacts(dynamics: ContactDynamics, states: IntArray, impulses: Float
     for _ in range(2 * n_contacts):
         is_constrained, rate_changes, is_striking = np.zeros(n_contacts, dtype=np.bool_), -dynamics.rates, False
         for k in range(n_contacts):
-            side = find_active_stop(dynamics, k)
-            if side * dynamics.rates[k] > rest_rate(dynamics, k):
+            side = rules.find_active_stop(dynamics, k)
+            if side * dynamics.rates[k] > rules.rest_rate(dynamics, k):
                 is_constrained[k] = has_struck[k] = is_striking = True
-                rate_changes[k] *= 1.0 + dynamics.contacts[k, ContactColumn.RESTITUTION]
+                rate_changes[k] *= 1.0 + dynamics.contacts[k].restitution
             elif side != 0 and states[k] == HELD:
                 is_constrained[k] = True
         if not is_striking:
             break
-        step = solve_forces(dynamics, is_constrained, rate_changes)
+        step = rules.solve_forces(dynamics, is_constrained, rate_changes)
         impulses += step
-        dynamics.rates[:] += multiply(dynamics.compliance, step)
+        dynamics.rates[:] += rules.multiply(dynamics.compliance, step)
     dynamics.rates[:] = rates_before
     return has_struck
 
@@ -79,7 +70,7 @@ def dissipated_by_impulses(dynamics: ContactDynamics, impulses: FloatArray) -> f
     float
         Energy, J.
     """
-    mean_rates = dynamics.rates + 0.5 * multiply(dynamics.compliance, impulses)
+    mean_rates = dynamics.rates + 0.5 * rules.multiply(dynamics.compliance, impulses)
     return float(-np.sum(impulses * mean_rates))
 
 
@@ -106,8 +97,8 @@ def _evaluate_bounce_accelerations(dynamics: ContactDynamics, states: IntArray, 
     for k in range(states.size):
         if has_struck[k] or states[k] != HELD:
             is_reversed = direction < 0 and (has_struck[k] or dynamics.mobility == 1)
-            sliding[k] = (-1 if is_reversed else 1) * direction_of_motion(dynamics, k)
-    return evaluate_forces(dynamics, sliding)[1]
+            sliding[k] = (-1 if is_reversed else 1) * rules.direction_of_motion(dynamics, k)
+    return rules.evaluate_forces(dynamics, sliding)[1]
 
 
 @jit
@@ -138,14 +129,14 @@ def settle_final_bounces(
     returning = _evaluate_bounce_accelerations(dynamics, states, has_struck, -1)
     is_constrained, settles = np.zeros(states.size, dtype=np.bool_), False
     for k in range(states.size):
-        side, restitution = find_active_stop(dynamics, k), dynamics.contacts[k, ContactColumn.RESTITUTION]
+        side, restitution = rules.find_active_stop(dynamics, k), dynamics.contacts[k].restitution
         rebound_rate, deceleration = -side * dynamics.rates[k], side * departing[k]
         is_constrained[k] = side != 0 and states[k] == HELD
         if has_struck[k] and restitution < 1.0 and deceleration > 0.0 and rebound_rate > 0.0:
-            max_height = MIN_REBOUND_HEIGHT * dynamics.contacts[k, ContactColumn.SCALE]
+            max_height = MIN_REBOUND_HEIGHT * dynamics.contacts[k].scale
             if rebound_rate * rebound_rate < 2.0 * deceleration * max_height:
                 durations[k] = zeno_time(rebound_rate, deceleration, side * returning[k], restitution)
                 is_constrained[k] = settles = True
     if settles:
-        impulses += solve_forces(dynamics, is_constrained, -dynamics.rates)
+        impulses += rules.solve_forces(dynamics, is_constrained, -dynamics.rates)
     return settles

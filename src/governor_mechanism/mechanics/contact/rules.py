@@ -9,18 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.contact.tolerances import (
-    CONTACT_TOLERANCE,
-    MIN_COMPLIANCE_RATIO,
-    MODE_CONSISTENCY_TOLERANCE,
-    REST_TOLERANCE,
-    STICTION_RATE_TOLERANCE,
-    TURNING_POINT_ACCELERATION_TOLERANCE,
-)
-from governor_mechanism.mechanics.dynamics.contacts import ContactColumn
+from governor_mechanism.mechanics.contact import tolerances
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.jit import jit, jit_internal
-from governor_mechanism.types import BoolArray, FloatArray, IntArray
+from governor_mechanism.types import BoolArray, FloatArray, IntArray, RecordArray
 
 HELD = 2
 """State of a contact that holds its output. Other states are the sign of the rate that friction opposes, or 0 without friction."""
@@ -32,7 +24,7 @@ class ContactDynamics(NamedTuple):
     Attributes
     ----------
     contacts
-        As made by `make_contact_table`; shape (contacts, 6).
+        Records of `CONTACT_DTYPE`; shape (contacts,).
     values
         Values of the outputs, m or rad; shape (contacts,).
     rates
@@ -57,7 +49,7 @@ class ContactDynamics(NamedTuple):
         Whether drives move the mechanism, so that held contacts do not stop it.
     """
 
-    contacts: FloatArray
+    contacts: RecordArray
     values: FloatArray
     rates: FloatArray
     accelerations: FloatArray
@@ -74,7 +66,7 @@ class ContactDynamics(NamedTuple):
 @jit_internal
 def rest_rate(dynamics: ContactDynamics, k: int) -> float:
     """Return the rate below which the output of a contact is at rest, m/s or rad/s."""
-    return float(STICTION_RATE_TOLERANCE * dynamics.contacts[k, ContactColumn.SCALE] / dynamics.time_scale)
+    return float(tolerances.STICTION_RATE_TOLERANCE * dynamics.contacts[k].scale / dynamics.time_scale)
 
 
 @jit_internal
@@ -84,12 +76,12 @@ def is_at_rest(dynamics: ContactDynamics, k: int) -> bool:
 
 
 @jit_internal
-def find_touched_stop(contacts: FloatArray, k: int, value: float, relative_distance: float) -> int:
+def find_touched_stop(contacts: RecordArray, k: int, value: float, relative_distance: float) -> int:
     """Return the stop that the output of a contact is at within a relative distance: 1 the high one, -1 the low one, 0 neither."""
-    distance = relative_distance * contacts[k, ContactColumn.SCALE]
-    if value >= contacts[k, ContactColumn.HIGH] - distance:
+    distance = relative_distance * contacts[k].scale
+    if value >= contacts[k].high - distance:
         return 1
-    return -1 if value <= contacts[k, ContactColumn.LOW] + distance else 0
+    return -1 if value <= contacts[k].low + distance else 0
 
 
 @jit
@@ -108,13 +100,15 @@ def find_active_stop(dynamics: ContactDynamics, k: int) -> int:
     int
         1 at the high stop, -1 at the low one, 0 at neither.
     """
-    return find_touched_stop(dynamics.contacts, k, dynamics.values[k], REST_TOLERANCE if is_at_rest(dynamics, k) else CONTACT_TOLERANCE)
+    return find_touched_stop(
+        dynamics.contacts, k, dynamics.values[k], tolerances.REST_TOLERANCE if is_at_rest(dynamics, k) else tolerances.CONTACT_TOLERANCE
+    )
 
 
 @jit_internal
 def direction_of_motion(dynamics: ContactDynamics, k: int) -> int:
     """Return the state of a contact that slides at its present rate."""
-    if dynamics.contacts[k, ContactColumn.FRICTION_INPUT] < 0 or dynamics.rates[k] == 0.0:
+    if dynamics.contacts[k].friction_input < 0 or dynamics.rates[k] == 0.0:
         return 0
     return 1 if dynamics.rates[k] > 0.0 else -1
 
@@ -137,7 +131,7 @@ def is_resting(dynamics: ContactDynamics, states: IntArray, k: int) -> bool:
     bool
         True if it rests.
     """
-    can_hold = dynamics.contacts[k, ContactColumn.FRICTION_INPUT] >= 0 or find_active_stop(dynamics, k) != 0
+    can_hold = dynamics.contacts[k].friction_input >= 0 or find_active_stop(dynamics, k) != 0
     return bool(states[k] == HELD or (can_hold and is_locked(dynamics, states)))
 
 
@@ -179,7 +173,7 @@ def update_spring_segments(dynamics: ContactDynamics, segments: IntArray) -> Boo
     previous = segments.copy()
     for i in range(segments.size):
         stretch = dynamics.stretches[i]
-        segments[i] = (dynamics.stretch_rates[i] if abs(stretch) < CONTACT_TOLERANCE else stretch) > 0.0
+        segments[i] = (dynamics.stretch_rates[i] if abs(stretch) < tolerances.CONTACT_TOLERANCE else stretch) > 0.0
     has_changed: BoolArray = segments != previous
     return has_changed
 
@@ -207,7 +201,7 @@ def solve_forces(dynamics: ContactDynamics, is_constrained: BoolArray, right_han
     indices, forces = np.empty(is_constrained.size, dtype=np.int64), np.zeros(is_constrained.size)
     n_constrained, unit = 0, dynamics.energy_scale * dynamics.time_scale**2
     for k in range(is_constrained.size):
-        if is_constrained[k] and dynamics.compliance[k, k] * unit > MIN_COMPLIANCE_RATIO * dynamics.contacts[k, ContactColumn.SCALE] ** 2:
+        if is_constrained[k] and dynamics.compliance[k, k] * unit > tolerances.MIN_COMPLIANCE_RATIO * dynamics.contacts[k].scale ** 2:
             indices[n_constrained] = k
             n_constrained += 1
     band, solution = np.zeros((n_constrained, n_constrained)), np.empty(n_constrained)
@@ -267,7 +261,7 @@ def select_contact_states(dynamics: ContactDynamics, is_released: BoolArray, sta
             violation = _compute_violation(dynamics, trial)
             if violation < least_violation:
                 states[:], least_violation = trial, violation
-            if least_violation <= MODE_CONSISTENCY_TOLERANCE:
+            if least_violation <= tolerances.MODE_CONSISTENCY_TOLERANCE:
                 return
         for k in range(n_contacts - 1, -1, -1):
             choice[k] = (choice[k] + 1) % n_candidates[k]
@@ -282,7 +276,7 @@ def _list_candidates(dynamics: ContactDynamics, k: int, is_released: bool, candi
         candidates[0] = direction_of_motion(dynamics, k)
         return 1
     side, n_candidates = find_active_stop(dynamics, k), 0
-    has_friction = dynamics.contacts[k, ContactColumn.FRICTION_INPUT] >= 0
+    has_friction = dynamics.contacts[k].friction_input >= 0
     if (has_friction or side != 0) and not is_released:
         candidates[0], n_candidates = HELD, 1
     if not has_friction:
@@ -301,7 +295,7 @@ def _compute_violation(dynamics: ContactDynamics, states: IntArray) -> float:
     forces, accelerations = evaluate_forces(dynamics, states)
     violation = 0.0
     for k in range(states.size):
-        scale, side = dynamics.contacts[k, ContactColumn.SCALE], find_active_stop(dynamics, k)
+        scale, side = dynamics.contacts[k].scale, find_active_stop(dynamics, k)
         acceleration = accelerations[k] * dynamics.time_scale**2 / scale
         if states[k] == HELD:
             # A stop pushes with unlimited force in one direction; friction holds in both, up to its limit.
@@ -312,7 +306,7 @@ def _compute_violation(dynamics: ContactDynamics, states: IntArray) -> float:
                 excess = max(excess, -forces[k] - dynamics.friction_limits[k])
             violation = max(violation, excess * scale / dynamics.energy_scale)
             # At a turning point of a reading no force along it can hold it: the mechanism moves on.
-            if abs(acceleration) > TURNING_POINT_ACCELERATION_TOLERANCE:
+            if abs(acceleration) > tolerances.TURNING_POINT_ACCELERATION_TOLERANCE:
                 violation = max(violation, abs(acceleration))
         elif is_at_rest(dynamics, k):
             direction = states[k] if states[k] != 0 else -side

@@ -12,35 +12,16 @@ from governor_mechanism.mechanics.contact.input_modes import InputModes
 from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, find_active_stop, is_locked, is_resting, solve_forces
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, make_transition
-from governor_mechanism.mechanics.dynamics.contacts import (
-    ContactColumn,
-    ContactMode,
-    contacts_of,
-    initial_mode,
-    make_contact_table,
-    one_sided_forces_of,
-)
-from governor_mechanism.mechanics.dynamics.equations_of_motion import (
-    evaluate_state_derivative,
-    project_state,
-    solve_constrained_system,
-    split_state,
-)
+from governor_mechanism.mechanics.dynamics import equations_of_motion, lowering
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, make_contact_table, one_sided_forces_of
 from governor_mechanism.mechanics.dynamics.inputs import output_rate
-from governor_mechanism.mechanics.dynamics.lowering import (
-    System,
-    SystemWorkspace,
-    forced_output_names,
-    make_system,
-    make_system_workspace,
-    with_held_values,
-)
+from governor_mechanism.mechanics.dynamics.lowering import System
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit
-from governor_mechanism.types import BoolArray, FloatArray
+from governor_mechanism.types import BoolArray, FloatArray, RecordArray
 
 ContactModeKey = tuple[tuple[int | None, ...], ContactMode]
 """Properties shared by modes whose systems differ only in the held values."""
@@ -72,37 +53,32 @@ class ContactResponse(NamedTuple):
 
 @jit
 def _evaluate_response(
-    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, state: FloatArray, contacts: FloatArray
+    system: System, workspace: lowering.SystemWorkspace, input_cubics: FloatArray, state: FloatArray, contacts: RecordArray
 ) -> ContactResponse:
     """Evaluate motion and response in a state of a system in which nothing is held and nothing slides."""
-    derivative = evaluate_state_derivative(system, workspace, input_cubics, 0.0, state)  # evaluates the output rows too
-    velocities, accelerations = split_state(system, state)[1], split_state(system, derivative)[1]
-    output_rows, output_values = system.output_rows, workspace.output_row_values
+    derivative = equations_of_motion.evaluate_state_derivative(system, workspace, input_cubics, 0.0, state)  # evaluates the output rows too
+    velocities, accelerations = equations_of_motion.split_state(system, state)[1], equations_of_motion.split_state(system, derivative)[1]
+    output_rows, output_values, jacobian = system.output_rows, workspace.output_row_values, workspace.output_jacobian
     motion, n_contacts = np.empty((3, output_rows.table.size)), contacts.shape[0]
     for output in range(output_rows.table.size):
         motion[0, output] = output_values[output, RowColumn.RESIDUAL]
-        motion[1, output] = output_rate(output_rows, workspace.output_jacobian, output, velocities)
-        motion[2, output] = (
-            output_rate(output_rows, workspace.output_jacobian, output, accelerations) - output_values[output, RowColumn.GAMMA]
-        )
+        motion[1, output] = output_rate(output_rows, jacobian, output, velocities)
+        motion[2, output] = output_rate(output_rows, jacobian, output, accelerations) - output_values[output, RowColumn.GAMMA]
     friction_limits, drive_work = np.empty(n_contacts), np.zeros(n_contacts)
     velocity_changes, compliance = np.zeros((n_contacts, system.bodies.size, 3)), np.empty((n_contacts, n_contacts))
     for k in range(n_contacts):
-        friction_input = int(contacts[k, ContactColumn.FRICTION_INPUT])
+        friction_input = contacts[k].friction_input
         friction_limits[k] = workspace.inputs[friction_input] if friction_input >= 0 else 0.0
-        output, impulse = int(contacts[k, ContactColumn.OUTPUT]), np.zeros((system.bodies.size, 3))
+        output, impulse = contacts[k].output_index, np.zeros((system.bodies.size, 3))
         for side in range(2):
             body = output_rows.row_bodies[output, side]
             if body >= 0:
-                for c in range(3):
-                    impulse[body, c] += workspace.output_jacobian[output, side, c]
-        solve_constrained_system(system, workspace, impulse, 0.0, velocity_changes[k])
+                impulse[body] += jacobian[output, side]
+        equations_of_motion.solve_constrained_system(system, workspace, impulse, 0.0, velocity_changes[k])
         for i in range(workspace.multipliers.size):
             drive_work[k] -= workspace.multipliers[i] * workspace.row_values[i, RowColumn.DRIVE_RATE]
         for i in range(n_contacts):
-            compliance[i, k] = output_rate(
-                output_rows, workspace.output_jacobian, int(contacts[i, ContactColumn.OUTPUT]), velocity_changes[k]
-            )
+            compliance[i, k] = output_rate(output_rows, jacobian, contacts[i].output_index, velocity_changes[k])
     return ContactResponse(motion, friction_limits, velocity_changes, compliance, drive_work)
 
 
@@ -121,7 +97,7 @@ class SceneContacts:
     Attributes
     ----------
     contacts
-        As made by `make_contact_table`; shape (contacts, 6).
+        As made by `make_contact_table`; shape (contacts,).
     input_functions
         Inputs of the multibody model.
     mobility
@@ -135,11 +111,11 @@ class SceneContacts:
     """
 
     def __init__(self, scene: Scene, time_scale: float, constraint_tolerance: float) -> None:
-        mechanism, names, contacts = scene.mechanism, forced_output_names(scene), contacts_of(scene)
+        mechanism, names, contacts = scene.mechanism, lowering.forced_output_names(scene), contacts_of(scene)
         position_solver, springs = PositionSolver(mechanism), one_sided_forces_of(scene)
-        system, self.input_functions = make_system(scene)
+        system, self.input_functions = lowering.make_system(scene)
         self.contacts = make_contact_table(scene, names, system.first_friction_input)
-        self._outputs = self.contacts[:, ContactColumn.OUTPUT].astype(int)
+        self._outputs = self.contacts["output_index"]
         self._subjects = [contact.output_name for contact in contacts] + [spring.reading for spring in springs]
         self._scene, self._time_scale, self._constraint_tolerance = scene, time_scale, constraint_tolerance
         self._energy_scale = sum(body.mass for body in mechanism.bodies) * (mechanism.length_scale / time_scale) ** 2
@@ -149,7 +125,7 @@ class SceneContacts:
         self._spring_outputs = [names.index(spring.reading) for spring in springs]
         self._free_values = np.array([spring.slack_below for spring in springs])
         self._spring_scales = np.array([mechanism.output_scale(spring.reading) for spring in springs])
-        self._models: dict[ContactModeKey, tuple[ContactMode, System, SystemWorkspace]] = {}
+        self._models: dict[ContactModeKey, tuple[ContactMode, System, lowering.SystemWorkspace]] = {}
         self.events = list[Event]()
         self.continue_from(initial_mode(scene))
 
@@ -169,7 +145,7 @@ class SceneContacts:
         self.events.clear()
 
     @property
-    def model(self) -> tuple[System, SystemWorkspace]:
+    def model(self) -> tuple[System, lowering.SystemWorkspace]:
         """System of the current mode, in which held outputs are constraints, and its workspace."""
         return self._get_model(self.mode)
 
@@ -230,7 +206,7 @@ class SceneContacts:
         )
         # The velocity that this removes is rounding.
         poses, velocities = state[: 6 * self._response.velocity_changes.shape[1]].reshape(2, -1, 3)
-        project_state(*self.model, input_cubics, 0.0, poses, velocities, self._constraint_tolerance)
+        equations_of_motion.project_state(*self.model, input_cubics, 0.0, poses, velocities, self._constraint_tolerance)
 
     def _mask(self, contacts: Collection[int]) -> BoolArray:
         """Return which contacts are among those of given indices."""
@@ -244,9 +220,8 @@ class SceneContacts:
         ContactDynamics
             The motion.
         """
-        n_contacts = len(self.contacts)
-        none_held, none_slides = (None,) * n_contacts, (0,) * n_contacts
-        free_mode = ContactMode(none_held, none_slides, tuple(map(bool, self._segments)), False, self.mode.segments, self.mode.broken)
+        taut, mode = tuple(map(bool, self._segments)), self.mode
+        free_mode = replace(initial_mode(self._scene), taut=taut, segments=mode.segments, broken=mode.broken)
         self._response = _evaluate_response(*self._get_model(free_mode), self._input_cubics, self._state, self.contacts)
         values, rates, accelerations = self._response.motion
         outputs = self._outputs
@@ -282,20 +257,19 @@ class SceneContacts:
         self._state[2 * n_coordinates] += dissipated_energy - impulses @ self._response.drive_work
         self._state[2 * n_coordinates + 1] += dissipated_energy
 
-    def _get_model(self, mode: ContactMode) -> tuple[System, SystemWorkspace]:
+    def _get_model(self, mode: ContactMode) -> tuple[System, lowering.SystemWorkspace]:
         """Return the system of a contact mode and its workspace."""
-        bounds = self.contacts[:, [ContactColumn.LOW, ContactColumn.HIGH]].tolist()
         holds = tuple(
             None if held is None else int(held >= high) - int(held <= low)
-            for held, (low, high) in zip(mode.held_values, bounds, strict=True)
+            for held, low, high in zip(mode.held_values, self.contacts["low"], self.contacts["high"], strict=True)
         )
         key = holds, replace(mode, held_values=())
         if key not in self._models:
-            system = make_system(self._scene, mode)[0]
-            self._models[key] = mode, system, make_system_workspace(system)
-        built_mode, system, workspace = self._models[key]
-        if built_mode != mode:
-            self._models[key] = mode, with_held_values(system, self._outputs.tolist(), mode), workspace
+            system = lowering.make_system(self._scene, mode)[0]
+            self._models[key] = mode, system, lowering.make_system_workspace(system)
+        elif self._models[key][0] != mode:
+            _, system, workspace = self._models[key]
+            self._models[key] = mode, lowering.with_held_values(system, self._outputs.tolist(), mode), workspace
         return self._models[key][1:]
 
     def _find_rest_values(self, dynamics: ContactDynamics) -> FloatArray:
@@ -304,7 +278,7 @@ class SceneContacts:
         for k, contact in enumerate(self.contacts):
             if is_resting(dynamics, self._states, k):
                 side = find_active_stop(dynamics, k)
-                rest_values[k] = contact[ContactColumn.HIGH if side > 0 else ContactColumn.LOW] if side else dynamics.values[k]
+                rest_values[k] = contact["high" if side > 0 else "low"] if side else dynamics.values[k]
         return rest_values
 
 

@@ -5,14 +5,9 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from governor_mechanism.mechanics.contact import rules
 from governor_mechanism.mechanics.contact.impacts import resolve_impacts, settle_final_bounces
-from governor_mechanism.mechanics.contact.rules import (
-    ContactDynamics,
-    find_active_stop,
-    is_resting,
-    select_contact_states,
-    update_spring_segments,
-)
+from governor_mechanism.mechanics.contact.rules import ContactDynamics
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.numerics.jit import jit
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
@@ -117,9 +112,9 @@ def record_hold_changes(
         Event log.
     """
     for k in range(states.size):
-        rests = is_resting(dynamics, states, k)
-        if rests != is_resting(dynamics, previous_states, k):
-            start, end = (REST_EVENT, SEPARATION_EVENT) if find_active_stop(dynamics, k) != 0 else (STICK_EVENT, SLIP_EVENT)
+        rests = rules.is_resting(dynamics, states, k)
+        if rests != rules.is_resting(dynamics, previous_states, k):
+            start, end = (REST_EVENT, SEPARATION_EVENT) if rules.find_active_stop(dynamics, k) != 0 else (STICK_EVENT, SLIP_EVENT)
             record_event(log, time + durations[k], start if rests else end, k)
 
 
@@ -150,7 +145,7 @@ def make_transition(
     ) -> ContactDynamics:
         previous_states, n_contacts = states.copy(), states.size
         dynamics = evaluate_dynamics(model)
-        has_changed = update_spring_segments(dynamics, segments)
+        has_changed = rules.update_spring_segments(dynamics, segments)
         for i in range(segments.size):
             if has_changed[i]:
                 record_event(log, time, TAUT_EVENT if segments[i] == 1 else SLACK_EVENT, n_contacts + i)
@@ -168,7 +163,7 @@ def make_transition(
             if settle_final_bounces(dynamics, states, has_struck, impulses, durations):
                 apply_impulses(model, dynamics, impulses)
                 dynamics = evaluate_dynamics(model)
-        select_contact_states(dynamics, is_released, states)
+        rules.select_contact_states(dynamics, is_released, states)
         record_hold_changes(dynamics, previous_states, states, time, durations, log)
         return dynamics
 

@@ -4,7 +4,6 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import wraps
 from typing import Any, TypeVar
 
@@ -16,7 +15,7 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, ReadingFunction, TableFunction
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, RecordArray, record_dtype
 
 FRICTION_LAW_NAME = "dry friction"
 """Name of sliding friction in the counts of evaluations."""
@@ -47,15 +46,8 @@ class Contact:
     restitution: float = 0.0
 
 
-class ContactColumn(IntEnum):
-    """Columns of a contact table: output index, input of the friction force or -1, stops, restitution and scale of the output."""
-
-    OUTPUT = 0
-    FRICTION_INPUT = 1
-    LOW = 2
-    HIGH = 3
-    RESTITUTION = 4
-    SCALE = 5
+CONTACT_DTYPE = record_dtype("i8 output_index friction_input", "f8 low high restitution scale")
+"""One contact: index of its output, input of the friction force or -1, both stops, coefficient of restitution, scale of the output."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +128,7 @@ def contacts_of(scene: Scene) -> tuple[Contact, ...]:
     return tuple(Contact(name, **given) for name, given in properties.items())
 
 
-def make_contact_table(scene: Scene, output_names: Sequence[str], first_friction_input: int) -> FloatArray:
+def make_contact_table(scene: Scene, output_names: Sequence[str], first_friction_input: int) -> RecordArray:
     """Return the contacts of a scene for compiled functions.
 
     Parameters
@@ -150,8 +142,8 @@ def make_contact_table(scene: Scene, output_names: Sequence[str], first_friction
 
     Returns
     -------
-    FloatArray
-        Columns as in `ContactColumn`; shape (contacts, 6).
+    RecordArray
+        Records of `CONTACT_DTYPE`; shape (contacts,).
     """
     rows, friction_input = [], first_friction_input
     for contact in contacts_of(scene):
@@ -159,7 +151,7 @@ def make_contact_table(scene: Scene, output_names: Sequence[str], first_friction
         output = output_names.index(contact.output_name)
         rows.append((output, friction_input if has_friction else -1, contact.low, contact.high, contact.restitution, scale))
         friction_input += has_friction
-    return np.array(rows, dtype=np.float64).reshape(-1, len(ContactColumn))
+    return np.array(rows, dtype=CONTACT_DTYPE)
 
 
 @once_per_scene

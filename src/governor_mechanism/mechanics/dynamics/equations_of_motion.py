@@ -7,15 +7,9 @@ import math
 
 import numpy as np
 
+from governor_mechanism.mechanics.dynamics import force_laws
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, assemble_schur_band, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces
-from governor_mechanism.mechanics.dynamics.force_kernels import (
-    centrifugal_force_jit,
-    centrifugal_moment_jit,
-    spindle_inertia_jit,
-    spindle_inertia_rate_jit,
-    weight_jit,
-)
 from governor_mechanism.mechanics.dynamics.inputs import evaluate_inputs, output_rate
 from governor_mechanism.mechanics.dynamics.lowering import PlaneColumn, System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind, add_output_forces
@@ -24,6 +18,12 @@ from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.jit import jit, jit_inline, jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
+
+centrifugal_force_jit = jit_internal(force_laws.centrifugal_force)
+centrifugal_moment_jit = jit_internal(force_laws.centrifugal_moment)
+spindle_inertia_rate_jit = jit_internal(force_laws.spindle_inertia_rate)
+spindle_inertia_jit = jit_internal(force_laws.spindle_inertia)
+weight_jit = jit_internal(force_laws.weight)
 
 N_ENERGY_STATES = 2
 """Number of states after poses and velocities: the work term of the energy balance (J) and the energy dissipated by dashpots and friction

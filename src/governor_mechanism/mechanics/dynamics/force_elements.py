@@ -1,13 +1,12 @@
 """Force elements of a mechanism as records, and their generalised forces as compiled kernels."""
 
 import math
-from dataclasses import dataclass
 from enum import IntEnum
+from operator import attrgetter
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.force_kernels import damper_force_jit, spring_force_jit
-from governor_mechanism.mechanics.dynamics.force_laws import spring_energy
+from governor_mechanism.mechanics.dynamics.force_laws import damper_force, spring_energy, spring_force
 from governor_mechanism.mechanics.kinematics.constraint_kernels import rotate_vector_jit
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
@@ -16,7 +15,10 @@ from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.numerics.jit import jit_internal
-from governor_mechanism.types import FloatArray, RecordArray
+from governor_mechanism.types import FloatArray, RecordArray, record_dtype
+
+damper_force_jit = jit_internal(damper_force)
+spring_force_jit = jit_internal(spring_force)
 
 
 class ForceElementKind(IntEnum):
@@ -34,49 +36,22 @@ class ForceElementKind(IntEnum):
     FORCE = 5
 
 
-FORCE_ELEMENT_DTYPE = np.dtype(
-    [
-        *((name, "i8") for name in ("kind", "first", "second")),
-        *((name, "f8") for name in ("x1", "y1", "x2", "y2", "coefficient", "free_value")),
-        *((name, "i8") for name in ("input_index", "input_index_y")),
-    ]
-)
+FORCE_ELEMENT_DTYPE = record_dtype("i8 kind first second", "f8 x1 y1 x2 y2 coefficient free_value", "i8 input_index input_index_y")
 """One force element: kind, bodies, attachment points in body axes (m), coefficient, free value, and inputs.
 
 input_index is the input of a torque or of the x component of a force, input_index_y that of the y component; -1 if none.
 """
 
 
-@dataclass(frozen=True)
-class _ElementData:
-    """Kind, attachment points, coefficients and inputs of one force element."""
-
-    kind: int
-    first: Point
-    second: Point
-    coefficients: tuple[float, float] = (0.0, 0.0)
-    inputs: tuple[InputFunction, ...] = ()
-
-
-def _element_data(element: ForceElement) -> _ElementData:
-    match element:
-        case Spring():
-            return _ElementData(ForceElementKind.SPRING, element.first, element.second, (element.stiffness, element.free_length))
-        case Damper():
-            return _ElementData(ForceElementKind.DAMPER, element.first, element.second, (element.damping, 0.0))
-        case TorsionSpring():
-            return _ElementData(ForceElementKind.TORSION_SPRING, *_body_origins(element), (element.stiffness, element.free_angle))
-        case TorsionDamper():
-            return _ElementData(ForceElementKind.TORSION_DAMPER, *_body_origins(element), (element.damping, 0.0))
-        case Torque():
-            return _ElementData(ForceElementKind.TORQUE, *_body_origins(element), inputs=(element.moment,))
-        case Force():
-            return _ElementData(ForceElementKind.FORCE, Point(body=GROUND), element.point, inputs=(element.x, element.y))
-    raise TypeError(f"no force law is defined for force elements of type {type(element).__name__}")
-
-
-def _body_origins(element: TorsionSpring | TorsionDamper | Torque) -> tuple[Point, Point]:
-    return Point(body=element.first), Point(body=element.second)
+_ELEMENT_FIELDS: dict[type[ForceElement], tuple[ForceElementKind, tuple[str, ...], tuple[str, ...]]] = {
+    Spring: (ForceElementKind.SPRING, ("stiffness", "free_length"), ()),
+    Damper: (ForceElementKind.DAMPER, ("damping",), ()),
+    TorsionSpring: (ForceElementKind.TORSION_SPRING, ("stiffness", "free_angle"), ()),
+    TorsionDamper: (ForceElementKind.TORSION_DAMPER, ("damping",), ()),
+    Torque: (ForceElementKind.TORQUE, (), ("moment",)),
+    Force: (ForceElementKind.FORCE, (), ("x", "y")),
+}
+"""Kind of each type of force elements, and its attributes that are the coefficient and the free value, and the inputs."""
 
 
 def make_force_element_table(mechanism: Mechanism, origins: Origins, first_input: int) -> tuple[RecordArray, tuple[InputFunction, ...]]:
@@ -84,15 +59,18 @@ def make_force_element_table(mechanism: Mechanism, origins: Origins, first_input
 
     `origins` are the body origins in body axes (m), by name of body; the mass centre if left out.
     """
-    elements = [_element_data(element) for element in mechanism.force_elements]
-
     inputs: list[InputFunction] = []
-    table = np.zeros(len(elements), dtype=FORCE_ELEMENT_DTYPE)
-    for i, element in enumerate(elements):
-        input_indices = [first_input + len(inputs) + k for k in range(len(element.inputs))]
-        inputs += element.inputs
-        points = attachment_fields(mechanism, element.first, element.second, origins)
-        table[i] = (element.kind, *points, *element.coefficients, *(*input_indices, -1, -1)[:2])
+    table = np.zeros(len(mechanism.force_elements), dtype=FORCE_ELEMENT_DTYPE)
+    for i, element in enumerate(mechanism.force_elements):
+        if type(element) not in _ELEMENT_FIELDS:
+            raise TypeError(f"no force law is defined for force elements of type {type(element).__name__}")
+        kind, coefficients, programs = _ELEMENT_FIELDS[type(element)]
+        ends = (GROUND, element.point) if isinstance(element, Force) else attrgetter("first", "second")(element)
+        first, second = (end if isinstance(end, Point) else Point(body=end) for end in ends)
+        values = (*(getattr(element, name) for name in coefficients), 0.0, 0.0)
+        input_indices = (*range(first_input + len(inputs), first_input + len(inputs) + len(programs)), -1, -1)
+        table[i] = (kind, *attachment_fields(mechanism, first, second, origins), *values[:2], *input_indices[:2])
+        inputs += [getattr(element, name) for name in programs]
     return table, tuple(inputs)
 
 

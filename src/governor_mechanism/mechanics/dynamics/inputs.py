@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from enum import IntEnum
-from itertools import pairwise
+from itertools import count
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
 from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, ReadingFunction, TableFunction
 from governor_mechanism.numerics.jit import jit_internal
-from governor_mechanism.types import FloatArray, RecordArray
+from governor_mechanism.types import FloatArray, RecordArray, record_dtype
 
 
 class InputTermKind(IntEnum):
@@ -31,86 +30,75 @@ class InputTermKind(IntEnum):
     NOT_NEGATIVE = 5
 
 
-INPUT_TERM_DTYPE = np.dtype(
-    [*((name, "i8") for name in ("kind", "input_index", "source_index")), *((name, "f8") for name in ("a", "b", "c"))]
-)
+INPUT_TERM_DTYPE = record_dtype("i8 kind input_index source_index", "f8 a b c")
 """One term of an input: kind, the input, the output row, lag or input that it comes from, and the coefficients a, b and c."""
 
-LAG_DTYPE = np.dtype([("input_index", "i8"), ("time_constant", "f8")])
+LAG_DTYPE = record_dtype("i8 input_index", "f8 time_constant")
 """One first-order lag: the input that it follows, and its time constant (s)."""
 
 
-@dataclass
-class InputTable:
-    """Inputs of a system in the order of their indices, the terms that depend on readings, and the lags.
+def make_input_terms(
+    output_names: Sequence[str], segments: Sequence[int], first_input: int, loads: Sequence[InputFunction], n_frictions: int
+) -> tuple[RecordArray, RecordArray, int]:
+    """Return the terms of loads that depend on readings, and their lags.
 
-    Attributes
+    Parameters
     ----------
     output_names
         Names of the outputs of the system.
     segments
         Segment of each table of a reading, in the order in which the tables are met.
-    functions
-        The inputs as functions of time.
-    terms
+    first_input
+        Index of the input of the first load.
+    loads
+        Loads, whose inputs follow each other.
+    n_frictions
+        How many of them, the last ones, are friction forces; these are never negative.
+
+    Returns
+    -------
+    terms : RecordArray
         Records of `INPUT_TERM_DTYPE`, in the order of their evaluation.
-    lags
+    lags : RecordArray
         Records of `LAG_DTYPE`.
+    n_inputs : int
+        Number of inputs behind those of the loads that factors and lags need; as functions of time these are zero.
     """
+    terms, products, frictions = (list[tuple[int, int, int, float, float, float]]() for _ in range(3))
+    lags, first_further_input, table_segments = list[tuple[int, float]](), first_input + len(loads), iter(segments)
+    further_inputs = count(first_further_input)
+    for index, load in enumerate(loads, start=first_input):
+        for position, function in enumerate((*load.functions, *load.factors)):
+            is_factor = position >= len(load.functions)
+            factor = target = next(further_inputs) if is_factor or function.lag else index
+            segment = next(table_segments) if isinstance(function, TableFunction) else 0
+            terms += _function_terms(function, target, output_names, segment)
+            if function.lag:
+                factor = next(further_inputs) if is_factor else index
+                terms.append((InputTermKind.LAG, factor, len(lags), 0.0, 0.0, 0.0))
+                lags.append((target, function.lag))
+            if is_factor:
+                products.append((InputTermKind.PRODUCT, index, factor, 0.0, 0.0, 0.0))
+        if index >= first_further_input - n_frictions and load.depends_on_readings:
+            frictions.append((InputTermKind.NOT_NEGATIVE, index, -1, 0.0, 0.0, 0.0))
+    records = np.array(terms + products + frictions, dtype=INPUT_TERM_DTYPE)
+    return records, np.array(lags, dtype=LAG_DTYPE), next(further_inputs) - first_further_input
 
-    output_names: Sequence[str]
-    segments: Sequence[int]
-    functions: list[InputFunction] = field(default_factory=list)
-    terms: list[tuple[int, int, int, float, float, float]] = field(default_factory=list)
-    lags: list[tuple[int, float]] = field(default_factory=list)
 
-    def add_terms(self, first_input: int, functions: Sequence[InputFunction], n_frictions: int) -> None:
-        """Add the terms of inputs; inputs that factors and lags need are added behind all others.
-
-        Parameters
-        ----------
-        first_input
-            Index of the first of them.
-        functions
-            The inputs.
-        n_frictions
-            How many of them, the last ones, are friction forces; these are never negative.
-        """
-        n_tables, next_input, products = 0, first_input + len(functions), list[tuple[int, int, int, float, float, float]]()
-        for index, load in enumerate(functions, start=first_input):
-            for position, function in enumerate((*load.functions, *load.factors)):
-                is_factor, target = position >= len(load.functions), index
-                if is_factor or function.lag:
-                    target, next_input = next_input, next_input + 1
-                    self.functions.append(InputFunction())
-                segment = self.segments[n_tables] if isinstance(function, TableFunction) else 0
-                n_tables += isinstance(function, TableFunction)
-                self.terms += self._terms(function, target, segment)
-                if function.lag:
-                    self.lags.append((target, function.lag))
-                    source = len(self.lags) - 1
-                    if is_factor:
-                        target, next_input = next_input, next_input + 1
-                        self.functions.append(InputFunction())
-                    self.terms.append((InputTermKind.LAG, target if is_factor else index, source, 0.0, 0.0, 0.0))
-                if is_factor:
-                    products.append((InputTermKind.PRODUCT, index, target, 0.0, 0.0, 0.0))
-        self.terms += products
-        frictions = list(enumerate(functions, start=first_input))[len(functions) - n_frictions :]
-        self.terms += [(InputTermKind.NOT_NEGATIVE, index, -1, 0.0, 0.0, 0.0) for index, load in frictions if load.depends_on_readings]
-
-    def _terms(self, function: ReadingFunction, target: int, segment: int) -> Iterator[tuple[int, int, int, float, float, float]]:
-        """Yield the terms of a function of a reading."""
-        name, is_rate = output_of_reading(function.reading)
-        source, kind = self.output_names.index(name), InputTermKind.RATE if is_rate else InputTermKind.VALUE
-        match function:
-            case LinearFunction():
-                yield kind, target, source, function.gain, function.about, 0.0
-            case TableFunction():
-                yield kind, target, source, *_table_segment(function, segment)
-            case HarmonicFunction():
-                for order, cosine, sine in function.harmonics:
-                    yield InputTermKind.HARMONIC, target, source, cosine, sine, order
+def _function_terms(
+    function: ReadingFunction, target: int, output_names: Sequence[str], segment: int
+) -> Iterator[tuple[int, int, int, float, float, float]]:
+    """Yield the terms of a function of a reading, on a segment if it is a table."""
+    name, is_rate = output_of_reading(function.reading)
+    source, kind = output_names.index(name), InputTermKind.RATE if is_rate else InputTermKind.VALUE
+    match function:
+        case LinearFunction():
+            yield kind, target, source, function.gain, function.about, 0.0
+        case TableFunction():
+            yield kind, target, source, *_table_segment(function, segment)
+        case HarmonicFunction():
+            for order, cosine, sine in function.harmonics:
+                yield InputTermKind.HARMONIC, target, source, cosine, sine, order
 
 
 def output_of_reading(reading: str) -> tuple[str, bool]:
@@ -132,12 +120,12 @@ def output_of_reading(reading: str) -> tuple[str, bool]:
 
 def _table_segment(table: TableFunction, segment: int) -> tuple[float, float, float]:
     """Return slope, position and value of a segment of a table; the first and the last segment are constant."""
-    if segment == 0:
-        return 0.0, table.positions[0], table.values[0]
-    if segment == len(table.positions):
-        return 0.0, table.positions[-1], table.values[-1]
-    (low, high), (value, next_value) = list(pairwise(table.positions))[segment - 1], list(pairwise(table.values))[segment - 1]
-    return (next_value - value) / (high - low), low, value
+    positions, values = table.positions, table.values
+    if not 0 < segment < len(positions):
+        end = min(segment, len(positions) - 1)
+        return 0.0, positions[end], values[end]
+    low, value = positions[segment - 1], values[segment - 1]
+    return (values[segment] - value) / (positions[segment] - low), low, value
 
 
 def evaluate_reading_function(function: ReadingFunction, value: float) -> float:

@@ -5,16 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from governor_mechanism.mechanics.dynamics import lowering
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_accelerations
-from governor_mechanism.mechanics.dynamics.lowering import (
-    System,
-    SystemWorkspace,
-    constraint_row_order,
-    from_mass_centres,
-    make_system,
-    make_system_workspace,
-)
+from governor_mechanism.mechanics.dynamics.lowering import System
 from governor_mechanism.mechanics.kinematics.constraint_kernels import rotate_vector_jit
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
@@ -76,35 +70,35 @@ def compute_inverse_dynamics(
     indices = {mode: np.flatnonzero([other == mode for other in modes]) for mode in dict.fromkeys(modes)}
     parts = [_compute_in_mode(scene, mode, times[i], poses[i], velocities[i], lags[i]) for mode, i in indices.items()]
     time_order = np.argsort(np.concatenate(list(indices.values())))
-    names = ("accelerations", "joint_forces", "pivot_ratios", "power")
-    return InverseDynamics(*(np.concatenate([getattr(part, name) for part in parts])[time_order] for name in names))
+    return InverseDynamics(*(np.concatenate(values)[time_order] for values in zip(*(vars(part).values() for part in parts), strict=True)))
 
 
 def _compute_in_mode(
     scene: Scene, mode: ContactMode | None, times: FloatArray, poses: FloatArray, velocities: FloatArray, lags: FloatArray
 ) -> InverseDynamics:
     """Return the inverse dynamics at times that share one contact mode."""
-    system, time_functions = make_system(scene, mode)
+    system, time_functions = lowering.make_system(scene, mode)
     input_cubics = stack_local_cubics(time_functions, times)
-    origin_poses, origin_velocities = from_mass_centres(system, poses, velocities)
+    origin_poses, origin_velocities = lowering.from_mass_centres(system, poses, velocities)
     origin_accelerations, row_forces, pivot_ratios, power = _evaluate_along_motion(
-        system, make_system_workspace(system), input_cubics, origin_poses, origin_velocities, np.ascontiguousarray(lags)
+        system, lowering.make_system_workspace(system), input_cubics, origin_poses, origin_velocities, np.ascontiguousarray(lags)
     )
-    row_order = constraint_row_order(scene, mode)
+    row_order = lowering.constraint_row_order(scene, mode)
     n_joint_rows = len(row_order) - sum(value is not None for value in mode.held_values) if mode else len(row_order)
     ordered_forces = np.empty_like(row_forces)
     ordered_forces[:, row_order] = row_forces
-    return InverseDynamics(
-        _mass_centre_accelerations(system, origin_poses, origin_velocities, origin_accelerations),
-        ordered_forces[:, :n_joint_rows],
-        pivot_ratios,
-        power,
-    )
+    accelerations = _mass_centre_accelerations(system, origin_poses, origin_velocities, origin_accelerations)
+    return InverseDynamics(accelerations, ordered_forces[:, :n_joint_rows], pivot_ratios, power)
 
 
 @jit
 def _evaluate_along_motion(
-    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, poses: FloatArray, velocities: FloatArray, lags: FloatArray
+    system: System,
+    workspace: lowering.SystemWorkspace,
+    input_cubics: FloatArray,
+    poses: FloatArray,
+    velocities: FloatArray,
+    lags: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return accelerations of the body origins, forces of the constraint rows, pivot ratios and power at all times."""
     rows, n_times = system.constraint_rows, poses.shape[0]

@@ -7,29 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.mechanics.dynamics import contacts, output_forces
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.constraint_solver import bandwidth_reducing_order, find_coupled_rows
-from governor_mechanism.mechanics.dynamics.contacts import (
-    ContactMode,
-    active_forces_of,
-    contacts_of,
-    initial_mode,
-    loads_of,
-    once_per_scene,
-    one_sided_forces_of,
-    reading_functions_of,
-    reading_tables_of,
-)
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, once_per_scene
 from governor_mechanism.mechanics.dynamics.force_elements import make_force_element_table
-from governor_mechanism.mechanics.dynamics.inputs import INPUT_TERM_DTYPE, LAG_DTYPE, InputTable, output_of_reading
-from governor_mechanism.mechanics.dynamics.output_forces import (
-    EVENT_FUNCTION_DTYPE,
-    MAX_COEFFICIENTS,
-    OUTPUT_FORCE_DTYPE,
-    SLIDING_FRICTION,
-    EventFunctionKind,
-    output_force_record,
-)
+from governor_mechanism.mechanics.dynamics.inputs import make_input_terms, output_of_reading
+from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import CONSTANT_PARAMETER, make_output_rows
@@ -40,18 +24,13 @@ from governor_mechanism.model.mechanism import Body, Mechanism, Shaft
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion, TableFunction
-from governor_mechanism.types import FloatArray, IntArray, RecordArray
+from governor_mechanism.types import FloatArray, IntArray, RecordArray, record_dtype
 
-BODY_DTYPE = np.dtype([*((name, "f8") for name in ("mass", "x", "y", "xx", "yy", "xy", "zz", "gravity")), ("plane", "i8")])
+BODY_DTYPE = record_dtype("f8 mass x y xx yy xy zz gravity", "i8 plane")
 """One body: mass (kg), mass centre relative to the origin in body axes (m), second moments about the mass centre (kg m2), gravitational
 acceleration (m/s2), and the plane whose centrifugal forces it carries, or -1."""
 
-PLANE_DTYPE = np.dtype(
-    [
-        *((name, "i8") for name in ("shaft", "input_index", "has_reaction")),
-        *((name, "f8") for name in ("ratio", "amplitude", "cycles_per_turn")),
-    ]
-)
+PLANE_DTYPE = record_dtype("i8 shaft input_index has_reaction", "f8 ratio amplitude cycles_per_turn")
 """One plane with centrifugal forces: body that it turns with, or -1, and then the input of its given speed; whether its bodies act on the
 shaft; ratio of its speed to that of shaft or input; relative amplitude of a fluctuation of the given speed and its cycles per turn."""
 
@@ -215,23 +194,18 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     rows.table["drive"] += np.where(rows.table["drive"] >= 0, len(speeds), 0)
     row_pairs = find_coupled_rows(rows.row_bodies)
     first_load = len(speeds) + len(constraint_table.motions)
-    loads, n_element_loads = loads_of(scene), len(make_force_element_table(mechanism, origins, 0)[1])
-    table = InputTable(output_names, mode.segments)
-    table.add_terms(first_load, loads, len(loads) - n_element_loads)
-    bodies, (inertia, stand_in_inertia) = _make_body_records(scene, origins), _make_inertia(mechanism, origins)
-    first_friction_input = first_load + n_element_loads
-    inputs: list[InputFunction | PrescribedMotion] = [
-        *(speed.speed_function for speed in speeds),
-        *constraint_table.motions,
-        *loads,
-        *table.functions,
-    ]
+    loads, (force_elements, element_loads) = contacts.loads_of(scene), make_force_element_table(mechanism, origins, first_load)
+    n_frictions, first_friction_input = len(loads) - len(element_loads), first_load + len(element_loads)
+    input_terms, lags, n_further_inputs = make_input_terms(output_names, mode.segments, first_load, loads, n_frictions)
+    inputs: list[InputFunction | PrescribedMotion] = [speed.speed_function for speed in speeds]
+    inputs += [*constraint_table.motions, *loads, *(InputFunction(),) * n_further_inputs]
+    inertia, stand_in_inertia = _make_inertia(mechanism, origins)
     system = System(
         constraint_rows=rows,
-        force_elements=make_force_element_table(mechanism, origins, first_load)[0],
+        force_elements=force_elements,
         row_pairs=row_pairs,
         bandwidth=int(np.max(row_pairs[:, 0] - row_pairs[:, 1], initial=0)),
-        bodies=bodies,
+        bodies=_make_body_records(scene, origins),
         inverse_mass=np.divide(1.0, inertia + stand_in_inertia, out=np.zeros_like(inertia), where=inertia + stand_in_inertia > 0),
         stand_in_inertia=stand_in_inertia,
         has_stand_in_inertia=bool(stand_in_inertia.any()),
@@ -239,8 +213,8 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
         output_rows=output_rows,
         output_forces=_make_output_forces(scene, mode, first_friction_input),
         event_functions=_make_event_functions(scene, mode, first_friction_input, held_rows),
-        input_terms=np.array(table.terms, dtype=INPUT_TERM_DTYPE),
-        lags=np.array(table.lags, dtype=LAG_DTYPE),
+        input_terms=input_terms,
+        lags=lags,
         n_inputs=len(inputs),
         first_friction_input=first_friction_input,
     )
@@ -310,7 +284,7 @@ def forced_output_names(scene: Scene) -> list[str]:
     list[str]
         Names in the order of the output rows of a system.
     """
-    functions = reading_functions_of(scene)
+    functions = contacts.reading_functions_of(scene)
     return list(
         dict.fromkeys([effect.reading for effect in scene.output_effects] + [output_of_reading(one.reading)[0] for one in functions])
     )
@@ -329,7 +303,7 @@ def count_output_forces(system: System) -> IntArray:
     IntArray
         Number of forces by law, in the order of `FORCE_LAWS`, then of sliding frictions; shape (laws + 1,).
     """
-    return np.bincount(system.output_forces["law"], minlength=SLIDING_FRICTION + 1)
+    return np.bincount(system.output_forces["law"], minlength=output_forces.SLIDING_FRICTION + 1)
 
 
 def constraint_row_order(scene: Scene, mode: ContactMode | None = None) -> IntArray:
@@ -361,13 +335,15 @@ def _make_holding_rows(scene: Scene, mode: ContactMode, output_rows: ConstraintR
 def _make_output_forces(scene: Scene, mode: ContactMode, friction_input: int) -> RecordArray:
     """Return the output forces in a mode; `friction_input` is the index of the first friction input."""
     output_names = forced_output_names(scene)
-    records = [output_force_record(effect, output_names.index(effect.reading)) for effect in active_forces_of(scene, mode)]
+    records = [
+        output_forces.output_force_record(effect, output_names.index(effect.reading)) for effect in contacts.active_forces_of(scene, mode)
+    ]
     for contact, sign in zip(contacts_of(scene), mode.sliding_signs, strict=True):
         if sign:
-            coefficients = (float(sign), *(0.0,) * (MAX_COEFFICIENTS - 1))
-            records.append((SLIDING_FRICTION, output_names.index(contact.output_name), True, friction_input, coefficients))
+            coefficients = (float(sign), *(0.0,) * (output_forces.MAX_COEFFICIENTS - 1))
+            records.append((output_forces.SLIDING_FRICTION, output_names.index(contact.output_name), True, friction_input, coefficients))
         friction_input += contact.friction is not None
-    return np.array(records, dtype=OUTPUT_FORCE_DTYPE)
+    return np.array(records, dtype=output_forces.OUTPUT_FORCE_DTYPE)
 
 
 def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, held_rows: IntArray) -> RecordArray:
@@ -381,8 +357,8 @@ def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, 
     length_scale, mass = mechanism.length_scale, sum(body.mass for body in mechanism.bodies)
     tolerances = {name: EVENT_ROUNDING_RATIO * mechanism.output_scale(name) for name in output_names}
     force_tolerance = EVENT_ROUNDING_RATIO * mass * length_scale / time**2
-    contacts = contacts_of(scene)
-    for contact_index, (contact, held, sign) in enumerate(zip(contacts, mode.held_values, mode.sliding_signs, strict=True)):
+    states = zip(contacts_of(scene), mode.held_values, mode.sliding_signs, strict=True)
+    for contact_index, (contact, held, sign) in enumerate(states):
         name, output_index = contact.output_name, output_names.index(contact.output_name)
         friction_index = friction_input if contact.friction is not None else -1
         friction_input += contact.friction is not None
@@ -400,15 +376,15 @@ def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, 
         for direction, bound in ((1.0, contact.high), (-1.0, -contact.low)):
             if np.isfinite(bound):
                 records.append((EventFunctionKind.VALUE, output_index, direction, bound, tolerances[name], -1, contact_index))
-    one_sided = () if mode.is_locked else one_sided_forces_of(scene)
-    for contact_index, (effect, taut) in enumerate(zip(one_sided, mode.taut, strict=False), start=len(contacts)):
+    one_sided = () if mode.is_locked else contacts.one_sided_forces_of(scene)
+    for contact_index, (effect, taut) in enumerate(zip(one_sided, mode.taut, strict=False), start=len(mode.held_values)):
         direction, name = (-1.0 if taut else 1.0), effect.reading
         threshold, tolerance = direction * effect.slack_below, tolerances[name]
         records.append((EventFunctionKind.VALUE, output_names.index(name), direction, threshold, tolerance, -1, contact_index))
-    first_table = len(contacts) + len(mode.taut)
-    for contact_index, (table, segment) in enumerate(zip(reading_tables_of(scene), mode.segments, strict=True), start=first_table):
+    first_table = len(mode.held_values) + len(mode.taut)
+    for contact_index, (table, segment) in enumerate(zip(contacts.reading_tables_of(scene), mode.segments, strict=True), start=first_table):
         records += _table_event_functions(table, segment, contact_index, output_names, tolerances, time)
-    return np.array(records, dtype=EVENT_FUNCTION_DTYPE)
+    return np.array(records, dtype=output_forces.EVENT_FUNCTION_DTYPE)
 
 
 def _table_event_functions(

@@ -13,7 +13,7 @@ from governor_mechanism.mechanics.dynamics.inputs import output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.numerics.jit import jit_closure, jit_internal
-from governor_mechanism.types import FloatArray, RecordArray
+from governor_mechanism.types import FloatArray, RecordArray, record_dtype
 
 MAX_COEFFICIENTS = 4
 """Largest number of coefficients of a force law along an output."""
@@ -76,13 +76,7 @@ class EventFunctionKind(IntEnum):
     FORCE = 2
 
 
-EVENT_FUNCTION_DTYPE = np.dtype(
-    [
-        *((name, "i8") for name in ("kind", "source_index")),
-        *((name, "f8") for name in ("sign", "threshold", "tolerance")),
-        *((name, "i8") for name in ("input_index", "contact_index")),
-    ]
-)
+EVENT_FUNCTION_DTYPE = record_dtype("i8 kind source_index", "f8 sign threshold tolerance", "i8 input_index contact_index")
 """One event function g = sign * quantity - threshold - input. An event is an upward zero crossing of g.
 
 source_index: the output row, or for a force the constraint row that holds the output. tolerance: rounding level

@@ -8,33 +8,13 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.kinematics.constraint_kernels import (
-    CONSTRAINT_ROW_DTYPE,
-    N_ROW_PARAMETERS,
-    ConstraintRows,
-    RowKind,
-    evaluate_gamma,
-    evaluate_jacobian,
-    evaluate_residuals,
-)
+from governor_mechanism.mechanics.kinematics import constraint_kernels
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowKind
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
+from governor_mechanism.model import joints
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
-from governor_mechanism.model.joints import (
-    ArcSlot,
-    CurveSlot,
-    Distance,
-    Gear,
-    Joint,
-    Pin,
-    Prismatic,
-    ProportionalDisplacement,
-    RackAndPinion,
-    RotationalDriver,
-    Slider,
-    TranslationalDriver,
-    Weld,
-)
+from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
@@ -58,26 +38,26 @@ class ConstraintRow:
 def _constraint_rows(joint: Joint, length_scale: float) -> list[ConstraintRow]:
     """Return the constraint rows of a joint; `length_scale` (m) converts angles to lengths."""
     match joint:
-        case Pin():
+        case joints.Pin():
             return _coincidence_rows()
-        case Weld():
+        case joints.Weld():
             return [*_coincidence_rows(), _relative_angle_row(joint.relative_angle, length_scale)]
-        case Distance() | ArcSlot():
-            return [ConstraintRow(RowKind.DISTANCE, (joint.length if isinstance(joint, Distance) else joint.radius,))]
-        case Prismatic():  # a kind of slider
+        case joints.Distance() | joints.ArcSlot():
+            return [ConstraintRow(RowKind.DISTANCE, (joint.length if isinstance(joint, joints.Distance) else joint.radius,))]
+        case joints.Prismatic():  # a kind of slider
             return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,)), _relative_angle_row(joint.relative_angle, length_scale)]
-        case Slider() | CurveSlot():
-            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,), curve=joint.curve if isinstance(joint, CurveSlot) else None)]
-        case Gear():
+        case joints.Slider() | joints.CurveSlot():
+            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,), curve=joint.curve if isinstance(joint, joints.CurveSlot) else None)]
+        case joints.Gear():
             angle_terms = -length_scale * joint.ratio, length_scale, length_scale * joint.offset
             return [ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 0.0, *angle_terms))]
-        case RackAndPinion():
+        case joints.RackAndPinion():
             return [ConstraintRow(RowKind.FIXED_DIRECTION, (*_direction(joint.angle), -joint.radius, 0.0, joint.offset))]
-        case ProportionalDisplacement():
+        case joints.ProportionalDisplacement():
             return [ConstraintRow(RowKind.FIXED_DIRECTION, (*_direction(joint.angle), 0.0, 0.0, joint.offset, 1.0 - joint.ratio))]
-        case RotationalDriver():
+        case joints.RotationalDriver():
             return [_relative_angle_row(0.0, length_scale, joint.motion)]
-        case TranslationalDriver():
+        case joints.TranslationalDriver():
             return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle - math.pi / 2,), joint.motion)]
     raise TypeError(f"no constraint equations are defined for joints of type {type(joint).__name__}")
 
@@ -139,13 +119,13 @@ def make_constraint_table(mechanism: Mechanism, origins: Origins | None = None) 
         for row in _constraint_rows(joint, mechanism.length_scale)
         if not _is_trivially_satisfied(mechanism, joint, row)
     ]
-    table, curve_segments, n_segments = np.zeros(len(entries), dtype=CONSTRAINT_ROW_DTYPE), [np.zeros((0, 2))], 0
+    table, curve_segments, n_segments = np.zeros(len(entries), dtype=constraint_kernels.CONSTRAINT_ROW_DTYPE), [np.zeros((0, 2))], 0
     motions: list[PrescribedMotion] = []
     for i, (_, joint, row) in enumerate(entries):
         segments = curve_segments[0] if row.curve is None else make_curve_segments(row.curve)
         drive = -1 if row.motion is None else len(motions)
         points = attachment_fields(mechanism, joint.first, joint.second, origins or {})
-        parameters = row.parameters + (0.0,) * (N_ROW_PARAMETERS - len(row.parameters))
+        parameters = row.parameters + (0.0,) * (constraint_kernels.N_ROW_PARAMETERS - len(row.parameters))
         table[i] = (row.kind, *points, *parameters, row.drive_scale, drive, n_segments, len(segments))
         curve_segments.append(segments)
         n_segments += len(segments)
@@ -253,18 +233,18 @@ class ConstraintEquations:
 
     def residuals(self, poses: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
         """Return the signed residuals (m); shape (..., rows)."""
-        result = evaluate_residuals(self._rows, _flatten_poses(poses), self._prescribed_motion_per_pose(poses, times))
+        result = constraint_kernels.evaluate_residuals(self._rows, _flatten_poses(poses), self._prescribed_motion_per_pose(poses, times))
         return result.reshape(*poses.shape[:-2], len(self.joint_indices))
 
     def jacobian(self, poses: FloatArray) -> FloatArray:
         """Return the derivatives of the residuals with respect to the poses, m/m and m/rad; shape (..., rows, bodies, 3)."""
-        result = evaluate_jacobian(self._rows, _flatten_poses(poses))
+        result = constraint_kernels.evaluate_jacobian(self._rows, _flatten_poses(poses))
         return result.reshape(*poses.shape[:-2], len(self.joint_indices), *poses.shape[-2:])
 
     def gamma(self, poses: FloatArray, velocities: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
         """Return the right-hand side of J * accelerations = gamma (m/s2); shape (..., rows)."""
         drive_values = self._prescribed_motion_per_pose(poses, times)
-        result = evaluate_gamma(self._rows, _flatten_poses(poses), _flatten_poses(velocities), drive_values)
+        result = constraint_kernels.evaluate_gamma(self._rows, _flatten_poses(poses), _flatten_poses(velocities), drive_values)
         return result.reshape(*poses.shape[:-2], len(self.joint_indices))
 
     def largest_gap(self, poses: FloatArray, time: float = 0.0) -> tuple[Joint, float]:

@@ -14,7 +14,7 @@ import numpy as np
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_motion
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.numerics.jit import jit, jit_internal
-from governor_mechanism.types import FloatArray, IntArray, RecordArray
+from governor_mechanism.types import FloatArray, IntArray, RecordArray, record_dtype
 
 
 class RowKind(IntEnum):
@@ -41,12 +41,8 @@ class RowKind(IntEnum):
 N_ROW_PARAMETERS = 6
 """Number of parameters of a row, p0 to p5."""
 
-CONSTRAINT_ROW_DTYPE = np.dtype(
-    [
-        *((name, "i8") for name in ("kind", "first", "second")),
-        *((name, "f8") for name in ("x1", "y1", "x2", "y2", "p0", "p1", "p2", "p3", "p4", "p5", "drive_scale")),
-        *((name, "i8") for name in ("drive", "first_segment", "n_segments")),
-    ]
+CONSTRAINT_ROW_DTYPE = record_dtype(
+    "i8 kind first second", "f8 x1 y1 x2 y2 p0 p1 p2 p3 p4 p5 drive_scale", "i8 drive first_segment n_segments"
 )
 """One constraint row.
 

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.contacts import ContactColumn
 from governor_mechanism.mechanics.dynamics.inputs import InputTermKind, add_input_term
 from governor_mechanism.mechanics.dynamics.output_forces import evaluate_force_law
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed, evaluate_input
@@ -87,7 +86,7 @@ class ReducedModel(NamedTuple):
     parameters: FloatArray
     one_sided_springs: FloatArray
     output_forces: FloatArray
-    contacts: FloatArray
+    contacts: RecordArray
     shaft_torques: FloatArray
     shaft_outputs: FloatArray
     input_terms: RecordArray
@@ -244,7 +243,7 @@ def evaluate_acceleration(
             dissipated_power -= output_force[OutputForceColumn.DISSIPATES] * force * output_derivative * v
     for i in range(model.contacts.shape[0] if with_friction else 0):
         if mode[1 + i] != 0:
-            output_derivative = evaluate_table_output(model, piece, t, model.contacts[i, ContactColumn.OUTPUT])[1]
+            output_derivative = evaluate_table_output(model, piece, t, model.contacts[i].output_index)[1]
             force = mode[1 + i] * friction_limit(model, i)
             acceleration -= force * output_derivative * inverse_inertia
             dissipated_power += force * output_derivative * v
@@ -259,7 +258,7 @@ def evaluate_acceleration(
 @jit_internal
 def friction_limit(model: ReducedModel, k: int) -> float:
     """Return the friction force of a contact, or 0 without friction, from the inputs as last evaluated."""
-    friction_input = int(model.contacts[k, ContactColumn.FRICTION_INPUT])
+    friction_input = int(model.contacts[k].friction_input)
     return float(model.inputs[friction_input]) if friction_input >= 0 else 0.0
 
 
@@ -373,5 +372,5 @@ def evaluate_static_force(model: ReducedModel, piece: int, t: float, state: Floa
     acceleration = evaluate_acceleration(model, piece, t, 0.0, angle, speed, local_time, False, further_rates, 0)
     limit = 0.0
     for k in range(model.contacts.shape[0]):
-        limit += friction_limit(model, k) * abs(evaluate_table_output(model, piece, t, model.contacts[k, ContactColumn.OUTPUT])[1])
+        limit += friction_limit(model, k) * abs(evaluate_table_output(model, piece, t, model.contacts[k].output_index)[1])
     return acceleration / evaluate_piece(model.coefficients, piece, TableColumn.INVERSE_INERTIA, t), limit

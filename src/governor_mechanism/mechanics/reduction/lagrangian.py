@@ -13,14 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.dynamics import force_laws
 from governor_mechanism.mechanics.dynamics.contacts import output_forces_of, potential_derivatives
-from governor_mechanism.mechanics.dynamics.force_laws import (
-    gravitational_energy,
-    spindle_inertia,
-    spindle_inertia_rate,
-    spindle_inertia_second_derivative,
-    spring_force,
-)
 from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output
 from governor_mechanism.mechanics.kinematics.range_of_motion import RangeOfMotion, find_range_of_motion
@@ -178,9 +172,9 @@ class SingleDofReduction:
         for index, body in enumerate(self.mechanism.bodies):
             x, angle = poses[:, index, 0], poses[:, index, 2]
             moments, tangent = body.second_moments.in_plane, tangents[:, index]
-            total[0] += spindle_inertia(body.mass, *moments, body.second_moments.zz, x, angle)
-            total[1] += spindle_inertia_rate(body.mass, *moments, x, angle, tangent[:, 0], tangent[:, 2])
-            total[2] += spindle_inertia_second_derivative(body.mass, moments, x, angle, tangent, curvatures[:, index])
+            total[0] += force_laws.spindle_inertia(body.mass, *moments, body.second_moments.zz, x, angle)
+            total[1] += force_laws.spindle_inertia_rate(body.mass, *moments, x, angle, tangent[:, 0], tangent[:, 2])
+            total[2] += force_laws.spindle_inertia_second_derivative(body.mass, moments, x, angle, tangent, curvatures[:, index])
             magnitude += 2 * body.mass * self.mechanism.length_scale * np.abs(tangent[:, 0])
             magnitude += (abs(moments[1] - moments[0]) + 2 * abs(moments[2])) * np.abs(tangent[:, 2])
         total[1][np.abs(total[1]) < CANCELLATION_RATIO * magnitude] = 0.0
@@ -190,7 +184,7 @@ class SingleDofReduction:
         """Return the first two derivatives (2, n) of the potential along a path."""
         total = np.zeros((2, path.shape[1]))
         for index, body in enumerate(self.mechanism.bodies):
-            total += gravitational_energy(body.mass, self.scene.gravity, path[1:, :, index, 1])
+            total += force_laws.gravitational_energy(body.mass, self.scene.gravity, path[1:, :, index, 1])
         for element in self.mechanism.force_elements:
             total += self._element_potential(element, path)
         for effect in output_forces_of(self.scene):
@@ -204,7 +198,7 @@ class SingleDofReduction:
         if isinstance(element, Spring | TorsionSpring):
             displacement = self._output_derivatives(element.displacement, path)
             displacement[1:] = np.where(np.isnan(displacement[1]), 0.0, displacement[1:])  # coincident points: no line of action
-            force = spring_force(element.stiffness, element.free_displacement, displacement[0])
+            force = force_laws.spring_force(element.stiffness, element.free_displacement, displacement[0])
             return _derivatives_along_path(force, element.stiffness, displacement)
         if isinstance(element, Torque):
             return -_initial_value(element.moment) * self._output_derivatives(element.displacement, path)[1:]

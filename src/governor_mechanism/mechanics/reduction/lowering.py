@@ -9,7 +9,7 @@ import numpy as np
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of, loads_of, make_contact_table, one_sided_forces_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.force_elements import ForceElementKind, make_force_element_table
-from governor_mechanism.mechanics.dynamics.inputs import INPUT_TERM_DTYPE, InputTable
+from governor_mechanism.mechanics.dynamics.inputs import make_input_terms
 from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
 from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, OUTPUT_FORCE_DTYPE, output_force_record
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
@@ -41,7 +41,7 @@ class ReducedForces(NamedTuple):
     output_forces
         Force laws that the table does not contain, by `OutputForceColumn`; shape (n, 8).
     contacts
-        As made by `make_contact_table`; shape (n, 6).
+        Records of `CONTACT_DTYPE`; shape (contacts,).
     shaft_torques
         Input of each torque on the shaft, and its ratio to the shaft; shape (n, 2).
     shaft_outputs
@@ -55,7 +55,7 @@ class ReducedForces(NamedTuple):
     parameters: FloatArray
     one_sided_springs: FloatArray
     output_forces: FloatArray
-    contacts: FloatArray
+    contacts: RecordArray
     shaft_torques: FloatArray
     shaft_outputs: FloatArray
     input_terms: RecordArray
@@ -143,8 +143,12 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
     rows = np.concatenate([joint_rows.table, output_rows.table[-1:]])
     all_elements, element_inputs = make_force_element_table(scene.mechanism, {}, 1)
     force_elements, shaft_elements = _split_by_part(all_elements, scene, prefix, part, train)
-    springs, dampers, programmed_force_elements = _split_force_elements(force_elements)
-    program_indices = np.unique([programmed_force_elements[name] for name in ("input_index", "input_index_y")]).astype(np.int64)
+    has_potential = np.isin(force_elements["kind"], (ForceElementKind.SPRING, ForceElementKind.TORSION_SPRING))
+    has_program = force_elements["input_index"] >= 0
+    programmed = force_elements[has_program]
+    program_indices = np.unique([programmed[name] for name in ("input_index", "input_index_y")]).astype(np.int64)
+    tabulated = [effect for effect in output_forces_of(scene) if _is_tabulated(effect)]
+    tabulated_forces = [output_force_record(effect, names.index(effect.reading)) for effect in tabulated]
     low, high = _coordinate_bounds(mechanism)
     has_centrifugal_forces = plane is not None and plane.is_loaded
     is_steady = not (plane and plane.shaft) and spindle.speed_function.is_constant and not spindle.speed_fluctuation
@@ -157,13 +161,13 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
         mass=np.array([m for b in mechanism.bodies for m in (b.mass, b.mass, b.second_moments.xx + b.second_moments.yy)]),
         bodies=np.array([make_body_record(body, part.gravity, has_centrifugal_forces - 1) for body in mechanism.bodies], dtype=BODY_DTYPE),
         has_centrifugal_forces=has_centrifugal_forces,
-        springs=springs,
-        dampers=dampers,
-        programmed_force_elements=programmed_force_elements,
+        springs=force_elements[has_potential],
+        dampers=force_elements[~has_potential & ~has_program],
+        programmed_force_elements=programmed,
         program_indices=program_indices[program_indices >= 0],
         output_rows=ConstraintRows(output_rows.table[:-1], output_rows.row_bodies[:-1], output_rows.curve_segments),
         output_scales=np.array([scene.mechanism.output_scale(name) for name in names]),
-        output_springs=_tabulated_forces(scene, names),
+        output_springs=np.array(tabulated_forces, dtype=OUTPUT_FORCE_DTYPE),
         limits=np.array([(names.index(prefix + limit.reading), limit.low, limit.high) for limit in limits]).reshape(-1, 3),
         steady_speed=abs(spindle.speeds[0]) if is_steady else -1.0,
         coordinate_scale=mechanism.output_scale(mechanism.coordinate),
@@ -174,9 +178,9 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
         full_turn=math.tau if mechanism.reading(mechanism.coordinate).quantity == "angle" else 0.0,
         is_conservative=is_steady and not scene.mechanism.force_elements and not scene.output_effects and not train.motion,
     )
-    loads, table = loads_of(scene), InputTable([*names, *shaft_angles], ())
-    table.add_terms(1, loads, len(loads) - len(element_inputs))
-    inputs = (spindle.speed_function, *loads, *table.functions)
+    loads = loads_of(scene)
+    input_terms, _, n_further_inputs = make_input_terms([*names, *shaft_angles], (), 1, loads, len(loads) - len(element_inputs))
+    inputs = (spindle.speed_function, *loads, *(InputFunction(),) * n_further_inputs)
     one_sided_springs = [
         (names.index(one.reading), one.slack_below, scene.mechanism.output_scale(one.reading)) for one in one_sided_forces_of(scene)
     ]
@@ -187,7 +191,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
         contacts=make_contact_table(scene, names, 1 + len(element_inputs)),
         shaft_torques=np.array([(index, ratio) for index, ratio, _ in shaft_elements if index >= 0]).reshape(-1, 2),
         shaft_outputs=np.array(list(shaft_angles.values())).reshape(-1, 2),
-        input_terms=np.array(table.terms, dtype=INPUT_TERM_DTYPE),
+        input_terms=input_terms,
         inputs=np.zeros(len(inputs)),
     )
     return arrays, forces, inputs
@@ -210,16 +214,6 @@ def _split_by_part(
     return own, list(zip(records["input_index"].tolist(), ratios, records["coefficient"].tolist(), strict=True))
 
 
-def _split_force_elements(force_elements: RecordArray) -> tuple[RecordArray, RecordArray, RecordArray]:
-    """Return the force elements with a potential, those that damp, and those with a time function."""
-    has_potential = (force_elements["kind"] == ForceElementKind.SPRING) | (force_elements["kind"] == ForceElementKind.TORSION_SPRING)
-    return (
-        force_elements[has_potential],
-        force_elements[~has_potential & (force_elements["input_index"] < 0)],
-        force_elements[force_elements["input_index"] >= 0],
-    )
-
-
 def _coordinate_bounds(mechanism: Mechanism) -> tuple[float, float]:
     coordinate_scale = mechanism.output_scale(mechanism.coordinate)
     coordinate_limits = [limit for limit in mechanism.limits if limit.reading == mechanism.coordinate]
@@ -230,12 +224,6 @@ def _coordinate_bounds(mechanism: Mechanism) -> tuple[float, float]:
 def _is_tabulated(effect: OutputForce) -> bool:
     """Return whether the table contains a force along an output: it depends on the coordinate alone, and smoothly."""
     return not effect.dissipates and effect.slack_below == -math.inf
-
-
-def _tabulated_forces(scene: Scene, names: list[str]) -> RecordArray:
-    """Return the forces along outputs that the table contains."""
-    records = [output_force_record(effect, names.index(effect.reading)) for effect in output_forces_of(scene) if _is_tabulated(effect)]
-    return np.array(records, dtype=OUTPUT_FORCE_DTYPE)
 
 
 def _output_forces(scene: Scene, names: list[str]) -> FloatArray:

@@ -8,7 +8,7 @@ from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunc
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import make_node_workspace
 from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
-from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, TableAction, allocate_table, evaluate_poses, grow_table
+from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, allocate_table, evaluate_poses, grow_table
 from governor_mechanism.mechanics.reduction.table_refinement import extend_table
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
@@ -18,10 +18,6 @@ BOUND_TOLERANCE = 1e-3
 
 INITIAL_TABLE_CAPACITY = 32
 """Number of pieces allocated at first."""
-
-
-NO_POSES = np.zeros((0, 3))
-"""Empty poses for actions that do not read them."""
 
 
 class MotionTable:
@@ -62,11 +58,11 @@ class MotionTable:
         self.arrays, self.forces, inputs = lower_reduced_scene(scene)
         self.time_functions = tuple(map(CubicTimeFunction, inputs))
         self._workspace = make_node_workspace(self.arrays)
-        self.table = allocate_table(self.arrays, INITIAL_TABLE_CAPACITY)
+        self.table = allocate_table(self.arrays, INITIAL_TABLE_CAPACITY, q, poses)
         self.table.next_widths[:] *= width_ratio
         self.setup_time = 0.0
         """Wall time spent on the table, s."""
-        self.is_started = self._extend_table(TableAction.START, q, poses) == ExtensionStatus.PIECE_ADDED and self.extend(1)
+        self.is_started = self.extend(1)
         self.setup_time = time.perf_counter() - start_time
 
     @property
@@ -77,15 +73,12 @@ class MotionTable:
     def extend(self, side: int) -> bool:
         """Add a piece below (0) or above (1); return whether that was possible."""
         start_time = time.perf_counter()
-        status = self._extend_table(side)
+        status = extend_table(self.arrays, self._workspace, self.table, side)
         if status == ExtensionStatus.TABLE_FULL:
             self.table = grow_table(self.table)
-            status = self._extend_table(side)
+            status = extend_table(self.arrays, self._workspace, self.table, side)
         self.setup_time += time.perf_counter() - start_time
         return status != ExtensionStatus.TABLE_ENDED
-
-    def _extend_table(self, action: int, q: float = 0.0, poses: FloatArray = NO_POSES) -> ExtensionStatus:
-        return extend_table(self.arrays, self._workspace, self.table, int(action), q, poses)  # an enum member would compile it again
 
     def end_coordinate(self, side: int) -> float:
         """Return the coordinate at which the table ends below (0) or above (1): its bound, or the end of the last piece."""
@@ -113,7 +106,5 @@ class MotionTable:
 
     def evaluate_poses(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return poses and their derivative (n, bodies, 3) at tabulated values (n,) of the coordinate."""
-        flat_poses = np.empty((2, len(values), len(self.arrays.pose_scales)))
-        evaluate_poses(self.table, np.ascontiguousarray(values), flat_poses[0], flat_poses[1])
-        poses, tangents = flat_poses.reshape(2, len(values), len(self.arrays.bodies), 3)
+        poses, tangents = evaluate_poses(self.table, np.ascontiguousarray(values))
         return poses, tangents

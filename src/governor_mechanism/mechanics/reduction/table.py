@@ -15,14 +15,6 @@ INITIAL_PIECE_WIDTH = 0.1
 """Width of the first piece that is tried, in coordinate scales."""
 
 
-class TableAction(IntEnum):
-    """What `extend_table` does: add a piece on a side, or start the table."""
-
-    BELOW = 0
-    ABOVE = 1
-    START = 2
-
-
 class ExtensionStatus(IntEnum):
     """Result of `extend_table`."""
 
@@ -93,7 +85,7 @@ class PiecewiseTable(NamedTuple):
     initial_node: FloatArray
 
 
-def allocate_table(arrays: ReductionArrays, capacity: int) -> PiecewiseTable:
+def allocate_table(arrays: ReductionArrays, capacity: int, q: float, poses: FloatArray) -> PiecewiseTable:
     """Allocate an empty table.
 
     Parameters
@@ -102,6 +94,10 @@ def allocate_table(arrays: ReductionArrays, capacity: int) -> PiecewiseTable:
         The lowered mechanism.
     capacity
         Number of pieces.
+    q
+        Leading coordinate at which the table starts, SI.
+    poses
+        Poses near that start; shape (bodies, 3).
 
     Returns
     -------
@@ -109,7 +105,7 @@ def allocate_table(arrays: ReductionArrays, capacity: int) -> PiecewiseTable:
         A table without pieces.
     """
     n_columns, n_bodies = count_columns(arrays), len(arrays.bodies)
-    return PiecewiseTable(
+    table = PiecewiseTable(
         intervals=np.zeros((capacity, 4)),
         neighbours=np.full((capacity, 2), -1, dtype=np.int64),
         coefficients=np.zeros((capacity, n_columns, N_CHEBYSHEV_NODES)),
@@ -118,21 +114,20 @@ def allocate_table(arrays: ReductionArrays, capacity: int) -> PiecewiseTable:
         end_pieces=np.zeros(2, dtype=np.int64),
         end_reasons=np.zeros(2, dtype=np.int64),
         next_widths=np.full(2, INITIAL_PIECE_WIDTH * arrays.coordinate_scale),
-        periodicity=np.array([0.0, 0.0, 1.0, 0.0, 0.0]),
+        periodicity=np.array([0.0, q, 1.0, 0.0, 0.0]),
         pose_increment=np.zeros(3 * n_bodies),
         column_scales=np.zeros(n_columns),
         node_scales=np.zeros((2, 3 * n_bodies)),
         initial_node=np.zeros((3, 3 * n_bodies)),
     )
+    table.intervals[0, :2], table.initial_node[0] = q, poses.ravel()
+    return table
 
 
 def grow_table(table: PiecewiseTable) -> PiecewiseTable:
-    """Return the table with twice the capacity."""
-    grown = {}
-    for name in ("intervals", "neighbours", "coefficients", "nodes"):
-        old = getattr(table, name)
-        grown[name] = np.concatenate([old, np.full_like(old, -1 if name == "neighbours" else 0)])
-    return table._replace(**grown)
+    """Return the table with twice the capacity; pieces that are added overwrite the copies."""
+    names = ("intervals", "neighbours", "coefficients", "nodes")
+    return table._replace(**{name: np.concatenate([getattr(table, name)] * 2) for name in names})
 
 
 def count_columns(arrays: ReductionArrays) -> int:
@@ -186,8 +181,8 @@ def find_piece(intervals: FloatArray, neighbours: IntArray, periodicity: FloatAr
 
 
 @jit
-def evaluate_poses(table: PiecewiseTable, values: FloatArray, poses: FloatArray, tangents: FloatArray) -> None:
-    """Evaluate poses and their derivative by barycentric interpolation.
+def evaluate_poses(table: PiecewiseTable, values: FloatArray) -> FloatArray:
+    """Return poses and their derivative by the coordinate, by barycentric interpolation.
 
     Parameters
     ----------
@@ -195,12 +190,13 @@ def evaluate_poses(table: PiecewiseTable, values: FloatArray, poses: FloatArray,
         The table; it must cover the values.
     values
         Leading coordinate, SI; shape (n,).
-    poses
-        Filled with the poses; shape (n, 3 bodies).
-    tangents
-        Filled with their derivatives by the coordinate; shape (n, 3 bodies).
+
+    Returns
+    -------
+    FloatArray
+        Poses, then derivatives; shape (2, n, bodies, 3).
     """
-    weights, piece = np.empty(N_CHEBYSHEV_NODES), 0
+    weights, piece, result = np.empty(N_CHEBYSHEV_NODES), 0, np.empty((2, values.size, table.pose_increment.size))
     for i in range(values.size):
         piece, t, _ = find_piece(table.intervals, table.neighbours, table.periodicity, values[i], piece)
         barycentric_weights(t, weights)
@@ -210,4 +206,5 @@ def evaluate_poses(table: PiecewiseTable, values: FloatArray, poses: FloatArray,
             for k in range(N_CHEBYSHEV_NODES):
                 pose += weights[k] * table.nodes[piece, k, 0, c]
                 tangent += weights[k] * table.nodes[piece, k, 1, c]
-            poses[i, c], tangents[i, c] = pose + n_periods * table.pose_increment[c], tangent
+            result[0, i, c], result[1, i, c] = pose + n_periods * table.pose_increment[c], tangent
+    return result.reshape((2, values.size, table.pose_increment.size // 3, 3))

@@ -9,15 +9,9 @@ import math
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowKind
-from governor_mechanism.mechanics.reduction.node_evaluation import (
-    NodeWorkspace,
-    ReductionArrays,
-    TableColumn,
-    evaluate_columns,
-    is_on_branch,
-    solve_position,
-)
-from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, PiecewiseTable, TableAction
+from governor_mechanism.mechanics.reduction import node_evaluation
+from governor_mechanism.mechanics.reduction.node_evaluation import NodeWorkspace, ReductionArrays, TableColumn
+from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, PiecewiseTable
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
 from governor_mechanism.numerics.jit import jit, jit_internal
 from governor_mechanism.types import FloatArray
@@ -50,12 +44,8 @@ TABLE_CLOSURE_TOLERANCE = 1e-8
 
 
 @jit
-def extend_table(
-    arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, action: int, q: float, poses: FloatArray
-) -> ExtensionStatus:
-    """Add the next piece to a table, or find the node at which it starts.
-
-    One entry point from Python serves all actions, because each entry point compiles all that it calls.
+def extend_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, side: int) -> ExtensionStatus:
+    """Add the next piece to a table; before the first one, find the node at which the table starts.
 
     Parameters
     ----------
@@ -65,34 +55,28 @@ def extend_table(
         Buffers of the node evaluation.
     table
         The table; changed in place.
-    action
-        A `TableAction`: first the start, then the side of each new piece.
-    q
-        Leading coordinate of the start, SI; only read with `TableAction.START`.
-    poses
-        Poses near the start; shape (bodies, 3); only read with `TableAction.START`.
+    side
+        Side of the new piece: 0 below, 1 above.
 
     Returns
     -------
     ExtensionStatus
         Whether a piece was added.
     """
-    if action == TableAction.START:
-        return ExtensionStatus.PIECE_ADDED if _start_table(arrays, workspace, table, q, poses) else ExtensionStatus.TABLE_ENDED
-    return _add_piece(arrays, workspace, table, action)
+    if table.n_pieces[0] == 0 and not _start_table(arrays, workspace, table):
+        return ExtensionStatus.TABLE_ENDED
+    return _add_piece(arrays, workspace, table, side)
 
 
 @jit_internal
-def _start_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, q: float, poses: FloatArray) -> bool:
-    node, columns = np.zeros((3, arrays.pose_scales.size)), np.zeros(table.column_scales.size)
-    node[0] = poses.ravel()
-    table.intervals[0, 0] = table.intervals[0, 1] = table.periodicity[1] = q
-    if not solve_position(arrays, workspace, q, node):
+def _start_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable) -> bool:
+    """Solve the initial node of a table and set the scales from it; return whether that was possible."""
+    node, columns = table.initial_node, np.zeros(table.column_scales.size)
+    if not node_evaluation.solve_position(arrays, workspace, table.intervals[0, 0], node):
         table.end_reasons[:] = EndReason.AT_SINGULARITY
         return False
-    evaluate_columns(arrays, workspace, node, columns)
+    node_evaluation.evaluate_columns(arrays, workspace, node, columns)
     _set_scales(arrays, table, node, columns)
-    table.initial_node[:] = node
     table.periodicity[4] = workspace.min_pivot[0]
     return True
 
@@ -217,11 +201,11 @@ def _fill_piece(
         q_node = middle + half * CHEBYSHEV_NODES[k]
         _extrapolate_poses(arrays, node, node_before, q, q_before, q_node, table.nodes[piece, k])
         guess = table.nodes[piece, k, 0].copy()
-        is_solved = solve_position(arrays, workspace, q_node, table.nodes[piece, k])
-        if not (is_solved and is_on_branch(arrays, table.nodes[piece, k, 0], guess)):
+        is_solved = node_evaluation.solve_position(arrays, workspace, q_node, table.nodes[piece, k])
+        if not (is_solved and node_evaluation.is_on_branch(arrays, table.nodes[piece, k, 0], guess)):
             return math.inf, 0.0
         min_pivot = min(min_pivot, workspace.min_pivot[0])
-        evaluate_columns(arrays, workspace, table.nodes[piece, k], columns)
+        node_evaluation.evaluate_columns(arrays, workspace, table.nodes[piece, k], columns)
         values[:, k] = columns
         node_before[:], q_before = node, q
         node[:], q = table.nodes[piece, k], q_node
