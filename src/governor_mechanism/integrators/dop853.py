@@ -13,7 +13,8 @@ from governor_mechanism.integrators.event_location import LAST_SAMPLE, NO_EVENT,
 from governor_mechanism.integrators.stages import END_STAGE, N_STAGES, Stages, StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import NODES
-from governor_mechanism.numerics.jit import jit_closure, jit_inline_closure, jit_internal
+from governor_mechanism.numerics.array_copy import copy_array
+from governor_mechanism.numerics.jit import jit_allocating_closure, jit_closure, jit_inline_closure, jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
 STALL_WINDOW_STEPS, MIN_PROGRESS_RATIO = 2000, 1e-6
@@ -233,13 +234,13 @@ def make_dop853(functions: EquationFunctions[Equation]) -> Integration[Equation]
             n_reached, output_quality = write_outputs(equation, stages, time_origin, t, h, t_next, state, times, states, n_reached)
             if output_quality < 0.0:
                 return _domain_status(output_quality), step, n_reached, t
-            state[:n_integrated] = stages.next_state[:n_integrated]
-            stages.derivatives[:, 0] = stages.next_derivative[:, 0]
+            copy_array(state[:n_integrated], stages.next_state[:n_integrated])
+            copy_array(stages.derivatives[:, 0], stages.next_derivative[:, 0])
             t = t_next
             if fraction <= 1.0:
                 return IntegrationStatus.EVENT, step, n_reached, t
             if has_events:
-                buffers.event_values[0] = buffers.event_values[LAST_SAMPLE]
+                copy_array(buffers.event_values[0], buffers.event_values[LAST_SAMPLE])
             step_factor = min(6.0, max(0.3, 0.9 * max(error, 1e-30) ** -0.125))
             step = max(step, h * step_factor) if is_last else h * step_factor  # the last step may be cut very short
             n_stiff, n_calm = (n_stiff + 1, 0) if is_stiff else (0 if n_calm + 1 >= N_NONSTIFF_STEPS else n_stiff, n_calm + 1)
@@ -314,7 +315,7 @@ def _make_finish(functions: EquationFunctions[Equation]) -> Callable[..., tuple[
     """
     take_step, finish_step, evaluate_events = functions.take_step, functions.finish_step, functions.evaluate_events
     evaluate_after_fraction = jit_closure(event_location.make_trial_evaluation(take_step, finish_step, evaluate_events))
-    locate_first_event = jit_inline_closure(event_location.make_event_location(evaluate_after_fraction, functions.sample_events))
+    locate_first_event = jit_allocating_closure(event_location.make_event_location(evaluate_after_fraction, functions.sample_events))
 
     def finish_to_event(
         equation: Equation, buffers: StepBuffers, local_time: float, h: float, local_end: float, state: FloatArray, lowest_quality: float

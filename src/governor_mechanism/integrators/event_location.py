@@ -10,6 +10,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from governor_mechanism.integrators.stages import Stages
+from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit_inline_closure, jit_internal
 from governor_mechanism.types import BoolArray, FloatArray
 
@@ -103,7 +104,7 @@ def make_trial_evaluation(
 
     def evaluate_after_fraction(equation: Equation, step: EventStep, fraction: float, values: FloatArray) -> None:
         trial, local_end = step.trial_stages, step.local_time + fraction * step.h
-        trial.derivatives[:, 0] = step.stages.derivatives[:, 0]
+        copy_array(trial.derivatives[:, 0], step.stages.derivatives[:, 0])
         quality = take_step(equation, step.local_time, fraction * step.h, step.state, trial)
         values[:] = INACTIVE_EVENT_VALUE
         if quality >= 0.0:
@@ -213,11 +214,11 @@ def _make_location_in_bracket(
         equation: Equation, step: EventStep, event_values: FloatArray, low: float, high: float, trial_values: FloatArray
     ) -> float:
         at_event, rising = event_values[LAST_SAMPLE], trial_values > 0.0
-        at_event[:] = trial_values
+        copy_array(at_event, trial_values)
         if low > 0.0:
             evaluate_after_fraction(equation, step, low, trial_values)
         else:
-            trial_values[:] = event_values[0]
+            copy_array(trial_values, event_values[0])
         fraction, max_value = high, _max_rising_value(trial_values, rising)
         for halving in range(MAX_ARMING_BISECTIONS):
             is_past_start = halving > 0 or low > 0.0

@@ -8,6 +8,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from governor_mechanism.integrators.tableau import DENSE_WEIGHTS, ERROR_3, ERROR_5, FIRST_NONZERO_STAGE, NODES, STAGES
+from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
@@ -127,7 +128,7 @@ def make_take_step(
             combine_stages(stages, state, stage, h, n_components, result)
             quality = min(quality, evaluate(equation, local_time + NODES[stage] * h, result, stages.derivatives, stage))
             if quality < 0.0:
-                stages.end[:] = result
+                copy_array(stages.end, result)
                 break
         return quality
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from governor_mechanism.numerics.jit import jit_internal
+from governor_mechanism.numerics.jit import jit_allocating, jit_internal
 from governor_mechanism.types import FloatArray
 
 MIN_BAND_PIVOT_RATIO = 1e-12
@@ -77,7 +77,7 @@ def solve_band_system(band: FloatArray, factor: FloatArray, vector: FloatArray) 
     return 0.0
 
 
-@jit_internal
+@jit_allocating
 def _solve_least_norm(band: FloatArray, vector: FloatArray) -> None:
     """Replace vector by the least-norm solution of a singular band system."""
     n_rows, bandwidth = band.shape[0], band.shape[1] - 1

@@ -7,7 +7,7 @@ relative to the middle of the piece, -1 to 1.
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from governor_mechanism.numerics.jit import jit_inline, jit_internal
+from governor_mechanism.numerics.jit import jit_allocating, jit_inline, jit_internal
 from governor_mechanism.types import FloatArray
 
 N_CHEBYSHEV_NODES = 12
@@ -36,7 +36,7 @@ Its rounding error stays small, because the high Chebyshev coefficients of a goo
 """
 
 
-@jit_internal
+@jit_allocating
 def fit_piece(values: FloatArray, coefficients: FloatArray) -> tuple[float, bool]:
     """Fit a polynomial to values at the nodes.
 

@@ -45,17 +45,30 @@ def _make_decorator(**options: Any) -> Callable[[CompiledFunction], CompiledFunc
     return decorate
 
 
-jit = _make_decorator(cache=True)
+jit = _make_decorator(cache=True, _nrt=True)
 """Compile a function and keep it in the cache."""
-jit_internal = _make_decorator(cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-"""The same for a function that only compiled functions call: without a wrapper for Python it compiles in half the time."""
+jit_in_place = _make_decorator(cache=True, _nrt=False)
+"""Compile a function that Python calls and that only changes its arguments, under the conditions of `jit_internal`."""
+jit_internal = _make_decorator(cache=True, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+"""Compile a function that only compiled functions call, without a wrapper for Python and without reference counts.
+
+Counting the references to the arrays of its arguments would cost several times the arithmetic of a short function. Such a function
+must not allocate arrays (the compiler refuses it), nor return any, nor call a function that returns one.
+"""
+jit_allocating = _make_decorator(cache=True, _nrt=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+"""The same with reference counts, for a function that allocates arrays or gets them from other functions.
+
+They are requested explicitly, because numba lets a function inherit the setting of its first caller.
+"""
 jit_inline = _make_decorator(cache=True, inline="always")
-"""The same for a function that is inlined in each caller, because a call with many arrays costs as much as a joint."""
-jit_closure = _make_decorator(no_cpython_wrapper=True, no_cfunc_wrapper=True)
-"""Compile a closure over compiled functions that only compiled functions call.
+"""Compile a function that is inlined in each caller."""
+jit_closure = _make_decorator(_nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+"""Compile a closure over compiled functions like `jit_internal`.
 
 The cache cannot hold it, but holds its callers, which contain it.
 """
+jit_allocating_closure = _make_decorator(_nrt=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+"""The same for a closure that allocates arrays."""
 jit_inline_closure = _make_decorator(inline="always", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 """The same for a closure that is inlined in its only caller.
 

@@ -10,9 +10,10 @@ from governor_mechanism.mechanics.dynamics import equations_of_motion
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
+from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.hermite import interpolate_quintic_hermite
-from governor_mechanism.numerics.jit import jit, jit_closure, jit_inline_closure, jit_internal
+from governor_mechanism.numerics.jit import jit_allocating, jit_closure, jit_in_place, jit_inline_closure, jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
 SINGULAR_CONSTRAINT_TOLERANCE_RATIO = 1e-3
@@ -34,6 +35,8 @@ class MultibodyEquation(NamedTuple):
         Largest constraint violation left by the projection, m.
     derivative
         Buffer; shape (components,).
+    projected_state
+        Buffer; shape (components,).
     counts
         Counters, indexed by `StepCounter`.
     """
@@ -43,6 +46,7 @@ class MultibodyEquation(NamedTuple):
     input_cubics: FloatArray
     constraint_tolerance: float
     derivative: FloatArray
+    projected_state: FloatArray
     counts: IntArray
 
 
@@ -66,9 +70,10 @@ def _evaluate(equation: MultibodyEquation, local_time: float, state: FloatArray,
         equation.counts[StepCounter.EVALUATIONS] += 1
         if is_projected or not 0.0 < pivot_ratio < NEAR_SINGULAR_QUALITY:
             break
-        state, is_projected = state.copy(), True
+        copy_array(equation.projected_state, state)
+        state, is_projected = equation.projected_state, True
         _project_to(equation, local_time, state, SINGULAR_CONSTRAINT_TOLERANCE_RATIO)
-    derivatives[:, k] = equation.derivative
+    copy_array(derivatives[:, k], equation.derivative)
     return pivot_ratio
 
 
@@ -77,7 +82,7 @@ _take_step = jit_closure(make_take_step(_evaluate))
 
 @jit_internal
 def _finish_step(equation: MultibodyEquation, local_time: float, quality: float, stages: Stages) -> float:
-    stages.next_state[:] = stages.end
+    copy_array(stages.next_state, stages.end)
     is_regular = quality > NEAR_SINGULAR_QUALITY
     _project_to(equation, local_time, stages.next_state, 1.0 if is_regular else SINGULAR_CONSTRAINT_TOLERANCE_RATIO)
     return _evaluate(equation, local_time, stages.next_state, stages.next_derivative, 0)
@@ -104,7 +109,7 @@ def _evaluate_events(equation: MultibodyEquation, local_time: float, state: Floa
     equations_of_motion.evaluate_event_functions(equation.system, equation.workspace, state, event_values)
 
 
-@jit_internal
+@jit_allocating
 def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float, event_values: FloatArray) -> None:
     """Evaluate the event functions at a fraction of the step, on the quintic interpolant of the poses."""
     stages, event_functions = step.stages, equation.system.event_functions
@@ -123,7 +128,7 @@ _integrate = jit_inline_closure(
 )
 
 
-@jit
+@jit_in_place
 def integrate_multibody(
     equation: MultibodyEquation,
     buffers: StepBuffers,

@@ -217,7 +217,7 @@ class ExplicitRun:
         self.states[: self.n_filled] = state
         self.contact_modes = [context.scene_contacts.mode] * self.n_filled if context.scene_contacts else []
         self._last_event_time, self._n_simultaneous = -np.inf, 0
-        self._derivative = np.empty(state.size)
+        self._buffers = np.empty(state.size), np.empty(state.size)
         self.counts = np.zeros(len(StepCounter), dtype=np.int64)
         self.output_force_counts = np.zeros(SLIDING_FRICTION + 1, dtype=np.int64)
         """Evaluations of output forces by law, as in `count_output_forces`; sticking friction is not evaluated."""
@@ -253,7 +253,7 @@ class ExplicitRun:
         n_states, event_tolerances = len(self.state), system.event_functions["tolerance"].copy()
         buffers = make_step_buffers(n_states, n_states, context.error_scale, event_tolerances, self.counts)
         cubics, gap = context.input_cubics(self.time), context.constraint_tolerance
-        equation = MultibodyEquation(system, workspace, cubics, gap, self._derivative, self.counts)
+        equation = MultibodyEquation(system, workspace, cubics, gap, *self._buffers, self.counts)
         limits, outputs = self._limits._replace(step=self.step, max_step=max_step), self.states[rows]
         status, self.step, n_reached, self.time = integrate_multibody(
             equation, buffers, (self.time, end), self._output_times[rows], self.state, limits, outputs

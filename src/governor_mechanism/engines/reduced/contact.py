@@ -20,7 +20,7 @@ from governor_mechanism.mechanics.reduction.lowering import ForceParameter, Redu
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.chebyshev import evaluate_piece
-from governor_mechanism.numerics.jit import jit_internal
+from governor_mechanism.numerics.jit import jit_allocating, jit_internal
 from governor_mechanism.types import FloatArray
 
 
@@ -34,7 +34,7 @@ class ReducedState(NamedTuple):
     state: FloatArray
 
 
-@jit_internal
+@jit_allocating
 def evaluate_reduced_contacts(place: ReducedState) -> ContactDynamics:
     """Return the motion of the outputs with contacts or one-sided springs."""
     model, piece, t, rate = place.model, place.piece, place.t, place.state[1]
@@ -77,10 +77,10 @@ def apply_reduced_impulses(place: ReducedState, dynamics: ContactDynamics, impul
     state[StateIndex.DISSIPATED_ENERGY] += dissipated_energy
 
 
-change_contact_states = jit_internal(make_transition(evaluate_reduced_contacts, apply_reduced_impulses))
+change_contact_states = jit_allocating(make_transition(evaluate_reduced_contacts, apply_reduced_impulses))
 
 
-@jit_internal
+@jit_allocating
 def apply_transition(
     model: equation_of_motion.ReducedModel,
     time: float,

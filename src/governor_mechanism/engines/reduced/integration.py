@@ -18,9 +18,10 @@ from governor_mechanism.mechanics.reduction.equation_of_motion import StateIndex
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter, ReducedForces
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable, find_piece
+from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import evaluate_piece_inline
 from governor_mechanism.numerics.hermite import quintic_hermite_jit
-from governor_mechanism.numerics.jit import jit, jit_closure, jit_inline_closure, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_closure, jit_in_place, jit_inline_closure, jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
 MAX_SIMULTANEOUS_REDUCED_EVENTS = 40
@@ -163,7 +164,7 @@ _EQUATION = dop853.EquationFunctions(_evaluate, _take_step, _finish_step, _proje
 _integrate_to_event = jit_inline_closure(dop853.make_dop853(_EQUATION))
 
 
-@jit
+@jit_in_place
 def integrate_reduced(
     equation: ReducedEquation,
     buffers: dop853.StepBuffers,
@@ -195,7 +196,7 @@ def integrate_reduced(
         if not is_held:
             counts[StepCounter.MOVING_EVALUATIONS] += END_STAGE * (counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED] - n_steps)
         for row in range(n_reached, n_reached + n_new):
-            modes[row] = mode
+            copy_array(modes[row], mode)
         n_reached += n_new
         if status != IntegrationStatus.EVENT:
             return status, step, n_reached, segment_end

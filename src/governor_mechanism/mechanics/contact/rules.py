@@ -11,7 +11,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.contact import tolerances
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
-from governor_mechanism.numerics.jit import jit, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_allocating, jit_internal
 from governor_mechanism.types import BoolArray, FloatArray, IntArray, RecordArray
 
 HELD = 2
@@ -215,7 +215,7 @@ def solve_forces(dynamics: ContactDynamics, is_constrained: BoolArray, right_han
     return forces
 
 
-@jit_internal
+@jit_allocating
 def evaluate_forces(dynamics: ContactDynamics, states: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return the contact forces in given states, and the accelerations of the outputs with them."""
     forces = np.zeros(states.size)
@@ -227,7 +227,7 @@ def evaluate_forces(dynamics: ContactDynamics, states: IntArray) -> tuple[FloatA
     return forces, dynamics.accelerations + multiply(dynamics.compliance, forces)
 
 
-@jit_internal
+@jit_allocating
 def multiply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
     """Return a small matrix times a vector, without a call of BLAS."""
     product: FloatArray = np.sum(matrix * vector, axis=1)
@@ -289,7 +289,7 @@ def _list_candidates(dynamics: ContactDynamics, k: int, is_released: bool, candi
     return n_candidates
 
 
-@jit_internal
+@jit_allocating
 def _compute_violation(dynamics: ContactDynamics, states: IntArray) -> float:
     """Return the largest violation of the complementarity conditions, relative to the scales of force and acceleration."""
     forces, accelerations = evaluate_forces(dynamics, states)

@@ -15,8 +15,9 @@ from governor_mechanism.mechanics.dynamics.lowering import PlaneColumn, System, 
 from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind, add_output_forces
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_drives, evaluate_rows, rotate_vector_jit
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed
+from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
-from governor_mechanism.numerics.jit import jit, jit_inline, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_allocating, jit_inline, jit_internal
 from governor_mechanism.types import FloatArray, RecordArray
 
 centrifugal_force_jit = jit_internal(force_laws.centrifugal_force)
@@ -118,7 +119,7 @@ def _solve_with_stand_ins(system: System, workspace: SystemWorkspace, forces: Fl
     return pivot_ratio
 
 
-@jit_internal
+@jit_allocating
 def _remove_stand_in_inertia(
     system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray
 ) -> None:
@@ -187,7 +188,7 @@ def evaluate_plane_motion(
 @jit_inline
 def update_inverse_mass(system: System, workspace: SystemWorkspace) -> None:
     """Set the inverse masses of the workspace; a shaft gets the inertia of its plane, unless the system keeps its angle."""
-    workspace.inverse_mass[:] = system.inverse_mass
+    copy_array(workspace.inverse_mass, system.inverse_mass)
     for p in range(system.planes.size):
         shaft = system.planes[p].shaft
         if system.planes[p].has_reaction and system.inverse_mass[shaft, 2] > 0.0:

@@ -13,7 +13,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_motion
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
-from governor_mechanism.numerics.jit import jit, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_allocating, jit_internal
 from governor_mechanism.types import FloatArray, IntArray, RecordArray, record_dtype
 
 
@@ -265,7 +265,7 @@ def evaluate_gamma(rows: ConstraintRows, poses: FloatArray, velocities: FloatArr
     return _evaluate_column(rows, poses, velocities, drive_values, RowColumn.GAMMA)
 
 
-@jit_internal
+@jit_allocating
 def _evaluate_column(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray, column: int) -> FloatArray:
     """Return one column of the row values at many states; shape (n, rows)."""
     n_rows = rows.table.size

@@ -12,7 +12,7 @@ from governor_mechanism.mechanics.reduction.lowering import ForceParameter, Outp
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable
 from governor_mechanism.numerics.chebyshev import evaluate_piece, evaluate_piece_derivative
-from governor_mechanism.numerics.jit import jit_internal
+from governor_mechanism.numerics.jit import jit_allocating, jit_internal
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
 
@@ -343,7 +343,7 @@ def evaluate_output_second_derivative(model: ReducedModel, piece: int, t: float,
     return float(evaluate_piece_derivative(model.coefficients, piece, column, t) * model.intervals[piece, 3])
 
 
-@jit_internal
+@jit_allocating
 def evaluate_static_force(model: ReducedModel, piece: int, t: float, state: FloatArray, local_time: float) -> tuple[float, float]:
     """Evaluate the generalised force at zero rate without friction, and the one up to which friction can hold the mechanism.
 

@@ -15,7 +15,7 @@ from governor_mechanism.mechanics.dynamics.inputs import output_rate
 from governor_mechanism.mechanics.dynamics.lowering import N_PLANE_COLUMNS, PlaneColumn
 from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, evaluate_rows
-from governor_mechanism.numerics.jit import jit, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_allocating, jit_internal
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
 MAX_NODE_NEWTON_STEPS = 16
@@ -265,7 +265,7 @@ def _fill_scaled_jacobian(arrays: ReductionArrays, workspace: NodeWorkspace) -> 
                 dense_row[3 * body : 3 * body + 3] = 0.0
 
 
-@jit_internal
+@jit_allocating
 def solve_position(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, node: FloatArray) -> bool:
     """Solve for the poses node[0] at a value of the coordinate from a guess; fill in their two derivatives."""
     rows, row_scales = arrays.constraint_rows, arrays.row_scales
@@ -302,7 +302,7 @@ def solve_position(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, 
     return True
 
 
-@jit_internal
+@jit_allocating
 def is_on_branch(arrays: ReductionArrays, poses: FloatArray, guess: FloatArray) -> bool:
     """Return whether solved poses (3 bodies,) are so near to their guess that they belong to the same branch."""
     return bool(np.all(np.abs(poses - guess) < MAX_NODE_BRANCH_DISTANCE * arrays.pose_scales))
@@ -393,7 +393,7 @@ def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: Fl
 
 @jit_internal
 def _project_on_tangent(forces: FloatArray, tangent: FloatArray) -> float:
-    total, flat_forces = 0.0, forces.ravel()
+    total = 0.0
     for k in range(tangent.size):
-        total += flat_forces[k] * tangent[k]
+        total += forces[k // 3, k % 3] * tangent[k]
     return total

@@ -13,7 +13,7 @@ from governor_mechanism.mechanics.reduction import node_evaluation
 from governor_mechanism.mechanics.reduction.node_evaluation import NodeWorkspace, ReductionArrays, TableColumn
 from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, PiecewiseTable
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
-from governor_mechanism.numerics.jit import jit, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_allocating, jit_internal
 from governor_mechanism.types import FloatArray
 
 FIT_TOLERANCE = 1e-13
@@ -68,7 +68,7 @@ def extend_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piece
     return _add_piece(arrays, workspace, table, side)
 
 
-@jit_internal
+@jit_allocating
 def _start_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable) -> bool:
     """Solve the initial node of a table and set the scales from it; return whether that was possible."""
     node, columns = table.initial_node, np.zeros(table.column_scales.size)
@@ -81,7 +81,7 @@ def _start_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piece
     return True
 
 
-@jit_internal
+@jit_allocating
 def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray, columns: FloatArray) -> None:
     """Set the scales of columns and poses from the initial node."""
     column_scales, coordinate_scale, time_scale = table.column_scales, arrays.coordinate_scale, arrays.time_scale
@@ -176,7 +176,7 @@ def _reduce_rounding_by_resizing(
     return best
 
 
-@jit_internal
+@jit_allocating
 def _fill_piece(
     arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, piece: int, neighbour: int, start: float, end: float
 ) -> tuple[float, float]:
@@ -242,7 +242,7 @@ def _unwrap_line_angles(
                 last = values[column, k]
 
 
-@jit_internal
+@jit_allocating
 def _fit_residual(arrays: ReductionArrays, table: PiecewiseTable, piece: int, values: FloatArray) -> tuple[float, float]:
     worst, worst_rounding, unused_coefficients, column = (0.0, 0.0, np.empty(N_CHEBYSHEV_NODES), np.empty(N_CHEBYSHEV_NODES))
     for c in range(values.shape[0]):
@@ -289,7 +289,7 @@ def _limit_violation(arrays: ReductionArrays, table: PiecewiseTable, piece: int,
     return float(value - arrays.limits[limit, 2] if side_index == 1 else arrays.limits[limit, 1] - value)
 
 
-@jit_internal
+@jit_allocating
 def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
     """Make a table periodic whose ends meet; else let it continue for another turn."""
     low, high = table.end_pieces[0], table.end_pieces[1]
