@@ -12,18 +12,9 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.effect import Effect, OutputForce
 
-EFFECTS: tuple[type[Effect], ...] = (
-    Gravity,
-    Centrifugal,
-    RodMasses,
-    OutputSpring,
-    DryFriction,
-    Dashpot,
-    Stops,
-    Clearance,
-    CrankMasses,
-    BellCrankMasses,
-)
+EffectTypes = tuple[type[Effect], ...]
+
+EFFECTS: EffectTypes = (Gravity, Centrifugal, RodMasses, OutputSpring, DryFriction, Dashpot, Stops, Clearance, CrankMasses, BellCrankMasses)
 """All effects, in the order of reports."""
 
 EFFECT_TYPES = frozenset(EFFECTS)

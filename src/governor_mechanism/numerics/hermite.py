@@ -3,7 +3,6 @@
 from typing import Any
 
 from governor_mechanism.numerics.jit import jit_internal
-from governor_mechanism.types import FloatArray
 
 
 def cubic_hermite(start: Any, end: Any, start_derivative: Any, end_derivative: Any, length: Any, fraction: Any) -> Any:
@@ -92,11 +91,8 @@ def quintic_hermite(
         Interpolated rate.
     """
     c1, c2, p = h * start_rate, h * h * start_acceleration, fraction
-    value_residual, rate_residual, acceleration_residual = (
-        end - start - c1 - 0.5 * c2,
-        h * end_rate - c1 - c2,
-        h * h * end_acceleration - c2,
-    )
+    value_residual, rate_residual = end - start - c1 - 0.5 * c2, h * end_rate - c1 - c2
+    acceleration_residual = h * h * end_acceleration - c2
     c3 = 10 * value_residual - 4 * rate_residual + 0.5 * acceleration_residual
     c4 = -15 * value_residual + 7 * rate_residual - acceleration_residual
     c5 = 6 * value_residual - 3 * rate_residual + 0.5 * acceleration_residual
@@ -105,47 +101,3 @@ def quintic_hermite(
 
 
 quintic_hermite_jit = jit_internal(quintic_hermite)
-
-
-@jit_internal
-def interpolate_quintic_hermite(
-    state_start: FloatArray,
-    derivative_start: FloatArray,
-    state_end: FloatArray,
-    derivative_end: FloatArray,
-    n_coordinates: int,
-    h: float,
-    fraction: float,
-    result: FloatArray,
-) -> None:
-    """Interpolate a state within a step.
-
-    Coordinates and velocities follow the quintic Hermite polynomial through positions, velocities and accelerations at
-    both ends of the step. Auxiliary states are interpolated linearly.
-
-    Parameters
-    ----------
-    state_start
-        State at the start of the step: coordinates, velocities, auxiliary states.
-    derivative_start
-        Time derivative of that state.
-    state_end
-        State at the end of the step.
-    derivative_end
-        Time derivative of that state.
-    n_coordinates
-        Number of coordinates.
-    h
-        Step size, s.
-    fraction
-        Fraction of the step, 0 to 1.
-    result
-        Result: the state at that fraction.
-    """
-    for i in range(2 * n_coordinates, state_start.size):
-        result[i] = state_start[i] + fraction * (state_end[i] - state_start[i])
-    for i in range(n_coordinates):
-        k = n_coordinates + i
-        result[i], result[k] = quintic_hermite_jit(
-            state_start[i], state_start[k], derivative_start[k], state_end[i], state_end[k], derivative_end[k], h, fraction
-        )

@@ -9,7 +9,7 @@ import numpy as np
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_forces_of, potential_derivatives
 from governor_mechanism.mechanics.dynamics.force_elements import spring_potential_energy as spring_potential
-from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed, gravitational_energy, spindle_inertia, spindle_inertia_rate
+from governor_mechanism.mechanics.dynamics.force_laws import gravitational_energy, spindle_inertia, spindle_inertia_rate
 from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
@@ -162,7 +162,7 @@ class ReadingEvaluator:
         torque = CubicTimeFunction(spindle.torque)
         impulses = np.array([torque.integral(0.0, float(time)) for time in times])
         momentum = initial_inertia * (spindle.start_speed or 0.0) + impulses
-        speed = free_spindle_speed(momentum, spindle.inertia + self.evaluate_spindle_inertia(0, poses))
+        speed = momentum / (spindle.inertia + self.evaluate_spindle_inertia(0, poses))
         shaft_motion = np.zeros((2, len(poses), 1, 3))
         shaft_motion[:, :, 0, 2] = spindle_angle, speed
         return np.concatenate([poses, shaft_motion[0]], axis=1), np.concatenate([velocities, shaft_motion[1]], axis=1)

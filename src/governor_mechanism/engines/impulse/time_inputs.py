@@ -8,7 +8,6 @@ import numpy as np
 
 from governor_mechanism.engines.impulse.pymunk.applied_forces import StepInputs, lower_scene
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
-from governor_mechanism.mechanics.dynamics.force_laws import free_spindle_speed
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.part import FreeSpindle
@@ -127,7 +126,7 @@ class TimeInputs:
     def _advance_spindle(self, own_inertia: float, index: int) -> float:
         """Return the square of the free spindle's speed at the end of a step and add its angle by the trapezoidal rule."""
         momentum = self.spindle.angular_momentum + self._torque_impulses[index]
-        speed = float(free_spindle_speed(momentum, own_inertia + self._predict_inertia(self._h)))
+        speed = float(momentum / (own_inertia + self._predict_inertia(self._h)))
         angle = self.spindle.angle + 0.5 * self._h * (self.spindle.speed + speed)
         self.spindle = replace(self.spindle, angle=angle, speed=speed, angular_momentum=momentum)
         return speed**2

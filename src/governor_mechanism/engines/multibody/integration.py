@@ -12,8 +12,8 @@ from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspa
 from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
-from governor_mechanism.numerics.hermite import interpolate_quintic_hermite
-from governor_mechanism.numerics.jit import jit_allocating, jit_closure, jit_in_place, jit_inline_closure, jit_internal
+from governor_mechanism.numerics.hermite import quintic_hermite_jit
+from governor_mechanism.numerics.jit import jit_closure, jit_in_place, jit_inline_closure, jit_internal
 from governor_mechanism.types import FloatArray, IntArray
 
 SINGULAR_CONSTRAINT_TOLERANCE_RATIO = 1e-3
@@ -109,12 +109,16 @@ def _evaluate_events(equation: MultibodyEquation, local_time: float, state: Floa
     equations_of_motion.evaluate_event_functions(equation.system, equation.workspace, state, event_values)
 
 
-@jit_allocating
+@jit_internal
 def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float, event_values: FloatArray) -> None:
     """Evaluate the event functions at a fraction of the step, on the quintic interpolant of the poses."""
-    stages, event_functions = step.stages, equation.system.event_functions
-    sample, start, end = stages.stage_state, stages.derivatives[:, 0].copy(), stages.next_derivative[:, 0].copy()
-    interpolate_quintic_hermite(step.state, start, stages.next_state, end, 3 * equation.system.bodies.size, step.h, fraction, sample)
+    stages, event_functions, n_coordinates = step.stages, equation.system.event_functions, 3 * equation.system.bodies.size
+    start, end, sample = step.state, stages.next_state, stages.stage_state
+    for i in range(n_coordinates, 2 * n_coordinates):
+        k, acceleration, end_acceleration = i - n_coordinates, stages.derivatives[i, 0], stages.next_derivative[i, 0]
+        sample[k], sample[i] = quintic_hermite_jit(start[k], start[i], acceleration, end[k], end[i], end_acceleration, step.h, fraction)
+    for i in range(2 * n_coordinates, start.size):
+        sample[i] = start[i] + fraction * (end[i] - start[i])
     has_force_events = False
     for i in range(event_functions.size):
         has_force_events = has_force_events or event_functions[i].kind == EventFunctionKind.FORCE

@@ -196,24 +196,6 @@ def damper_force(damping: float, rate: Any) -> Any:
     return damping * rate
 
 
-def free_spindle_speed(momentum: Any, inertia: Any) -> Any:
-    """Return the speed of a free spindle from its angular momentum.
-
-    Parameters
-    ----------
-    momentum
-        Angular momentum, kg m2/s.
-    inertia
-        Total moment of inertia about the spindle axis, kg m2.
-
-    Returns
-    -------
-    Any
-        Spindle speed, rad/s.
-    """
-    return momentum / inertia
-
-
 def spindle_inertia_second_derivative(
     mass: float, second_moments: tuple[float, float, float], x: Any, angle: Any, tangent: Any, second_derivative: Any
 ) -> Any:

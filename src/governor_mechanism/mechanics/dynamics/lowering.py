@@ -321,12 +321,9 @@ def _row_order(rows: ConstraintRows, holding_rows: RecordArray) -> IntArray:
 def _make_holding_rows(scene: Scene, mode: ContactMode, output_rows: ConstraintRows) -> RecordArray:
     """Return the rows of the outputs that are held in a mode."""
     output_names = forced_output_names(scene)
-    held = [
-        (output_names.index(contact.output_name), value)
-        for contact, value in zip(contacts_of(scene), mode.held_values, strict=True)
-        if value is not None
-    ]
-    rows: RecordArray = output_rows.table[[index for index, _ in held]]
+    outputs = [output_names.index(contact.output_name) for contact in contacts_of(scene)]
+    held = [(output, value) for output, value in zip(outputs, mode.held_values, strict=True) if value is not None]
+    rows: RecordArray = output_rows.table[[output for output, _ in held]]
     for i, (_, value) in enumerate(held):
         rows[i][CONSTANT_PARAMETER[int(rows[i]["kind"])]] += value
     return rows

@@ -27,17 +27,10 @@ SLIDE_RULE_TOLERANCE = 1.0
 PAPER_GOVERNOR = PAPER_INPUTS.governor(angle=math.radians(132), sleeve_arm=0.170)
 """The governor of the paper's calculations, with bell cranks of 132 deg."""
 
-PRINTED_SPRING_FORCES = (
-    (92.0, 173.8, 199.8),
-    (100.0, 193.4, 210.4),
-    (106.0, 208.5, 226.5),
-    (114.0, 227.2, 247.2),
-    (122.0, 246.8, 267.8),
-    (130.0, 266.3, 288.3),
-    (138.0, 286.0, 309.0),
-    (144.0, 301.2, 325.2),
-    (152.0, 319.8, 345.8),
-)
+PRINTED_RADII = (92.0, 100.0, 106.0, 114.0, 122.0, 130.0, 138.0, 144.0, 152.0)
+PRINTED_LOW_FORCES = (173.8, 193.4, 208.5, 227.2, 246.8, 266.3, 286.0, 301.2, 319.8)
+PRINTED_HIGH_FORCES = (199.8, 210.4, 226.5, 247.2, 267.8, 288.3, 309.0, 325.2, 345.8)
+PRINTED_SPRING_FORCES = tuple(zip(PRINTED_RADII, PRINTED_LOW_FORCES, PRINTED_HIGH_FORCES, strict=True))
 """Table 2 of the paper: radius (mm), and the astatic spring force (kgf) at each of the two speeds."""
 
 COUNTER_EXAMPLE_FORCES = (189.0, 262.0, 335.0)
