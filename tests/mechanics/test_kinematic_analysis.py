@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import cmath
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,8 +12,8 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.joints import GROUND, Point
-from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle, FollowerHeight, LineAngle, PointCoordinate, PointDistance
 
 CRANK, ROD = 0.1, 0.3
 
@@ -87,6 +89,13 @@ def test_an_undetermined_motion_is_refused(name, over, values, sentence):
         gm.kinematics(name, over, values)
 
 
+HANGING_FOLLOWER = {
+    "top": Point(body=GROUND, x=0.1, y=0.9),
+    "knee": Point(body="b", x=0.2, y=-0.1),
+    "fraction": 0.6,
+    "guide_x": 0.2,
+    "length": 3.0,
+}
 READINGS = [
     LineAngle(name="r", quantity="angle", start=Point(body="a", x=0.2, y=0.1), end=Point(body="b", x=-0.3, y=0.2)),
     BodyAngle(name="r", quantity="angle", body="b", reference_body="a"),
@@ -100,16 +109,43 @@ READINGS = [
         direction_y=-0.8,
         origin=Point(body="a", x=0.1, y=-0.2),
     ),
-    PointCoordinate(name="r", quantity="length", point=Point(body=GROUND, x=1.0), direction_x=1.0, direction_y=0.0),
+    PointCoordinate(name="r", quantity="length", point=Point(body=GROUND, x=1.0), direction_x=1.0, direction_y=0.0, zero=0.3),
+    FollowerHeight(name="r", quantity="length", zero=0.2, **HANGING_FOLLOWER),
+    FollowerHeight(name="r", quantity="length", reference_point=Point(body="a", x=0.1, y=0.3), **HANGING_FOLLOWER),
 ]
 
 
-@pytest.mark.parametrize("reading", READINGS, ids=lambda reading: type(reading).__name__)
-def test_derivatives_of_a_reading(reading):
-    from governor_mechanism.model.mechanism import Body, SecondMoments
+def place(point, poses):
+    """Return the position of a point as a complex number."""
+    if point.body == GROUND:
+        return complex(point.x, point.y)
+    x, y, angle = poses["ab".index(point.body)]
+    return complex(x, y) + complex(point.x, point.y) * cmath.exp(1j * angle)
 
+
+def expected_value(reading, poses):
+    """Return the value of a reading from complex positions."""
+    match reading:
+        case LineAngle():
+            return cmath.phase(1j * (place(reading.end, poses) - place(reading.start, poses))) - reading.zero
+        case BodyAngle():
+            return poses[1][2] - poses[0][2]
+        case PointDistance():
+            return abs(place(reading.second, poses) - place(reading.first, poses))
+        case PointCoordinate():
+            turn = 1.0 if reading.origin.body == GROUND else cmath.exp(1j * poses[0][2])
+            direction = complex(reading.direction_x, reading.direction_y) * turn
+            return ((place(reading.point, poses) - place(reading.origin, poses)) * direction.conjugate()).real - reading.zero
+        case FollowerHeight():
+            hook = (1 - reading.fraction) * place(reading.top, poses) + reading.fraction * place(reading.knee, poses)
+            height = hook.imag - math.sqrt(reading.length**2 - (hook.real - reading.guide_x) ** 2)
+            return (height if reading.reference_point is None else place(reading.reference_point, poses).imag - height) - reading.zero
+
+
+def two_bodies(reading):
+    """Return two free bodies with one reading."""
     moments = SecondMoments(xx=1.0)
-    mechanism = Mechanism(
+    return Mechanism(
         bodies=(Body(name="a", mass=1.0, second_moments=moments), Body(name="b", mass=1.0, second_moments=moments)),
         joints=(),
         readings=(reading,),
@@ -117,6 +153,11 @@ def test_derivatives_of_a_reading(reading):
         length_scale=1.0,
         initial_guess=((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
     )
+
+
+@pytest.mark.parametrize("reading", READINGS, ids=lambda reading: type(reading).__name__)
+def test_value_and_derivatives_of_a_reading(reading):
+    mechanism = two_bodies(reading)
     random = np.random.default_rng(3)
     start, velocity, acceleration = (random.normal(size=(2, 3)) for _ in range(3))
 
@@ -127,8 +168,21 @@ def test_derivatives_of_a_reading(reading):
     first = (8 * (value(h) - value(-h)) - (value(2 * h) - value(-2 * h))) / (12 * h)
     second = (16 * (value(h) + value(-h)) - (value(2 * h) + value(-2 * h)) - 30 * value(0)) / (12 * h**2)
     result = evaluate_output(mechanism, "r", start, velocity)
+    assert value(0) == pytest.approx(expected_value(reading, start), abs=1e-14)  # rounding
     assert np.sum(result.gradient * velocity) == pytest.approx(first, abs=1e-10)
     assert np.sum(result.gradient * acceleration) + result.quadratic_velocity_term == pytest.approx(second, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("reading", "message"),
+    [
+        (replace(READINGS[4], direction_x=1.0), "reading 'r' has a direction, relative to a body, of length 1.28062; give a unit vector"),
+        (replace(READINGS[6], top=Point(body="a")), "whose top is on body 'a'; the top must be on the ground"),
+    ],
+)
+def test_readings_without_an_equation_are_refused(reading, message):
+    with pytest.raises(gm.MechanismError, match=message):
+        evaluate_output(two_bodies(reading), "r", np.zeros((2, 3)))
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,8 @@ def test_kernels_without_reference_counts_neither_return_arrays_nor_get_any():
     assert len(uncounted) > 50
     assert len(returning) > 5
     assert not [kernel[:2] for kernel in uncounted if kernel[1] in returning]
-    assert not [(*kernel[:2], kernel[4] & returning) for kernel in uncounted if kernel[4] & returning]
+    inlined = [kernel for kernel in found if kernel[2] == "jit_inline"]  # they take over the setting of their callers
+    assert not [(*kernel[:2], kernel[4] & returning) for kernel in uncounted + inlined if kernel[4] & returning]
 
 
 def test_what_kernels_allocate_is_freed():
