@@ -262,10 +262,19 @@ def test_kernels_work_without_a_cache_folder(tmp_path):
 
 def test_compilation_is_announced_without_a_cache(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(compiled, "kernel_cache_folder", lambda: tmp_path)
-    compiled.warn_before_compiling("integrate", 12)
+
+    @compiled.jit
+    def integrate(step):
+        return 2.0 * step
+
+    compiled.warn_before_compiling(integrate, 12)
     assert capsys.readouterr().err == "compiling kernels, once for this version: about 12 s\n"
     (tmp_path / "dop853.integrate-60.py311.nbi").touch()
-    compiled.warn_before_compiling("integrate", 12)
+    compiled.warn_before_compiling(integrate, 12)
+    assert capsys.readouterr().err == ""
+    (tmp_path / "dop853.integrate-60.py311.nbi").unlink()
+    assert integrate(2.0) == 4.0
+    compiled.warn_before_compiling(integrate, 12)
     assert capsys.readouterr().err == ""
 
 

@@ -309,9 +309,9 @@ def make_table(scene, values):
     def column(index):
         found = []
         for value in values:
-            piece, t, side = find_piece.py_func(way.table.intervals, way.table.neighbours, way.table.periodicity, value, 0)
+            piece, t, side = find_piece.__wrapped__(way.table.intervals, way.table.neighbours, way.table.periodicity, value, 0)
             assert side == -1
-            found.append(evaluate_piece.py_func(way.table.coefficients, piece, index, t))
+            found.append(evaluate_piece.__wrapped__(way.table.coefficients, piece, index, t))
         return np.array(found)
 
     return way, column
@@ -358,7 +358,7 @@ def test_outputs_and_their_derivatives_are_in_the_tables():
 def test_the_truncation_error_of_a_fit_is_of_order_twelve_in_the_width():
     def error(half):
         values, coefficients = 1 / (1.3 + half * CHEBYSHEV_NODES), np.empty(N_CHEBYSHEV_NODES)
-        fit_piece.py_func(values, coefficients)
+        fit_piece.__wrapped__(values, coefficients)
         t = np.linspace(-1.0, 1.0, 201)
         return np.max(np.abs(np.polynomial.polynomial.polyval(t, coefficients) - 1 / (1.3 + half * t)))
 

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import ast
 import json
+import math
 import os
 import re
 import subprocess
 import sys
 
-from governor_mechanism.numerics.jit import PACKAGE_ROOT
+import pytest
 
-UNCOUNTED = {"jit_internal", "jit_in_place"}
+from governor_mechanism.numerics.jit import PACKAGE_ROOT, jit, jit_in_place
+
+UNCOUNTED = {"jit_in_place", "jit_inline"}
 SCALAR = re.compile(r"None|float|int|bool|\w+Status|tuple\[(float|int|bool|\w+Status)(, (float|int|bool))*\]")
 COUNT_ALLOCATIONS = """
 import gc, json
@@ -48,13 +51,43 @@ def kernels():
 
 def test_kernels_without_reference_counts_neither_return_arrays_nor_get_any():
     found = kernels()
-    returning = {name for _, name, decorator, returns, _ in found if decorator != "jit_inline" and not SCALAR.fullmatch(returns)}
+    returning = {name for _, name, _, returns, _ in found if not SCALAR.fullmatch(returns)}
     uncounted = [kernel for kernel in found if kernel[2] in UNCOUNTED]
     assert len(uncounted) > 50
     assert len(returning) > 5
     assert not [kernel[:2] for kernel in uncounted if kernel[1] in returning]
-    inlined = [kernel for kernel in found if kernel[2] == "jit_inline"]  # they take over the setting of their callers
-    assert not [(*kernel[:2], kernel[4] & returning) for kernel in uncounted + inlined if kernel[4] & returning]
+    assert not [(*kernel[:2], kernel[4] & returning) for kernel in uncounted if kernel[4] & returning]
+
+
+def test_a_kernel_called_by_a_kernel_has_no_machine_code_of_its_own():
+    @jit_in_place
+    def square(value: float) -> float:
+        return value * value
+
+    @jit
+    def fourth_power(value: float) -> float:
+        return square(square(value))
+
+    assert fourth_power(3.0) == 81.0
+    assert fourth_power.is_loaded
+    assert not square.is_loaded
+    assert square(3.0) == 9.0
+
+
+def test_an_error_in_a_called_kernel_reaches_python():
+    @jit_in_place
+    def root(value: float) -> float:
+        if value < 0.0:
+            raise ValueError("a negative number has no real root")
+        return math.sqrt(value)
+
+    @jit
+    def fourth_root(value: float) -> float:
+        return root(root(value))
+
+    assert fourth_root(81.0) == pytest.approx(3.0)
+    with pytest.raises(ValueError, match="a negative number has no real root"):
+        fourth_root(-1.0)
 
 
 def test_what_kernels_allocate_is_freed():

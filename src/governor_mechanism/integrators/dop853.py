@@ -14,7 +14,7 @@ from governor_mechanism.integrators.stages import END_STAGE, N_STAGES, Stages, S
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import NODES
 from governor_mechanism.numerics.array_copy import copy_array
-from governor_mechanism.numerics.jit import jit_allocating_closure, jit_closure, jit_inline_closure, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 
 STALL_WINDOW_STEPS, MIN_PROGRESS_RATIO = 2000, 1e-6
@@ -176,9 +176,9 @@ E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 
 def make_dop853(functions: EquationFunctions[Equation]) -> Integration[Equation]:
     """Return the integration of an equation, to be called by a compiled function."""
     evaluate, evaluate_events = functions.evaluate, functions.evaluate_events
-    attempt_step = jit_inline_closure(_make_attempt(functions))
-    finish_to_event = jit_inline_closure(_make_finish(functions))
-    write_outputs = jit_inline_closure(_make_output(functions))
+    attempt_step = jit_in_place(_make_attempt(functions))
+    finish_to_event = jit_in_place(_make_finish(functions))
+    write_outputs = jit_in_place(_make_output(functions))
 
     def integrate(
         equation: Equation,
@@ -254,13 +254,13 @@ def make_dop853(functions: EquationFunctions[Equation]) -> Integration[Equation]
     return integrate
 
 
-@jit_internal
+@jit_in_place
 def _domain_status(quality: float) -> IntegrationStatus:
     """Return how an integration ends at a stage outside the domain."""
     return IntegrationStatus.BELOW_TABLE if quality == BELOW_DOMAIN else IntegrationStatus.ABOVE_TABLE
 
 
-@jit_internal
+@jit_in_place
 def _steer_step_over_singularity(angle: float, previous_angle: float, h: float, step: float) -> float:
     """Return the next step size that places the change point in the gap between stages, from its angles one step h apart."""
     time_to_singularity = angle * h / (previous_angle - angle)
@@ -314,8 +314,8 @@ def _make_finish(functions: EquationFunctions[Equation]) -> Callable[..., tuple[
     It returns the quality of the state after the whole step, and the fraction of the step that precedes the event, or NO_EVENT.
     """
     take_step, finish_step, evaluate_events = functions.take_step, functions.finish_step, functions.evaluate_events
-    evaluate_after_fraction = jit_closure(event_location.make_trial_evaluation(take_step, finish_step, evaluate_events))
-    locate_first_event = jit_allocating_closure(event_location.make_event_location(evaluate_after_fraction, functions.sample_events))
+    evaluate_after_fraction = jit_in_place(event_location.make_trial_evaluation(take_step, finish_step, evaluate_events))
+    locate_first_event = jit(event_location.make_event_location(evaluate_after_fraction, functions.sample_events))
 
     def finish_to_event(
         equation: Equation, buffers: StepBuffers, local_time: float, h: float, local_end: float, state: FloatArray, lowest_quality: float

@@ -11,7 +11,7 @@ import numpy as np
 
 from governor_mechanism.integrators.stages import Stages
 from governor_mechanism.numerics.array_copy import copy_array
-from governor_mechanism.numerics.jit import jit_inline_closure, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import BoolArray, FloatArray
 
 EVENT_SAMPLE_FRACTIONS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
@@ -55,7 +55,7 @@ class EventStep(NamedTuple):
     tolerances: FloatArray
 
 
-@jit_internal
+@jit_in_place
 def _locate_parabola_maximum(event_values: FloatArray, i: int, j: int) -> tuple[float, float]:
     """Return fraction and an upper estimate of the maximum of the parabola through sample j of function i and its neighbours.
 
@@ -72,7 +72,7 @@ def _locate_parabola_maximum(event_values: FloatArray, i: int, j: int) -> tuple[
     )
 
 
-@jit_internal
+@jit_in_place
 def _max_rising_value(values: FloatArray, rising: BoolArray) -> float:
     value = -np.inf
     for i in range(values.size):
@@ -81,7 +81,7 @@ def _max_rising_value(values: FloatArray, rising: BoolArray) -> float:
     return value
 
 
-@jit_internal
+@jit_in_place
 def _is_not_armed(values: FloatArray, rising: BoolArray, start_values: FloatArray, tolerances: FloatArray, is_past_start: bool) -> bool:
     """Return whether an event function that starts at zero within rounding has not been negative yet."""
     not_armed = False
@@ -181,8 +181,8 @@ def make_event_location(
     at the end in the last one, which become those at the event. A function that starts at zero, as at a body that just left a stop,
     must be negative first, unless it rises at once.
     """
-    bracket_first_event = jit_inline_closure(make_bracketing(evaluate_after_fraction))
-    locate_in_bracket = jit_inline_closure(_make_location_in_bracket(evaluate_after_fraction))
+    bracket_first_event = jit(make_bracketing(evaluate_after_fraction))
+    locate_in_bracket = jit(_make_location_in_bracket(evaluate_after_fraction))
 
     def locate_first_event(equation: Equation, step: EventStep, event_values: FloatArray) -> float:
         trial_values = np.empty(step.tolerances.size)
@@ -208,7 +208,7 @@ def _make_location_in_bracket(
 
     Its trial_values are the values at `high`; the last row of event_values becomes the values just after the event.
     """
-    locate_zero = jit_inline_closure(make_regula_falsi(evaluate_after_fraction))
+    locate_zero = jit(make_regula_falsi(evaluate_after_fraction))
 
     def locate_in_bracket(
         equation: Equation, step: EventStep, event_values: FloatArray, low: float, high: float, trial_values: FloatArray

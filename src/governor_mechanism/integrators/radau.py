@@ -71,16 +71,10 @@ class RadauIntegrator:
         step, n_reached = (end - t) * 1e-3, 0
         while t < end:
             self._choose_partition(state)
-            solver = Radau(
-                self._evaluate_derivative,
-                t,
-                self._reduce_state(state),
-                end,
-                jac=self._evaluate_jacobian,
-                first_step=min(step, end - t),
-                rtol=max(tolerance, 2.3e-14),
-                atol=tolerance * self._reduce_state(self._error_scale),
-            )
+            limits = {"first_step": min(step, end - t), "rtol": max(tolerance, 2.3e-14)}
+            error_scale = self._reduce_state(self._error_scale)
+            initial = self._reduce_state(state)
+            solver = Radau(self._evaluate_derivative, t, initial, end, jac=self._evaluate_jacobian, atol=tolerance * error_scale, **limits)
             while solver.status == "running":
                 if self.n_steps >= max_steps:
                     return IntegrationStatus.STEP_LIMIT, step, n_reached
@@ -164,5 +158,6 @@ class RadauIntegrator:
         """Return the derivative of the reduced state z at a time (s)."""
         state = self._expand_state(time, z)
         self.n_evaluations += 1
-        derivative = evaluate_state_derivative(self._system, self._workspace, self._input_cubics, time - self._cubics_start, state)
+        derivative = np.empty(state.size)
+        evaluate_state_derivative(self._system, self._workspace, self._input_cubics, time - self._cubics_start, state, derivative)
         return self._reduce_state(derivative)

@@ -9,7 +9,7 @@ import numpy as np
 
 from governor_mechanism.integrators.tableau import DENSE_WEIGHTS, ERROR_3, ERROR_5, FIRST_NONZERO_STAGE, NODES, STAGES
 from governor_mechanism.numerics.array_copy import copy_array
-from governor_mechanism.numerics.jit import jit_internal
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 
 END_STAGE = 12
@@ -102,7 +102,7 @@ def make_stages(n_components: int, n_integrated: int, n_coupled: int, counts: In
     )
 
 
-@jit_internal
+@jit_in_place
 def combine_stages(stages: Stages, state: FloatArray, stage: int, h: float, n_components: int, result: FloatArray) -> None:
     """Fill the leading components of `result` with the state at a stage, from the derivatives at the stages before it."""
     for i in range(n_components):
@@ -135,7 +135,7 @@ def make_take_step(
     return take_step
 
 
-@jit_internal
+@jit_in_place
 def estimate_errors(stages: Stages) -> None:
     """Fill the errors of a step."""
     derivatives = stages.derivatives
@@ -147,7 +147,7 @@ def estimate_errors(stages: Stages) -> None:
         stages.errors[0, i], stages.errors[1, i] = error_5, error_3
 
 
-@jit_internal
+@jit_in_place
 def evaluate_error_norm(stages: Stages, error_scale: FloatArray, h: float) -> float:
     """Return the error of a step relative to the scales, from Hairer's combination of the estimates of order 5 and 3."""
     sum_5 = sum_3 = 0.0
@@ -159,7 +159,7 @@ def evaluate_error_norm(stages: Stages, error_scale: FloatArray, h: float) -> fl
     return h * sum_5 / math.sqrt((sum_5 + 0.01 * sum_3) * error_scale.size)
 
 
-@jit_internal
+@jit_in_place
 def estimate_dominant_eigenvalue(stages: Stages, error_scale: FloatArray) -> float:
     """Return Hairer's estimate of the largest eigenvalue (1/s) from the last two stages."""
     derivative_difference = state_difference = 0.0
@@ -170,7 +170,7 @@ def estimate_dominant_eigenvalue(stages: Stages, error_scale: FloatArray) -> flo
     return math.sqrt(derivative_difference / state_difference) if state_difference > 0.0 else 0.0
 
 
-@jit_internal
+@jit_in_place
 def prepare_dense_output(stages: Stages, state: FloatArray, h: float) -> None:
     """Fill the coefficients of the interpolant of order 7 from all 16 stages."""
     derivatives, dense = stages.derivatives, stages.dense
@@ -186,7 +186,7 @@ def prepare_dense_output(stages: Stages, state: FloatArray, h: float) -> None:
             dense[i, 3 + r] = h * total
 
 
-@jit_internal
+@jit_in_place
 def evaluate_dense_output(stages: Stages, state: FloatArray, fraction: float, result: FloatArray) -> None:
     """Evaluate the interpolant at a fraction of the step that starts from `state`."""
     for i in range(stages.errors.shape[1]):

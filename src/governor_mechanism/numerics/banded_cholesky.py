@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 
-from governor_mechanism.numerics.jit import jit_allocating, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray
 
 MIN_BAND_PIVOT_RATIO = 1e-12
 """Pivot relative to its diagonal entry below which it counts as zero: the matrix is singular."""
 
 
-@jit_internal
+@jit_in_place
 def factorise_band(band: FloatArray, factor: FloatArray) -> float:
     """Factorise a band matrix by Cholesky, with the inverse of the diagonal, and return the smallest pivot ratio.
 
@@ -34,7 +34,7 @@ def factorise_band(band: FloatArray, factor: FloatArray) -> float:
     return min_pivot_ratio
 
 
-@jit_internal
+@jit_in_place
 def solve_factorised_band(factor: FloatArray, vector: FloatArray) -> None:
     """Solve in place with the band Cholesky factor."""
     bandwidth, n_rows = factor.shape[1] - 1, vector.size
@@ -50,7 +50,7 @@ def solve_factorised_band(factor: FloatArray, vector: FloatArray) -> None:
         vector[i] = total * factor[i, bandwidth]
 
 
-@jit_internal
+@jit_in_place
 def solve_band_system(band: FloatArray, factor: FloatArray, vector: FloatArray) -> float:
     """Solve a symmetric, positive semidefinite band system in place; with the least-norm solution if it is singular.
 
@@ -77,7 +77,7 @@ def solve_band_system(band: FloatArray, factor: FloatArray, vector: FloatArray) 
     return 0.0
 
 
-@jit_allocating
+@jit
 def _solve_least_norm(band: FloatArray, vector: FloatArray) -> None:
     """Replace vector by the least-norm solution of a singular band system."""
     n_rows, bandwidth = band.shape[0], band.shape[1] - 1

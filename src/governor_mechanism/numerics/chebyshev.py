@@ -7,7 +7,7 @@ relative to the middle of the piece, -1 to 1.
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from governor_mechanism.numerics.jit import jit_allocating, jit_inline, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_in_place, jit_inline
 from governor_mechanism.types import FloatArray
 
 N_CHEBYSHEV_NODES = 12
@@ -36,7 +36,7 @@ Its rounding error stays small, because the high Chebyshev coefficients of a goo
 """
 
 
-@jit_allocating
+@jit
 def fit_piece(values: FloatArray, coefficients: FloatArray) -> tuple[float, bool]:
     """Fit a polynomial to values at the nodes.
 
@@ -74,7 +74,8 @@ def fit_piece(values: FloatArray, coefficients: FloatArray) -> tuple[float, bool
     return truncation_error, truncation_error > STAGNATION_RATIO * preceding_terms
 
 
-def _evaluate_piece(table: FloatArray, piece: int, column: int, t: float) -> float:
+@jit_inline
+def evaluate_piece(table: FloatArray, piece: int, column: int, t: float) -> float:
     """Return the polynomial table[piece, column] at t, -1 to 1.
 
     The sum is a tree, because each sum of Horner's scheme would wait for the one before it.
@@ -87,12 +88,7 @@ def _evaluate_piece(table: FloatArray, piece: int, column: int, t: float) -> flo
     return float(low + (middle + high * t4) * t4)
 
 
-evaluate_piece = jit_internal(_evaluate_piece)
-evaluate_piece_inline = jit_inline(_evaluate_piece)
-"""`evaluate_piece` inlined in its callers, for innermost loops where a call is too slow."""
-
-
-@jit_internal
+@jit_in_place
 def evaluate_piece_derivative(table: FloatArray, piece: int, column: int, t: float) -> float:
     """Return the derivative of the polynomial table[piece, column] at t, -1 to 1."""
     total = 0.0
@@ -101,7 +97,7 @@ def evaluate_piece_derivative(table: FloatArray, piece: int, column: int, t: flo
     return float(total)
 
 
-@jit_internal
+@jit_in_place
 def barycentric_weights(t: float, weights: FloatArray) -> None:
     """Evaluate the weights with which the values at the nodes sum to the polynomial's value at t.
 

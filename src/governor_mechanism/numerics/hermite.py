@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from governor_mechanism.numerics.jit import jit_internal
+from governor_mechanism.numerics.jit import jit_in_place
 
 
 def cubic_hermite(start: Any, end: Any, start_derivative: Any, end_derivative: Any, length: Any, fraction: Any) -> Any:
@@ -100,4 +100,4 @@ def quintic_hermite(
     return value, (c1 + p * (c2 + p * (3 * c3 + p * (4 * c4 + p * 5 * c5)))) / h
 
 
-quintic_hermite_jit = jit_internal(quintic_hermite)
+quintic_hermite_jit = jit_in_place(quintic_hermite)

@@ -8,7 +8,7 @@ import sys
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache
+from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -24,56 +24,75 @@ KERNEL_FOLDERS = {"numerics", "effects", "mechanics", "integrators"}
 """Folders whose files all enter the cache key: kernels there use constants of modules without kernels."""
 
 
-def _make_decorator(**options: Any) -> Callable[[CompiledFunction], CompiledFunction]:
-    """Return a decorator that compiles a function at its first call, without fast-math.
+class Kernel:
+    """A function, with options of numba's compiler, that is compiled when it is first called.
 
-    A division by zero gives infinity or NaN, as in numpy; callers check the results. Other users of numba keep their cache folder.
+    Called by Python, it is compiled with all that it calls; called by a compiled function, it becomes a part of that one.
+    A division by zero gives infinity or NaN, as in numpy; callers check the results.
     """
 
-    def decorate(function: CompiledFunction) -> CompiledFunction:
-        """Return the dispatcher of a function."""
+    def __init__(self, function: Callable[..., Any], **options: Any) -> None:
+        self._options: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, **options}
+        self.__wrapped__ = function
+        update_wrapper(self, function)
+
+    def __call__(self, *args: Any) -> Any:
+        """Call the machine code."""
+        return self._dispatcher(*args)
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether Python has called the function in this process."""
+        return "_dispatcher" in self.__dict__
+
+    @cached_property
+    def _dispatcher(self) -> Any:
+        """Dispatcher of the calls by Python, whose machine code is kept in the cache."""
         from numba import njit
         from numba.core import config  # numba creates its settings at run time; type checkers do not know them
 
+        from governor_mechanism.numerics.kernel_linking import KernelCompiler
+
         settings: Any = config
-        previous_folder, settings.CACHE_DIR = settings.CACHE_DIR, str(kernel_cache_folder())
+        previous_folder, settings.CACHE_DIR = settings.CACHE_DIR, str(kernel_cache_folder())  # other users of numba keep their folder
         try:
-            return cast(CompiledFunction, njit(error_model="numpy", **options)(function))
+            return njit(pipeline_class=KernelCompiler, cache=True, **self._options)(self.__wrapped__)
         finally:
             settings.CACHE_DIR = previous_folder
 
-    return decorate
+    @cached_property
+    def _linked_dispatcher(self) -> Any:
+        """Dispatcher of the calls by compiled functions."""
+        from numba import njit
+
+        from governor_mechanism.numerics.kernel_linking import LinkedFunctionCompiler
+
+        options = {"no_cpython_wrapper": True, **self._options}
+        return njit(pipeline_class=LinkedFunctionCompiler, **options)(self.__wrapped__)
+
+    @property
+    def _numba_type_(self) -> Any:
+        """Type of this function in functions that call it; numba looks for this name."""
+        return self._linked_dispatcher._numba_type_
 
 
-jit = _make_decorator(cache=True, _nrt=True)
-"""Compile a function and keep it in the cache."""
-jit_in_place = _make_decorator(cache=True, _nrt=False)
-"""Compile a function that Python calls and that only changes its arguments, under the conditions of `jit_internal`."""
-jit_internal = _make_decorator(cache=True, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-"""Compile a function that only compiled functions call, without a wrapper for Python and without reference counts.
+def jit(function: CompiledFunction) -> CompiledFunction:
+    """Compile a function that may allocate arrays and return them; references to arrays are counted."""
+    return cast(CompiledFunction, Kernel(function, _nrt=True))
 
-Counting the references to the arrays of its arguments would cost several times the arithmetic of a short function. Such a function
-must not allocate arrays (the compiler refuses it), nor return any, nor call a function that returns one.
-"""
-jit_allocating = _make_decorator(cache=True, _nrt=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-"""The same with reference counts, for a function that allocates arrays or gets them from other functions.
 
-They are requested explicitly, because numba lets a function inherit the setting of its first caller.
-"""
-jit_inline = _make_decorator(cache=True, inline="always")
-"""Compile a function that is inlined in each caller."""
-jit_closure = _make_decorator(_nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-"""Compile a closure over compiled functions like `jit_internal`.
+def jit_in_place(function: CompiledFunction) -> CompiledFunction:
+    """Compile a function that only changes its arguments, without reference counts.
 
-The cache cannot hold it, but holds its callers, which contain it.
-"""
-jit_allocating_closure = _make_decorator(_nrt=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-"""The same for a closure that allocates arrays."""
-jit_inline_closure = _make_decorator(inline="always", no_cpython_wrapper=True, no_cfunc_wrapper=True)
-"""The same for a closure that is inlined in its only caller.
+    Counting the references to the arrays of its arguments would cost several times the arithmetic of a short function. Such a function
+    must not allocate arrays (the compiler refuses it), nor return any, nor call a function that returns one.
+    """
+    return cast(CompiledFunction, Kernel(function, _nrt=False))
 
-Each compiled function contains the machine code of all that it calls, so that every level of calls costs the time to compile them.
-"""
+
+def jit_inline(function: CompiledFunction) -> CompiledFunction:
+    """Compile a function as `jit_in_place` does, and inline it in every function that calls it."""
+    return cast(CompiledFunction, Kernel(function, _nrt=False, forceinline=True))
 
 
 @cache
@@ -119,25 +138,16 @@ def _is_writable(folder: Path) -> bool:
         return False
 
 
-def warn_before_compiling(kernel_name: str, seconds: int) -> None:
-    """Print a notice on standard error if a kernel is not in the cache and has to be compiled.
+def warn_before_compiling(kernel: Callable[..., object], seconds: int) -> None:
+    """Print a notice on standard error if a kernel is neither loaded nor in the cache and has to be compiled.
 
     Parameters
     ----------
-    kernel_name
-        Name of the kernel function that is compiled last.
+    kernel
+        The kernel that is compiled last.
     seconds
         Approximate compile time, s.
     """
-    try:
-        _require_cached_kernel(kernel_cache_folder(), kernel_name)
-    except FileNotFoundError:
-        if sys.stderr is not None:
-            print(f"compiling kernels, once for this version: about {seconds} s", file=sys.stderr, flush=True)
-
-
-@cache
-def _require_cached_kernel(folder: Path, kernel_name: str) -> None:
-    """Raise FileNotFoundError if a kernel is not in the cache; a folder that contains it is searched only once."""
-    if not any(folder.rglob(f"*.{kernel_name}-*.nbi")):
-        raise FileNotFoundError(kernel_name)
+    is_compiled = cast(Kernel, kernel).is_loaded or any(kernel_cache_folder().rglob(f"*.{kernel.__name__}-*.nbi"))
+    if not is_compiled and sys.stderr is not None:
+        print(f"compiling kernels, once for this version: about {seconds} s", file=sys.stderr, flush=True)

@@ -209,7 +209,8 @@ class SceneDynamics:
             inputs[index, 3] += change
         lags = rates[len(self._independent) :]
         state = np.concatenate([poses.ravel(), velocities.ravel(), np.zeros(equations_of_motion.N_ENERGY_STATES), lags])
-        derivative = equations_of_motion.evaluate_state_derivative(self._system, self._workspace, inputs, 0.0, state)
+        derivative = np.empty(state.size)
+        equations_of_motion.evaluate_state_derivative(self._system, self._workspace, inputs, 0.0, state, derivative)
         accelerations: FloatArray = np.concatenate([derivative[poses.size + self._independent], derivative[len(state) - len(lags) :]])
         return accelerations
 

@@ -13,7 +13,7 @@ from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKin
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.hermite import quintic_hermite_jit
-from governor_mechanism.numerics.jit import jit_closure, jit_in_place, jit_inline_closure, jit_internal
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 
 SINGULAR_CONSTRAINT_TOLERANCE_RATIO = 1e-3
@@ -50,21 +50,20 @@ class MultibodyEquation(NamedTuple):
     counts: IntArray
 
 
-@jit_internal
+@jit_in_place
 def _project_to(equation: MultibodyEquation, local_time: float, state: FloatArray, tolerance_ratio: float) -> None:
-    poses, velocities = equations_of_motion.split_state(equation.system, state)
+    n_coordinates = 3 * equation.system.bodies.size
+    poses, velocities = state[:n_coordinates].reshape(-1, 3), state[n_coordinates : 2 * n_coordinates].reshape(-1, 3)
     tolerance = tolerance_ratio * equation.constraint_tolerance
-    equations_of_motion.project_state_inline(
-        equation.system, equation.workspace, equation.input_cubics, local_time, poses, velocities, tolerance
-    )
+    equations_of_motion.project_state(equation.system, equation.workspace, equation.input_cubics, local_time, poses, velocities, tolerance)
 
 
-@jit_internal
+@jit_in_place
 def _evaluate(equation: MultibodyEquation, local_time: float, state: FloatArray, derivatives: FloatArray, k: int) -> float:
     """Evaluate the state derivative, near a change point after a projection, and return the pivot ratio of the constraint rows."""
     pivot_ratio, is_projected = 0.0, False
     while True:
-        pivot_ratio = equations_of_motion.evaluate_state_derivative_inline(
+        pivot_ratio = equations_of_motion.evaluate_state_derivative(
             equation.system, equation.workspace, equation.input_cubics, local_time, state, equation.derivative
         )
         equation.counts[StepCounter.EVALUATIONS] += 1
@@ -77,10 +76,10 @@ def _evaluate(equation: MultibodyEquation, local_time: float, state: FloatArray,
     return pivot_ratio
 
 
-_take_step = jit_closure(make_take_step(_evaluate))
+_take_step = jit_in_place(make_take_step(_evaluate))
 
 
-@jit_internal
+@jit_in_place
 def _finish_step(equation: MultibodyEquation, local_time: float, quality: float, stages: Stages) -> float:
     copy_array(stages.next_state, stages.end)
     is_regular = quality > NEAR_SINGULAR_QUALITY
@@ -88,28 +87,29 @@ def _finish_step(equation: MultibodyEquation, local_time: float, quality: float,
     return _evaluate(equation, local_time, stages.next_state, stages.next_derivative, 0)
 
 
-@jit_internal
+@jit_in_place
 def _project(equation: MultibodyEquation, local_time: float, state: FloatArray) -> None:
     _project_to(equation, local_time, state, 1.0)
 
 
-@jit_internal
+@jit_in_place
 def _project_errors(equation: MultibodyEquation, errors: FloatArray) -> None:
     """Remove from the errors of poses and velocities what violates the constraints, at the poses of the last evaluation."""
-    rows, workspace = equation.system.constraint_rows, equation.workspace
+    rows, workspace, n_coordinates = equation.system.constraint_rows, equation.workspace, 3 * equation.system.bodies.size
     for i in range(2):
-        for block in equations_of_motion.split_state(equation.system, errors[i]):
+        for first in (0, n_coordinates):
+            block = errors[i, first : first + n_coordinates].reshape(-1, 3)
             apply_jacobian(rows.row_bodies, workspace.jacobian, block, workspace.multipliers)
             solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
             subtract_minv_jt(rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, block)
 
 
-@jit_internal
+@jit_in_place
 def _evaluate_events(equation: MultibodyEquation, local_time: float, state: FloatArray, event_values: FloatArray) -> None:
     equations_of_motion.evaluate_event_functions(equation.system, equation.workspace, state, event_values)
 
 
-@jit_internal
+@jit_in_place
 def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float, event_values: FloatArray) -> None:
     """Evaluate the event functions at a fraction of the step, on the quintic interpolant of the poses."""
     stages, event_functions, n_coordinates = step.stages, equation.system.event_functions, 3 * equation.system.bodies.size
@@ -127,7 +127,7 @@ def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float
     equations_of_motion.evaluate_event_functions(equation.system, equation.workspace, sample, event_values)
 
 
-_integrate = jit_inline_closure(
+_integrate = jit_in_place(
     make_dop853(EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events))
 )
 

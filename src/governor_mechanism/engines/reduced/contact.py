@@ -20,7 +20,7 @@ from governor_mechanism.mechanics.reduction.lowering import ForceParameter, Redu
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.chebyshev import evaluate_piece
-from governor_mechanism.numerics.jit import jit_allocating, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray
 
 
@@ -34,7 +34,7 @@ class ReducedState(NamedTuple):
     state: FloatArray
 
 
-@jit_allocating
+@jit
 def evaluate_reduced_contacts(place: ReducedState) -> ContactDynamics:
     """Return the motion of the outputs with contacts or one-sided springs."""
     model, piece, t, rate = place.model, place.piece, place.t, place.state[1]
@@ -64,7 +64,7 @@ def evaluate_reduced_contacts(place: ReducedState) -> ContactDynamics:
     )  # fmt: skip
 
 
-@jit_internal
+@jit_in_place
 def apply_reduced_impulses(place: ReducedState, dynamics: ContactDynamics, impulses: FloatArray) -> None:
     """Change the rate of the coordinate by impulses along the outputs."""
     model, state = place.model, place.state
@@ -77,10 +77,10 @@ def apply_reduced_impulses(place: ReducedState, dynamics: ContactDynamics, impul
     state[StateIndex.DISSIPATED_ENERGY] += dissipated_energy
 
 
-change_contact_states = jit_allocating(make_transition(evaluate_reduced_contacts, apply_reduced_impulses))
+change_contact_states = jit(make_transition(evaluate_reduced_contacts, apply_reduced_impulses))
 
 
-@jit_allocating
+@jit
 def apply_transition(
     model: equation_of_motion.ReducedModel,
     time: float,
@@ -116,7 +116,7 @@ def make_event_tolerances(forces: ReducedForces) -> FloatArray:
     return EVENT_ROUNDING_RATIO * np.concatenate([contact_scales, forces.one_sided_springs[:, 2], force_scales])
 
 
-@jit_internal
+@jit_in_place
 def find_blocked_directions(model: equation_of_motion.ReducedModel, piece_index: int, t: float) -> tuple[bool, bool]:
     """Return whether stops block an increase, and a decrease, of the coordinate."""
     up_blocked = down_blocked = False
@@ -127,7 +127,7 @@ def find_blocked_directions(model: equation_of_motion.ReducedModel, piece_index:
     return up_blocked, down_blocked
 
 
-@jit_internal
+@jit_in_place
 def evaluate_reduced_event_functions(
     model: equation_of_motion.ReducedModel, state: FloatArray, local_time: float, piece_guess: int, event_values: FloatArray
 ) -> None:

@@ -99,8 +99,8 @@ class ReducedRunner(CertifiedRunner):
     def compile_kernels(self) -> None:
         """Compile or load the kernels, once in a process, so that no measured time includes it."""
         kernel: Any = integrate_reduced
-        if not kernel.signatures:
-            warn_before_compiling("integrate_reduced", 30)
+        if not kernel.is_loaded:
+            warn_before_compiling(integrate_reduced, 30)
             reduced_run = self._make_run(1.0)
             table = reduced_run.motion_table
             if table.is_started and table.extend(0) and table.extend(1):

@@ -19,9 +19,9 @@ from governor_mechanism.mechanics.reduction.lowering import ForceParameter, Redu
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable, find_piece
 from governor_mechanism.numerics.array_copy import copy_array
-from governor_mechanism.numerics.chebyshev import evaluate_piece_inline
+from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.hermite import quintic_hermite_jit
-from governor_mechanism.numerics.jit import jit, jit_closure, jit_in_place, jit_inline_closure, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 
 MAX_SIMULTANEOUS_REDUCED_EVENTS = 40
@@ -70,7 +70,7 @@ def make_reduced_buffers(forces: ReducedForces, counts: IntArray) -> dop853.Step
     )
 
 
-@jit_internal
+@jit_in_place
 def _evaluate(equation: ReducedEquation, local_time: float, state: FloatArray, derivatives: FloatArray, k: int) -> float:
     model = equation.model
     piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], equation.piece[0])
@@ -86,10 +86,10 @@ def _evaluate(equation: ReducedEquation, local_time: float, state: FloatArray, d
     return 1.0
 
 
-_take_general_step = jit_closure(make_take_step(_evaluate))
+_take_general_step = jit_in_place(make_take_step(_evaluate))
 
 
-@jit_internal
+@jit_in_place
 def _take_step(equation: ReducedEquation, local_time: float, h: float, state: FloatArray, stages: Stages) -> float:
     parameters = equation.model.parameters
     if parameters[ForceParameter.IS_CONSERVATIVE] != 0.0:
@@ -100,7 +100,7 @@ def _take_step(equation: ReducedEquation, local_time: float, h: float, state: Fl
     return dop853.FAR_OUTSIDE_DOMAIN if quality < 0.0 and is_far else quality
 
 
-@jit_internal
+@jit_in_place
 def _take_conservative_step(equation: ReducedEquation, h: float, state: FloatArray, stages: Stages) -> float:
     """Take a step of a conservative model, in one loop without calls: five times as fast."""
     model, rates, accelerations = equation.model, stages.derivatives[0], stages.derivatives[1]
@@ -118,37 +118,37 @@ def _take_conservative_step(equation: ReducedEquation, h: float, state: FloatArr
             if side >= 0:
                 break
         rates[stage] = v_end
-        quadratic = evaluate_piece_inline(model.coefficients, piece, TableColumn.QUADRATIC, t)
-        accelerations[stage] = quadratic * v_end * v_end + evaluate_piece_inline(model.coefficients, piece, TableColumn.POTENTIAL, t)
+        quadratic = evaluate_piece(model.coefficients, piece, TableColumn.QUADRATIC, t)
+        accelerations[stage] = quadratic * v_end * v_end + evaluate_piece(model.coefficients, piece, TableColumn.POTENTIAL, t)
     stages.end[0], stages.end[1] = q_end, v_end
     equation.piece[0] = piece
     equation.counts[StepCounter.EVALUATIONS] += END_STAGE
     return 1.0 if side < 0 else dop853.BELOW_DOMAIN - side
 
 
-@jit_internal
+@jit_in_place
 def _finish_step(equation: ReducedEquation, local_time: float, quality: float, stages: Stages) -> float:
     for i in range(stages.errors.shape[1]):
         stages.next_state[i], stages.next_derivative[i, 0] = stages.end[i], stages.derivatives[i, END_STAGE]
     return quality
 
 
-@jit_internal
+@jit_in_place
 def _project(equation: ReducedEquation, local_time: float, state: FloatArray) -> None:
     """Leave the state, which is in the domain."""
 
 
-@jit_internal
+@jit_in_place
 def _project_errors(equation: ReducedEquation, errors: FloatArray) -> None:
     """Leave the errors."""
 
 
-@jit_internal
+@jit_in_place
 def _evaluate_events(equation: ReducedEquation, local_time: float, state: FloatArray, event_values: FloatArray) -> None:
     evaluate_reduced_event_functions(equation.model, state, local_time, equation.piece[0], event_values)
 
 
-@jit_internal
+@jit_in_place
 def _sample_events(equation: ReducedEquation, step: EventStep, fraction: float, event_values: FloatArray) -> None:
     start, stages, h = step.state, step.stages, step.h
     end, sample = stages.next_state, stages.stage_state
@@ -161,7 +161,7 @@ def _sample_events(equation: ReducedEquation, step: EventStep, fraction: float, 
 
 
 _EQUATION = dop853.EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events)
-_integrate_to_event = jit_inline_closure(dop853.make_dop853(_EQUATION))
+_integrate_to_event = jit_in_place(dop853.make_dop853(_EQUATION))
 
 
 @jit_in_place

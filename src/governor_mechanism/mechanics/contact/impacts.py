@@ -10,7 +10,7 @@ import numpy as np
 from governor_mechanism.mechanics.contact import rules
 from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics
 from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT
-from governor_mechanism.numerics.jit import jit, jit_allocating, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
 
 
@@ -74,7 +74,7 @@ def dissipated_by_impulses(dynamics: ContactDynamics, impulses: FloatArray) -> f
     return float(-np.sum(impulses * mean_rates))
 
 
-@jit_internal
+@jit_in_place
 def zeno_time(rebound_rate: float, deceleration: float, return_acceleration: float, restitution: float) -> float:
     """Return the time until an infinite sequence of bounces comes to rest, a geometric series.
 
@@ -87,7 +87,7 @@ def zeno_time(rebound_rate: float, deceleration: float, return_acceleration: flo
     return first_bounce_time / (1.0 - restitution * math.sqrt(return_acceleration / deceleration))
 
 
-@jit_allocating
+@jit
 def _evaluate_bounce_accelerations(dynamics: ContactDynamics, states: IntArray, has_struck: BoolArray, direction: int) -> FloatArray:
     """Return the accelerations while contacts that struck move away from the stop (direction 1), or back (-1) against friction.
 

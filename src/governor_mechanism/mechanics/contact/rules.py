@@ -11,7 +11,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.contact import tolerances
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
-from governor_mechanism.numerics.jit import jit, jit_allocating, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import BoolArray, FloatArray, IntArray, RecordArray
 
 HELD = 2
@@ -63,19 +63,19 @@ class ContactDynamics(NamedTuple):
     is_driven: bool
 
 
-@jit_internal
+@jit_in_place
 def rest_rate(dynamics: ContactDynamics, k: int) -> float:
     """Return the rate below which the output of a contact is at rest, m/s or rad/s."""
     return float(tolerances.STICTION_RATE_TOLERANCE * dynamics.contacts[k].scale / dynamics.time_scale)
 
 
-@jit_internal
+@jit_in_place
 def is_at_rest(dynamics: ContactDynamics, k: int) -> bool:
     """Return whether the output of a contact is at rest."""
     return bool(abs(dynamics.rates[k]) <= rest_rate(dynamics, k))
 
 
-@jit_internal
+@jit_in_place
 def find_touched_stop(contacts: RecordArray, k: int, value: float, relative_distance: float) -> int:
     """Return the stop that the output of a contact is at within a relative distance: 1 the high one, -1 the low one, 0 neither."""
     distance = relative_distance * contacts[k].scale
@@ -105,7 +105,7 @@ def find_active_stop(dynamics: ContactDynamics, k: int) -> int:
     )
 
 
-@jit_internal
+@jit_in_place
 def direction_of_motion(dynamics: ContactDynamics, k: int) -> int:
     """Return the state of a contact that slides at its present rate."""
     if dynamics.contacts[k].friction_input < 0 or dynamics.rates[k] == 0.0:
@@ -215,7 +215,7 @@ def solve_forces(dynamics: ContactDynamics, is_constrained: BoolArray, right_han
     return forces
 
 
-@jit_allocating
+@jit
 def evaluate_forces(dynamics: ContactDynamics, states: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return the contact forces in given states, and the accelerations of the outputs with them."""
     forces = np.zeros(states.size)
@@ -227,7 +227,7 @@ def evaluate_forces(dynamics: ContactDynamics, states: IntArray) -> tuple[FloatA
     return forces, dynamics.accelerations + multiply(dynamics.compliance, forces)
 
 
-@jit_allocating
+@jit
 def multiply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
     """Return a small matrix times a vector, without a call of BLAS."""
     product: FloatArray = np.sum(matrix * vector, axis=1)
@@ -269,7 +269,7 @@ def select_contact_states(dynamics: ContactDynamics, is_released: BoolArray, sta
                 break
 
 
-@jit_internal
+@jit_in_place
 def _list_candidates(dynamics: ContactDynamics, k: int, is_released: bool, candidates: IntArray) -> int:
     """Fill the possible states of a contact, and return their number."""
     if not is_at_rest(dynamics, k):
@@ -289,7 +289,7 @@ def _list_candidates(dynamics: ContactDynamics, k: int, is_released: bool, candi
     return n_candidates
 
 
-@jit_allocating
+@jit
 def _compute_violation(dynamics: ContactDynamics, states: IntArray) -> float:
     """Return the largest violation of the complementarity conditions, relative to the scales of force and acceleration."""
     forces, accelerations = evaluate_forces(dynamics, states)

@@ -56,8 +56,10 @@ def _evaluate_response(
     system: System, workspace: lowering.SystemWorkspace, input_cubics: FloatArray, state: FloatArray, contacts: RecordArray
 ) -> ContactResponse:
     """Evaluate motion and response in a state of a system in which nothing is held and nothing slides."""
-    derivative = equations_of_motion.evaluate_state_derivative(system, workspace, input_cubics, 0.0, state)  # evaluates the output rows too
-    velocities, accelerations = equations_of_motion.split_state(system, state)[1], equations_of_motion.split_state(system, derivative)[1]
+    derivative = np.empty(state.size)
+    equations_of_motion.evaluate_state_derivative(system, workspace, input_cubics, 0.0, state, derivative)  # evaluates the output rows too
+    first, end = 3 * system.bodies.size, 6 * system.bodies.size
+    velocities, accelerations = state[first:end].reshape(-1, 3), derivative[first:end].reshape(-1, 3)
     output_rows, output_values, jacobian = system.output_rows, workspace.output_row_values, workspace.output_jacobian
     motion, n_contacts = np.empty((3, output_rows.table.size)), contacts.shape[0]
     for output in range(output_rows.table.size):

@@ -60,13 +60,9 @@ def max_step_scale(scene: Scene) -> float:
 
 def _max_spindle_rate(scene: Scene) -> float:
     """Return the largest spindle speed (rad/s), or 0 without centrifugal forces."""
-    given_speeds = [
-        abs(plane.ratio * speed)
-        for plane in scene.system.planes
-        if plane.is_loaded and plane.given_speed
-        for speed in plane.given_speed.speeds
-    ]
-    start_speeds = [abs(scene.start.rates.get(f"{plane.prefix}{SPINDLE_ANGLE}", 0.0)) for plane in scene.system.planes if plane.is_loaded]
+    planes = [plane for plane in scene.system.planes if plane.is_loaded]
+    given_speeds = [abs(plane.ratio * speed) for plane in planes if plane.given_speed for speed in plane.given_speed.speeds]
+    start_speeds = [abs(scene.start.rates.get(f"{plane.prefix}{SPINDLE_ANGLE}", 0.0)) for plane in planes]
     return max([*given_speeds, *start_speeds], default=0.0)
 
 

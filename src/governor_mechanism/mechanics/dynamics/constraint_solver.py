@@ -7,7 +7,7 @@ point.
 
 import numpy as np
 
-from governor_mechanism.numerics.jit import jit_internal
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 
 
@@ -40,7 +40,7 @@ def bandwidth_reducing_order(row_bodies: IntArray) -> IntArray:
     return np.asarray(reverse_cuthill_mckee((graph + graph.T).tocsr(), symmetric_mode=True), dtype=np.int64)
 
 
-@jit_internal
+@jit_in_place
 def assemble_schur_band(
     row_bodies: IntArray, row_pairs: IntArray, jacobian: FloatArray, inverse_mass: FloatArray, band: FloatArray
 ) -> None:
@@ -56,7 +56,7 @@ def assemble_schur_band(
         band[i, bandwidth - (i - j)] += total
 
 
-@jit_internal
+@jit_in_place
 def subtract_minv_jt(row_bodies: IntArray, jacobian: FloatArray, inverse_mass: FloatArray, vector: FloatArray, target: FloatArray) -> None:
     """Subtract M^-1 J^T vector from target, in place.
 
@@ -81,7 +81,7 @@ def subtract_minv_jt(row_bodies: IntArray, jacobian: FloatArray, inverse_mass: F
                     target[k, c] -= inverse_mass[k, c] * jacobian[i, side, c] * vector[i]
 
 
-@jit_internal
+@jit_in_place
 def apply_jacobian(row_bodies: IntArray, jacobian: FloatArray, body_vectors: FloatArray, result: FloatArray) -> None:
     """Evaluate the product of the Jacobian and a vector.
 

@@ -17,14 +17,14 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
-from governor_mechanism.numerics.jit import jit, jit_allocating, jit_inline, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray, RecordArray
 
-centrifugal_force_jit = jit_internal(force_laws.centrifugal_force)
-centrifugal_moment_jit = jit_internal(force_laws.centrifugal_moment)
-spindle_inertia_rate_jit = jit_internal(force_laws.spindle_inertia_rate)
-spindle_inertia_jit = jit_internal(force_laws.spindle_inertia)
-weight_jit = jit_internal(force_laws.weight)
+centrifugal_force_jit = jit_in_place(force_laws.centrifugal_force)
+centrifugal_moment_jit = jit_in_place(force_laws.centrifugal_moment)
+spindle_inertia_rate_jit = jit_in_place(force_laws.spindle_inertia_rate)
+spindle_inertia_jit = jit_in_place(force_laws.spindle_inertia)
+weight_jit = jit_in_place(force_laws.weight)
 
 N_ENERGY_STATES = 2
 """Number of states after poses and velocities: the work term of the energy balance (J) and the energy dissipated by dashpots and friction
@@ -45,7 +45,7 @@ STAND_IN_ROUNDING_RATIO = 1e-11
 """The same change below which it may stop falling: rounding in an ill-conditioned position."""
 
 
-@jit_inline
+@jit_in_place
 def evaluate_accelerations(
     system: System,
     workspace: SystemWorkspace,
@@ -73,15 +73,8 @@ def evaluate_accelerations(
             motion = workspace.plane_motion[p]
             forces[system.planes[p].shaft, 2] -= motion[PlaneColumn.INERTIA_RATE] * motion[PlaneColumn.SPEED]
     power = add_element_forces(system.force_elements, poses, velocities, workspace.inputs, forces)
-    dissipated_power = add_output_forces(
-        system.output_rows,
-        system.output_forces,
-        velocities,
-        workspace.inputs,
-        workspace.output_row_values,
-        workspace.output_jacobian,
-        forces,
-    )
+    output_rows, values, jacobian = system.output_rows, workspace.output_row_values, workspace.output_jacobian
+    dissipated_power = add_output_forces(output_rows, system.output_forces, velocities, workspace.inputs, values, jacobian, forces)
     power -= dissipated_power
     assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, workspace.inverse_mass, workspace.band)
     pivot_ratio = solve_constrained_system(system, workspace, forces, 1.0, result)
@@ -90,7 +83,7 @@ def evaluate_accelerations(
     return pivot_ratio, power, dissipated_power
 
 
-@jit_inline
+@jit_in_place
 def solve_constrained_system(
     system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray
 ) -> float:
@@ -104,7 +97,7 @@ def solve_constrained_system(
     return pivot_ratio
 
 
-@jit_inline
+@jit_in_place
 def _solve_with_stand_ins(system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray) -> float:
     """Solve as `solve_constrained_system`, with a mass matrix that includes the stand-in inertia."""
     row_bodies = system.constraint_rows.row_bodies
@@ -119,7 +112,7 @@ def _solve_with_stand_ins(system: System, workspace: SystemWorkspace, forces: Fl
     return pivot_ratio
 
 
-@jit_allocating
+@jit
 def _remove_stand_in_inertia(
     system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray
 ) -> None:
@@ -149,7 +142,7 @@ def _remove_stand_in_inertia(
     result[:] = math.nan
 
 
-@jit_inline
+@jit_in_place
 def evaluate_inputs_at(
     system: System,
     workspace: SystemWorkspace,
@@ -168,7 +161,7 @@ def evaluate_inputs_at(
     )
 
 
-@jit_inline
+@jit_in_place
 def evaluate_plane_motion(
     system: System, workspace: SystemWorkspace, poses: FloatArray, velocities: FloatArray, input_cubics: FloatArray, local_time: float
 ) -> None:
@@ -185,7 +178,7 @@ def evaluate_plane_motion(
     update_inverse_mass(system, workspace)
 
 
-@jit_inline
+@jit_in_place
 def update_inverse_mass(system: System, workspace: SystemWorkspace) -> None:
     """Set the inverse masses of the workspace; a shaft gets the inertia of its plane, unless the system keeps its angle."""
     copy_array(workspace.inverse_mass, system.inverse_mass)
@@ -196,7 +189,7 @@ def update_inverse_mass(system: System, workspace: SystemWorkspace) -> None:
             workspace.inverse_mass[shaft, 2] = 1.0 / (own_inertia + workspace.plane_motion[p, PlaneColumn.INERTIA])
 
 
-@jit_internal
+@jit_in_place
 def evaluate_body_forces(
     bodies: RecordArray, plane_motion: FloatArray, gravity_factor: float, poses: FloatArray, result: FloatArray
 ) -> None:
@@ -252,7 +245,8 @@ def inertia_of_plane(bodies: RecordArray, plane: int, poses: FloatArray, velocit
     return total, rate
 
 
-def _project_state(
+@jit_in_place
+def project_state(
     system: System,
     workspace: SystemWorkspace,
     input_cubics: FloatArray,
@@ -310,23 +304,11 @@ def _project_state(
     return max_residual
 
 
-project_state = jit(_project_state)
-project_state_inline = jit_inline(_project_state)
-"""`project_state` inlined in its callers."""
-
-
-@jit_inline
-def split_state(system: System, state: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return views of the poses and velocities (bodies, 3) in a state."""
-    n_bodies = system.bodies.size
-    return state[: 3 * n_bodies].reshape(n_bodies, 3), state[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3)
-
-
-@jit_inline
-def evaluate_state_derivative_inline(
+@jit_in_place
+def evaluate_state_derivative(
     system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray, result: FloatArray
 ) -> float:
-    """Evaluate the time derivative of a state; inlined in its callers.
+    """Evaluate the time derivative of a state.
 
     The work state is the work put in by changes of given spindle speeds, less the work of drives and of forces without a potential.
 
@@ -351,7 +333,7 @@ def evaluate_state_derivative_inline(
         Smallest pivot ratio of J M^-1 J^T; 0 where rows are linearly dependent.
     """
     n_bodies = system.bodies.size
-    poses, velocities = split_state(system, state)
+    poses, velocities = state[: 3 * n_bodies].reshape(-1, 3), state[3 * n_bodies : 6 * n_bodies].reshape(-1, 3)
     first_lag = 6 * n_bodies + N_ENERGY_STATES
     for i in range(3 * n_bodies):
         result[i] = state[3 * n_bodies + i]
@@ -371,36 +353,7 @@ def evaluate_state_derivative_inline(
     return pivot_ratio
 
 
-@jit
-def evaluate_state_derivative(
-    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray
-) -> FloatArray:
-    """Return the time derivative of a state; callable from Python.
-
-    Parameters
-    ----------
-    system
-        Arrays of the multibody model.
-    workspace
-        Work arrays.
-    input_cubics
-        Local cubics of all inputs; shape (inputs, 5).
-    local_time
-        Time since the start of these cubics, s.
-    state
-        Poses and velocities of the body origins, the energy states and the lags; shape (6 * bodies + N_ENERGY_STATES + lags,).
-
-    Returns
-    -------
-    FloatArray
-        Time derivative, with the shape of `state`.
-    """
-    result = np.empty(state.size)
-    evaluate_state_derivative_inline(system, workspace, input_cubics, local_time, state, result)
-    return result
-
-
-@jit_internal
+@jit_in_place
 def evaluate_event_functions(system: System, workspace: SystemWorkspace, state: FloatArray, event_values: FloatArray) -> None:
     """Evaluate the event functions at the state whose derivative was evaluated last.
 
@@ -415,7 +368,8 @@ def evaluate_event_functions(system: System, workspace: SystemWorkspace, state: 
     event_values
         Result: values of the event functions; shape (event functions,).
     """
-    poses, velocities = split_state(system, state)
+    n_coordinates = 3 * system.bodies.size
+    poses, velocities = state[:n_coordinates].reshape(-1, 3), state[n_coordinates : 2 * n_coordinates].reshape(-1, 3)
     row_values, jacobian = workspace.output_row_values, workspace.output_jacobian
     evaluate_rows(system.output_rows, poses, velocities, row_values, jacobian)
     for i in range(system.event_functions.size):
@@ -426,8 +380,5 @@ def evaluate_event_functions(system: System, workspace: SystemWorkspace, state: 
             value = output_rate(system.output_rows, jacobian, event_function.source_index, velocities)
         else:
             value = -workspace.multipliers[event_function.source_index]
-        event_values[i] = (
-            event_function.sign * value
-            - event_function.threshold
-            - (workspace.inputs[event_function.input_index] if event_function.input_index >= 0 else 0.0)
-        )
+        limit = workspace.inputs[event_function.input_index] if event_function.input_index >= 0 else 0.0
+        event_values[i] = event_function.sign * value - event_function.threshold - limit

@@ -14,11 +14,11 @@ from governor_mechanism.model.force_elements import Damper, Force, ForceElement,
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.numerics.jit import jit_internal
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, RecordArray, record_dtype
 
-damper_force_jit = jit_internal(damper_force)
-spring_force_jit = jit_internal(spring_force)
+damper_force_jit = jit_in_place(damper_force)
+spring_force_jit = jit_in_place(spring_force)
 
 
 class ForceElementKind(IntEnum):
@@ -74,7 +74,7 @@ def make_force_element_table(mechanism: Mechanism, origins: Origins, first_input
     return table, tuple(inputs)
 
 
-@jit_internal
+@jit_in_place
 def _point_kinematics(poses: FloatArray, velocities: FloatArray, body: int, x: float, y: float) -> tuple[float, float, float, float]:
     """Return the arm (m) from the body origin to a point, and the velocity (m/s) of the point."""
     if body < 0:
@@ -84,7 +84,7 @@ def _point_kinematics(poses: FloatArray, velocities: FloatArray, body: int, x: f
     return arm_x, arm_y, velocities[body, 0] - arm_y * angular_velocity, velocities[body, 1] + arm_x * angular_velocity
 
 
-@jit_internal
+@jit_in_place
 def _add_force_at_point(result: FloatArray, body: int, arm_x: float, arm_y: float, force_x: float, force_y: float) -> None:
     """Add a force (N) that acts at the end of an arm (m) from the body origin to result (bodies, 3)."""
     if body >= 0:
@@ -93,7 +93,7 @@ def _add_force_at_point(result: FloatArray, body: int, arm_x: float, arm_y: floa
         result[body, 2] += arm_x * force_y - arm_y * force_x
 
 
-@jit_internal
+@jit_in_place
 def add_element_forces(elements: RecordArray, poses: FloatArray, velocities: FloatArray, inputs: FloatArray, result: FloatArray) -> float:
     """Add the generalised forces of all force elements to result (bodies, 3).
 

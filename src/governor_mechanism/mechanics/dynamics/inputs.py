@@ -11,7 +11,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import Constrain
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
 from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, ReadingFunction, TableFunction
-from governor_mechanism.numerics.jit import jit_internal
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, RecordArray, record_dtype
 
 
@@ -158,7 +158,7 @@ def evaluate_reading_function(function: ReadingFunction, value: float) -> float:
     raise TypeError(f"no function of a reading is defined for {type(function).__name__}")
 
 
-@jit_internal
+@jit_in_place
 def evaluate_inputs(
     terms: RecordArray,
     output_rows: ConstraintRows,
@@ -184,7 +184,7 @@ def evaluate_inputs(
         add_input_term(terms, i, source, result)
 
 
-@jit_internal
+@jit_in_place
 def add_input_term(terms: RecordArray, i: int, source: float, result: FloatArray) -> None:
     """Add term i to its input in result (inputs,); `source` is the value, rate or lag that it depends on."""
     term = terms[i]
@@ -200,7 +200,7 @@ def add_input_term(terms: RecordArray, i: int, source: float, result: FloatArray
         result[term.input_index] += term.a * (source - term.b) + term.c
 
 
-@jit_internal
+@jit_in_place
 def output_rate(output_rows: ConstraintRows, jacobian: FloatArray, k: int, velocities: FloatArray) -> float:
     """Return the rate of an output (m/s or rad/s) from its row of the evaluated output Jacobian."""
     rate = 0.0

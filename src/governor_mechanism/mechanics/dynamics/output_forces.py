@@ -12,7 +12,7 @@ from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.mechanics.dynamics.inputs import output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
 from governor_mechanism.model.effect import OutputForce
-from governor_mechanism.numerics.jit import jit_closure, jit_internal
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, RecordArray, record_dtype
 
 MAX_COEFFICIENTS = 4
@@ -47,7 +47,7 @@ def output_force_record(effect: OutputForce, output_index: int) -> tuple[int, in
     return FORCE_LAWS.index(type(effect)), output_index, effect.dissipates, -1, coefficients
 
 
-@jit_internal
+@jit_in_place
 def _no_force(law: int, coefficients: FloatArray, value: float, rate: float) -> float:
     return 0.0
 
@@ -56,12 +56,12 @@ def _compile_force_laws(laws: Sequence[type[OutputForce]]) -> Callable[[int, Flo
     """Return a kernel that evaluates the law of an index: a chain of comparisons, which the compiler inlines."""
     if not laws:
         return _no_force
-    evaluate_first, evaluate_others = jit_internal(laws[0].force), _compile_force_laws(laws[1:])
+    evaluate_first, evaluate_others = jit_in_place(laws[0].force), _compile_force_laws(laws[1:])
 
     def evaluate(law: int, coefficients: FloatArray, value: float, rate: float) -> float:
         return float(evaluate_first(coefficients, value, rate)) if law == 0 else evaluate_others(law - 1, coefficients, value, rate)
 
-    return jit_closure(evaluate)
+    return jit_in_place(evaluate)
 
 
 evaluate_force_law = _compile_force_laws(FORCE_LAWS)
@@ -84,7 +84,7 @@ of g. input_index: the input that is subtracted, or -1. contact_index: the conta
 """
 
 
-@jit_internal
+@jit_in_place
 def add_output_forces(
     output_rows: ConstraintRows,
     output_forces: RecordArray,

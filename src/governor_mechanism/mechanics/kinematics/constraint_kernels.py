@@ -13,7 +13,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_motion
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
-from governor_mechanism.numerics.jit import jit, jit_allocating, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray, IntArray, RecordArray, record_dtype
 
 
@@ -68,7 +68,7 @@ N_ROW_COLUMNS = len(RowColumn)
 MIN_DROP_SQUARED = 1e-300
 """Lower bound (m2) of the squared height of a follower's link, which avoids a division by zero for a horizontal link."""
 
-rotate_vector_jit = jit_internal(rotate_vector)
+rotate_vector_jit = jit_in_place(rotate_vector)
 
 
 class ConstraintRows(NamedTuple):
@@ -91,7 +91,7 @@ class ConstraintRows(NamedTuple):
     curve_segments: FloatArray
 
 
-@jit_internal
+@jit_in_place
 def evaluate_drives(rows: ConstraintRows, input_cubics: FloatArray, local_time: float, row_values: FloatArray) -> None:
     """Fill the prescribed motion into row_values (rows, 5) from the local cubics and harmonics of the inputs."""
     for i in range(rows.table.size):
@@ -134,7 +134,7 @@ def evaluate_curve(curve_segments: FloatArray, first_segment: int, n_segments: i
     return value, derivative, 2.0 * half_second_derivative
 
 
-@jit_internal
+@jit_in_place
 def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, row_values: FloatArray, jacobian: FloatArray) -> None:
     """Fill residual and gamma of row_values (rows, 5), and the Jacobian (rows, 2, 3) with respect to both bodies' poses.
 
@@ -265,7 +265,7 @@ def evaluate_gamma(rows: ConstraintRows, poses: FloatArray, velocities: FloatArr
     return _evaluate_column(rows, poses, velocities, drive_values, RowColumn.GAMMA)
 
 
-@jit_allocating
+@jit
 def _evaluate_column(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray, column: int) -> FloatArray:
     """Return one column of the row values at many states; shape (n, rows)."""
     n_rows = rows.table.size

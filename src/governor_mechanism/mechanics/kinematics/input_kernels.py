@@ -9,13 +9,13 @@ import math
 
 from governor_mechanism.mechanics.kinematics import time_functions
 from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUMNS
-from governor_mechanism.numerics.jit import jit_internal
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray
 
-fluctuating_speed_jit = jit_internal(time_functions.fluctuating_speed)
+fluctuating_speed_jit = jit_in_place(time_functions.fluctuating_speed)
 
 
-@jit_internal
+@jit_in_place
 def evaluate_input(input_cubics: FloatArray, k: int, local_time: float) -> float:
     """Return the value of input k, or 0 for k = -1."""
     if k < 0:
@@ -24,20 +24,20 @@ def evaluate_input(input_cubics: FloatArray, k: int, local_time: float) -> float
     return float(((a * local_time + b) * local_time + c) * local_time + d)
 
 
-@jit_internal
+@jit_in_place
 def evaluate_input_derivative(input_cubics: FloatArray, k: int, local_time: float) -> float:
     """Return the time derivative of input k."""
     return float((3.0 * input_cubics[k, 0] * local_time + 2.0 * input_cubics[k, 1]) * local_time + input_cubics[k, 2])
 
 
-@jit_internal
+@jit_in_place
 def evaluate_input_integral(input_cubics: FloatArray, k: int, local_time: float) -> float:
     """Return the integral of input k since 0 s."""
     a, b, c, d = input_cubics[k, 0], input_cubics[k, 1], input_cubics[k, 2], input_cubics[k, 3]
     return float(input_cubics[k, 4] + (((0.25 * a * local_time + b / 3.0) * local_time + 0.5 * c) * local_time + d) * local_time)
 
 
-@jit_internal
+@jit_in_place
 def evaluate_motion(input_cubics: FloatArray, k: int, local_time: float) -> tuple[float, float, float]:
     """Return the value, rate and acceleration of a prescribed motion: its cubic plus its harmonics."""
     value, rate = evaluate_input(input_cubics, k, local_time), evaluate_input_derivative(input_cubics, k, local_time)
@@ -53,7 +53,7 @@ def evaluate_motion(input_cubics: FloatArray, k: int, local_time: float) -> tupl
     return value, rate, acceleration
 
 
-@jit_internal
+@jit_in_place
 def evaluate_given_speed(
     input_cubics: FloatArray, k: int, local_time: float, fluctuation_amplitude: float, cycles_per_turn: float
 ) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from governor_mechanism.mechanics.reduction.lowering import ForceParameter, Outp
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable
 from governor_mechanism.numerics.chebyshev import evaluate_piece, evaluate_piece_derivative
-from governor_mechanism.numerics.jit import jit_allocating, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
 
@@ -117,7 +117,7 @@ def make_reduced_model(table: PiecewiseTable, forces: ReducedForces, input_cubic
     return ReducedModel(table.coefficients, table.intervals, table.neighbours, table.periodicity, *forces, input_cubics, mode)
 
 
-@jit_internal
+@jit_in_place
 def evaluate_model_inputs(model: ReducedModel, piece: int, t: float, shaft_angle: float, shaft_speed: float, local_time: float) -> None:
     """Evaluate the inputs of the model in a state.
 
@@ -152,7 +152,7 @@ def evaluate_model_inputs(model: ReducedModel, piece: int, t: float, shaft_angle
         add_input_term(model.input_terms, i, source, model.inputs)
 
 
-@jit_internal
+@jit_in_place
 def evaluate_acceleration(
     model: ReducedModel,
     piece: int,
@@ -219,12 +219,9 @@ def evaluate_acceleration(
     if ratio == 0.0:
         amplitude, cycles_per_turn = parameters[ForceParameter.FLUCTUATION_AMPLITUDE], parameters[ForceParameter.CYCLES_PER_TURN]
         omega, spindle_acceleration = evaluate_given_speed(model.input_cubics, 0, local_time, amplitude, cycles_per_turn)
-    acceleration = (
-        evaluate_piece(coefficients, piece, TableColumn.QUADRATIC, t) * v * v
-        + evaluate_piece(coefficients, piece, TableColumn.POTENTIAL, t)
-        + damping * v
-        + centrifugal * omega * omega
-    )
+    quadratic = evaluate_piece(coefficients, piece, TableColumn.QUADRATIC, t)
+    potential = evaluate_piece(coefficients, piece, TableColumn.POTENTIAL, t)
+    acceleration = quadratic * v * v + potential + damping * v + centrifugal * omega * omega
     column: int = TableColumn.FIRST_PROGRAM
     first_program = int(parameters[ForceParameter.FIRST_PROGRAM_INPUT])
     for program in range(first_program, first_program + int(parameters[ForceParameter.PROGRAM_COUNT])):
@@ -255,14 +252,14 @@ def evaluate_acceleration(
     return float(acceleration)
 
 
-@jit_internal
+@jit_in_place
 def friction_limit(model: ReducedModel, k: int) -> float:
     """Return the friction force of a contact, or 0 without friction, from the inputs as last evaluated."""
     friction_input = int(model.contacts[k].friction_input)
     return float(model.inputs[friction_input]) if friction_input >= 0 else 0.0
 
 
-@jit_internal
+@jit_in_place
 def evaluate_equation_of_motion(
     model: ReducedModel,
     piece: int,
@@ -310,7 +307,7 @@ def evaluate_equation_of_motion(
     return 0.0 if model.mode[MODE_HELD] != 0 else acceleration
 
 
-@jit_internal
+@jit_in_place
 def evaluate_table_output(model: ReducedModel, piece: int, t: float, output_index: float) -> tuple[float, float]:
     """Evaluate an output from the table.
 
@@ -336,14 +333,14 @@ def evaluate_table_output(model: ReducedModel, piece: int, t: float, output_inde
     return evaluate_piece(model.coefficients, piece, column, t), evaluate_piece(model.coefficients, piece, column + 1, t)
 
 
-@jit_internal
+@jit_in_place
 def evaluate_output_second_derivative(model: ReducedModel, piece: int, t: float, output_index: float) -> float:
     """Return the second derivative of an output by the coordinate, at the local coordinate t of a table piece."""
     column = TableColumn.FIRST_PROGRAM + int(model.parameters[ForceParameter.PROGRAM_COUNT]) + 2 * int(output_index) + 1
     return float(evaluate_piece_derivative(model.coefficients, piece, column, t) * model.intervals[piece, 3])
 
 
-@jit_allocating
+@jit
 def evaluate_static_force(model: ReducedModel, piece: int, t: float, state: FloatArray, local_time: float) -> tuple[float, float]:
     """Evaluate the generalised force at zero rate without friction, and the one up to which friction can hold the mechanism.
 

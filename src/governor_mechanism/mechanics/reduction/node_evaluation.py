@@ -15,7 +15,7 @@ from governor_mechanism.mechanics.dynamics.inputs import output_rate
 from governor_mechanism.mechanics.dynamics.lowering import N_PLANE_COLUMNS, PlaneColumn
 from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, evaluate_rows
-from governor_mechanism.numerics.jit import jit, jit_allocating, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
 MAX_NODE_NEWTON_STEPS = 16
@@ -195,7 +195,7 @@ def make_node_workspace(arrays: ReductionArrays) -> NodeWorkspace:
     )
 
 
-@jit_internal
+@jit_in_place
 def _factorise(workspace: NodeWorkspace) -> bool:
     """Factorise the matrix in place with row pivoting and store its smallest pivot; return whether it is regular."""
     matrix, row_order, min_pivot = workspace.matrix, workspace.row_order, math.inf
@@ -227,7 +227,7 @@ def _factorise(workspace: NodeWorkspace) -> bool:
     return True
 
 
-@jit_internal
+@jit_in_place
 def _solve_factorised(arrays: ReductionArrays, workspace: NodeWorkspace, pose_change: FloatArray) -> float:
     """Fill pose_change (3 bodies,) with the solution of the factorised system; return its largest component in pose scales."""
     matrix, row_order, rhs, solution = workspace.matrix, workspace.row_order, workspace.rhs, workspace.solution
@@ -247,7 +247,7 @@ def _solve_factorised(arrays: ReductionArrays, workspace: NodeWorkspace, pose_ch
     return step_size
 
 
-@jit_internal
+@jit_in_place
 def _fill_scaled_jacobian(arrays: ReductionArrays, workspace: NodeWorkspace) -> None:
     """Fill the dimensionless Jacobian (rows, free coordinates); dense_row (3 bodies,) is a buffer of zeros before and after."""
     row_bodies, pose_scales, dense_row = arrays.constraint_rows.row_bodies, arrays.pose_scales, workspace.dense_row
@@ -265,7 +265,7 @@ def _fill_scaled_jacobian(arrays: ReductionArrays, workspace: NodeWorkspace) -> 
                 dense_row[3 * body : 3 * body + 3] = 0.0
 
 
-@jit_allocating
+@jit
 def solve_position(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, node: FloatArray) -> bool:
     """Solve for the poses node[0] at a value of the coordinate from a guess; fill in their two derivatives."""
     rows, row_scales = arrays.constraint_rows, arrays.row_scales
@@ -302,7 +302,7 @@ def solve_position(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, 
     return True
 
 
-@jit_allocating
+@jit
 def is_on_branch(arrays: ReductionArrays, poses: FloatArray, guess: FloatArray) -> bool:
     """Return whether solved poses (3 bodies,) are so near to their guess that they belong to the same branch."""
     return bool(np.all(np.abs(poses - guess) < MAX_NODE_BRANCH_DISTANCE * arrays.pose_scales))
@@ -346,7 +346,7 @@ def continue_to_coordinate(arrays: ReductionArrays, workspace: NodeWorkspace, q:
     return True
 
 
-@jit_internal
+@jit_in_place
 def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: FloatArray, columns: FloatArray) -> None:
     """Fill the columns of the table from a node (3, 3 bodies): poses, tangent and curvature."""
     poses, tangents, zero_velocities = node[0].reshape(-1, 3), node[1].reshape(-1, 3), workspace.zero_velocities
@@ -391,7 +391,7 @@ def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: Fl
         column += 2
 
 
-@jit_internal
+@jit_in_place
 def _project_on_tangent(forces: FloatArray, tangent: FloatArray) -> float:
     total = 0.0
     for k in range(tangent.size):

@@ -8,7 +8,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays, TableColumn
 from governor_mechanism.numerics.chebyshev import N_CHEBYSHEV_NODES, barycentric_weights
-from governor_mechanism.numerics.jit import jit, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 
 INITIAL_PIECE_WIDTH = 0.1
@@ -132,14 +132,13 @@ def grow_table(table: PiecewiseTable) -> PiecewiseTable:
 
 def count_columns(arrays: ReductionArrays) -> int:
     """Return the number of columns of the table."""
-    return (
-        TableColumn.INVERSE_INERTIA
-        if arrays.is_conservative and not len(arrays.output_rows.table)
-        else TableColumn.FIRST_PROGRAM + len(arrays.program_indices) + 2 * len(arrays.output_rows.table)
-    )
+    n_outputs = len(arrays.output_rows.table)
+    if arrays.is_conservative and not n_outputs:
+        return TableColumn.INVERSE_INERTIA
+    return TableColumn.FIRST_PROGRAM + len(arrays.program_indices) + 2 * n_outputs
 
 
-@jit_internal
+@jit_in_place
 def find_piece(intervals: FloatArray, neighbours: IntArray, periodicity: FloatArray, q: float, piece_guess: int) -> tuple[int, float, int]:
     """Find the piece that contains a value of the coordinate.
 

@@ -13,7 +13,7 @@ from governor_mechanism.mechanics.reduction import node_evaluation
 from governor_mechanism.mechanics.reduction.node_evaluation import NodeWorkspace, ReductionArrays, TableColumn
 from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, PiecewiseTable
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
-from governor_mechanism.numerics.jit import jit, jit_allocating, jit_internal
+from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray
 
 FIT_TOLERANCE = 1e-13
@@ -68,7 +68,7 @@ def extend_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piece
     return _add_piece(arrays, workspace, table, side)
 
 
-@jit_allocating
+@jit
 def _start_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable) -> bool:
     """Solve the initial node of a table and set the scales from it; return whether that was possible."""
     node, columns = table.initial_node, np.zeros(table.column_scales.size)
@@ -81,7 +81,7 @@ def _start_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piece
     return True
 
 
-@jit_allocating
+@jit
 def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray, columns: FloatArray) -> None:
     """Set the scales of columns and poses from the initial node."""
     column_scales, coordinate_scale, time_scale = table.column_scales, arrays.coordinate_scale, arrays.time_scale
@@ -101,7 +101,7 @@ def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray
     column_scales[first_output + 1 :: 2] = arrays.output_scales / coordinate_scale
 
 
-@jit_internal
+@jit_in_place
 def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, side: int) -> ExtensionStatus:
     if table.end_reasons[side] != EndReason.NOT_ENDED or table.periodicity[0] > 0.0:
         return ExtensionStatus.TABLE_ENDED
@@ -153,7 +153,7 @@ def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piecewi
     return ExtensionStatus.PIECE_ADDED
 
 
-@jit_internal
+@jit_in_place
 def _reduce_rounding_by_resizing(
     arrays: ReductionArrays,
     workspace: NodeWorkspace,
@@ -176,7 +176,7 @@ def _reduce_rounding_by_resizing(
     return best
 
 
-@jit_allocating
+@jit
 def _fill_piece(
     arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, piece: int, neighbour: int, start: float, end: float
 ) -> tuple[float, float]:
@@ -216,7 +216,7 @@ def _fill_piece(
     return _fit_residual(arrays, table, piece, values)
 
 
-@jit_internal
+@jit_in_place
 def _extrapolate_poses(
     arrays: ReductionArrays, node: FloatArray, node_before: FloatArray, q: float, q_before: float, q_node: float, guess: FloatArray
 ) -> None:
@@ -227,7 +227,7 @@ def _extrapolate_poses(
         guess[0, c] = node[0, c] + displacement * (node[1, c] + displacement * (0.5 * node[2, c] + displacement / 6.0 * third_derivative))
 
 
-@jit_internal
+@jit_in_place
 def _unwrap_line_angles(
     arrays: ReductionArrays, table: PiecewiseTable, neighbour: int, values: FloatArray, first: int, direction: int
 ) -> None:
@@ -242,7 +242,7 @@ def _unwrap_line_angles(
                 last = values[column, k]
 
 
-@jit_allocating
+@jit
 def _fit_residual(arrays: ReductionArrays, table: PiecewiseTable, piece: int, values: FloatArray) -> tuple[float, float]:
     worst, worst_rounding, unused_coefficients, column = (0.0, 0.0, np.empty(N_CHEBYSHEV_NODES), np.empty(N_CHEBYSHEV_NODES))
     for c in range(values.shape[0]):
@@ -258,7 +258,7 @@ def _fit_residual(arrays: ReductionArrays, table: PiecewiseTable, piece: int, va
     return worst, worst_rounding
 
 
-@jit_internal
+@jit_in_place
 def _locate_limit_in_piece(arrays: ReductionArrays, table: PiecewiseTable, piece: int, side: int) -> tuple[float, int]:
     """Return the first value on a piece at which a reading reaches its limit, and the reason code; else its far end."""
     near_edge, far_edge, n_samples = table.intervals[piece, 1 - side], table.intervals[piece, side], 4 * N_CHEBYSHEV_NODES
@@ -281,7 +281,7 @@ def _locate_limit_in_piece(arrays: ReductionArrays, table: PiecewiseTable, piece
     return far_edge, reason
 
 
-@jit_internal
+@jit_in_place
 def _limit_violation(arrays: ReductionArrays, table: PiecewiseTable, piece: int, limit: int, side_index: int, q: float) -> float:
     """Return how far a reading is beyond its low (0) or high (1) limit."""
     column = TableColumn.FIRST_PROGRAM + arrays.program_indices.size + 2 * int(arrays.limits[limit, 0])
@@ -289,7 +289,7 @@ def _limit_violation(arrays: ReductionArrays, table: PiecewiseTable, piece: int,
     return float(value - arrays.limits[limit, 2] if side_index == 1 else arrays.limits[limit, 1] - value)
 
 
-@jit_allocating
+@jit
 def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
     """Make a table periodic whose ends meet; else let it continue for another turn."""
     low, high = table.end_pieces[0], table.end_pieces[1]
@@ -314,7 +314,7 @@ def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
     table.periodicity[0] = table.intervals[high, 1] - table.intervals[low, 0]
 
 
-@jit_internal
+@jit_in_place
 def _is_periodic(arrays: ReductionArrays, table: PiecewiseTable, low: int, high: int) -> bool:
     """Return whether all columns have the same values at both ends; angles of lines are exempt, because whole turns do not matter."""
     first_output_column, is_same = TableColumn.FIRST_PROGRAM + arrays.program_indices.size, True
