@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -56,10 +57,11 @@ def test_open_porter_governor_agrees_with_the_reference_to_nine_digits(engine):
     assert run.joint_gap.max() < 1e-12 * PORTER["arm"]
 
 
-@FINE
-def test_error_of_random_governors_is_within_accuracy_and_estimate(engine):
+@cache
+def random_scenes():
+    """Return 30 scenes of random governors with their accuracies."""
     random = np.random.default_rng(20261121)
-    fell_short = 0
+    found = []
     for _ in range(30):
         dimensions, middle = random_governor(random)
         speed = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=middle))
@@ -72,14 +74,28 @@ def test_error_of_random_governors_is_within_accuracy_and_estimate(engine):
             output_interval=0.05,
             accuracy=accuracy,
         )
+        found.append((scene, accuracy))
+    return found
+
+
+@cache
+def reference_motion(number, times):
+    """Return angles and rates of a random scene by an independent integration, once for all engines."""
+    return integrate_one_coordinate(random_scenes()[number][0], np.array(times))
+
+
+@FINE
+def test_error_of_random_governors_is_within_accuracy_and_estimate(engine):
+    fell_short = 0
+    for number, (scene, accuracy) in enumerate(random_scenes()):
         run = engine().run(scene)
         assert run.outcome in (Outcome.DONE, Outcome.LEFT_RANGE)
-        angles, rates = integrate_one_coordinate(scene, run.times)
+        angles, rates = reference_motion(number, tuple(run.times))
         true = max(
             np.max(np.abs(run.readings["arm_angle"] - angles)), np.max(np.abs(run.rates["arm_angle"] - rates)) / run.scales["spindle_speed"]
         )
         assert true <= accuracy
-        assert run.joint_gap.max() < 1e-12 * dimensions["arm"]
+        assert run.joint_gap.max() < 1e-12 * run.scene.part.mechanism.length_scale
         fell_short += true > run.error_estimate
     assert fell_short <= 1  # the estimate is for a ten times larger tolerance
 
@@ -89,7 +105,7 @@ COARSER = {
     "slider_crank_torque": (1e-6, 1.0),
     "four_bar_chain": (1e-6, 0.6),
     "andrews_squeezer": (1e-6, 0.03),
-    "pendulum_iftomm": (1e-7, 10.0),
+    "pendulum_iftomm": (1e-6, 10.0),
     "porter_heavy_rods": (1e-6, 1.0),
 }
 
@@ -106,7 +122,7 @@ BOTH = [name for name in shipped_scenes() if shared(name)]
 @pytest.mark.parametrize("name", BOTH)
 def test_engines_agree_on_every_shipped_scene(name):
     scene = gm.load(name)
-    accuracy, end = COARSER.get(name, (1e-8, scene.run.duration))
+    accuracy, end = COARSER.get(name, (1e-7, scene.run.duration))
     times = np.linspace(0.0, end, 101)
     fine, coarse = (gm.run(scene, engine=engine, accuracy=accuracy, times=times) for engine in ("multibody", "impulse"))
     assert fine.outcome is coarse.outcome is Outcome.DONE
