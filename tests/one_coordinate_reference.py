@@ -18,13 +18,14 @@ def integrate_one_coordinate(scene, times, governor=None):
     program = SpindleSpeedFunction(scene.spindle)
     state = np.array([scene.start.values["arm_angle"], scene.start.rates.get("arm_angle", 0.0)])
     breaks = [time for time in program.breakpoints if 0 < time < times[-1]]
+    constant_speed = program.start_speed if program.is_constant else None
     knots = [0.0, *breaks, float(times[-1])]
     found = np.empty((2, len(times)))
     found[:, times == 0.0] = state[:, np.newaxis]
     for start, end in pairwise(knots):
 
         def slope(time, y, start=start):
-            speed = float(program(np.array([time]), left_limit=time > start)[0])
+            speed = float(program(np.array([time]), left_limit=time > start)[0]) if constant_speed is None else constant_speed
             return [y[1], float(closed.arm_acceleration(governor, arm_angle=y[0], arm_rate=y[1], spindle_speed=speed))]
 
         mine = (times > start) & (times <= end)

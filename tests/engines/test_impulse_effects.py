@@ -167,10 +167,10 @@ def test_friction_holds_up_to_the_speeds_of_the_formula(ends, sign, expected):
 
 
 def test_a_sticking_contact_does_not_creep():
-    scene = porter(dry_friction(40.0), angle=math.radians(30.0), rate=0.0, duration=1000.0, output_interval=1.0)
+    scene = porter(dry_friction(40.0), angle=math.radians(30.0), rate=0.0, duration=200.0, output_interval=1.0)
     run = ImpulseEngine(step=0.02, runs=1).run(scene, certify=False)
-    assert run.readings["sleeve_lift"][-1] == pytest.approx(run.readings["sleeve_lift"][0], abs=1e-12)  # rounding
-    assert run.energy.dissipated_energy[-1] < 1e-10
+    assert run.readings["sleeve_lift"][-1] == pytest.approx(run.readings["sleeve_lift"][0], abs=2e-13)  # rounding
+    assert run.energy.dissipated_energy[-1] < 2e-11
 
 
 def test_a_block_slides_to_rest_where_its_energy_ends():
@@ -336,7 +336,7 @@ def test_the_slip_time_of_a_held_rod_converges_with_order_two():
 def test_friction_elsewhere_reverses_with_a_bounce():
     """One degree of freedom: friction of the arms shortens the bounces of the sleeve as friction on the sleeve would."""
     scene = porter(dry_friction(12.0, "arm_angle"), Stops(reading="sleeve_lift", low=0.08, restitution=0.6), speed=10.0, rate=0.0)
-    true, run = gm.run(scene, "multibody", accuracy=1e-10), ImpulseEngine().run(scene, accuracy=1e-6)
+    true, run = gm.run(scene, "multibody", accuracy=1e-10), ImpulseEngine().run(scene, accuracy=1e-5)
     rests = [[event.time for event in one.events if event.kind == "rests on its stop"] for one in (true, run)]
     assert len(rests[0]) == len(rests[1]) == 1
     assert rests[1] == pytest.approx(rests[0], abs=1e-8)  # the remaining bounces last some microseconds

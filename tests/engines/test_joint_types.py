@@ -42,6 +42,21 @@ def case(name: str) -> ExactCase:
     return CASES[name]()
 
 
+@cache
+def exact_readings(name: str, times: tuple[float, ...]) -> ExactReadings:
+    """Return the exact readings of a case, once for all engines and tests."""
+    return case(name).exact(np.array(times))
+
+
+def exact_at_times_of(run: Trajectory, name: str) -> ExactReadings:
+    return exact_readings(name, tuple(run.times.tolist()))
+
+
+@cache
+def impulse_run(name: str) -> Trajectory:
+    return ImpulseEngine().run(case(name).scene, accuracy=1e-5)
+
+
 def max_errors(run: Trajectory, exact: ExactReadings) -> tuple[float, float]:
     """Return the largest error of any reading and of any rate, relative to its scale."""
     value_errors = [np.max(np.abs(run.readings[name] - exact[name][0])) / run.scales[name] for name in exact]
@@ -67,9 +82,10 @@ def test_multibody_and_reduced_engines_match_the_exact_motion(engine, name):
     one = case(name)
     run = engine.run(one.scene, accuracy=1e-10)
     assert run.outcome is Outcome.DONE
-    assert set(one.exact(run.times)) == set(run.readings)
+    exact = exact_at_times_of(run, name)
+    assert set(exact) == set(run.readings)
     # The requested accuracy and the error estimate of the run; scipy's error at 1e-13 is ten times smaller.
-    assert max(max_errors(run, one.exact(run.times))) <= min(1e-10, run.error_estimate + ROUNDING)
+    assert max(max_errors(run, exact)) <= min(1e-10, run.error_estimate + ROUNDING)
     # Joints are closed to 1e-14 of the length scale at every step, and once more after interpolation.
     assert run.joint_gap.max() < 1e-12 * one.scene.part.mechanism.length_scale
     # The energy balance is as accurate as the motion.
@@ -78,18 +94,17 @@ def test_multibody_and_reduced_engines_match_the_exact_motion(engine, name):
 
 @pytest.mark.parametrize("name", IMPULSE)
 def test_impulse_engine_matches_the_exact_motion(name):
-    one = case(name)
-    run = ImpulseEngine().run(one.scene, accuracy=1e-5)
+    one, run = case(name), impulse_run(name)
     assert run.outcome is Outcome.DONE
     # The requested accuracy and the error estimate of the run.
-    assert max(max_errors(run, one.exact(run.times))) <= min(1e-5, run.error_estimate + ROUNDING)
+    assert max(max_errors(run, exact_at_times_of(run, name))) <= min(1e-5, run.error_estimate + ROUNDING)
     assert run.joint_gap.max() < 1e-5 * one.scene.part.mechanism.length_scale
 
 
 @pytest.mark.parametrize("name", IMPULSE)
 def test_the_energy_balance_of_an_impulse_run_is_as_accurate_as_its_motion(name):
     # With the work of drives, dampers and applied forces, the drift is only the error of the motion.
-    assert ImpulseEngine().run(case(name).scene, accuracy=1e-5).energy.drift < 1e-5
+    assert impulse_run(name).energy.drift < 1e-5
 
 
 @pytest.mark.parametrize("name", IMPULSE)
@@ -100,7 +115,7 @@ def test_single_impulse_runs_are_of_second_order(name):
         # With 160 iterations the solver error is far below the error of the scheme.
         engine = ImpulseEngine(step=one.step / 2**halvings, runs=1, iterations=160)
         run = engine.run(one.scene, certify=False)
-        step_errors.append(max_errors(run, one.exact(run.times)))
+        step_errors.append(max_errors(run, exact_at_times_of(run, name)))
     if one.order == NO_ERROR:
         # Steps of constant acceleration reproduce a parabola in time, so that only rounding remains.
         assert np.max(step_errors) < ROUNDING

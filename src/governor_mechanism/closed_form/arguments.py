@@ -18,7 +18,7 @@ def raise_where(invalid: Any, message: str, *arguments: tuple[str, FloatOrArray,
 
     Each argument is (name, value, unit); the hint says how to correct the input.
     """
-    if not np.any(invalid):
+    if not np.asarray(invalid).any():
         return
     first_index = np.argwhere(invalid)[0]
     shown = []
@@ -43,8 +43,9 @@ def validate_argument(
         raise MechanismError(f"{name} must be {expected}; got {value!r}")
     array = raw.astype(np.float64)
     raise_where(~np.isfinite(array), f"{name} must be finite", (name, array, unit))
-    raise_where(array < minimum, f"{name} must be {minimum:g} {unit}".rstrip() + " or more", (name, array, unit))
-    raise_where(array <= greater_than, f"{name} must be above {greater_than:g} {unit}".rstrip(), (name, array, unit))
+    if minimum != greater_than:  # any bound
+        raise_where(array < minimum, f"{name} must be {minimum:g} {unit}".rstrip() + " or more", (name, array, unit))
+        raise_where(array <= greater_than, f"{name} must be above {greater_than:g} {unit}".rstrip(), (name, array, unit))
     return array
 
 
@@ -66,6 +67,6 @@ def validate_fields(owner: object, units: Mapping[str, str], *, minimum: float =
 def as_scalar_or_array(result: FloatOrArray) -> FloatOrArray:
     """Return a float for a single number, the array otherwise; raise MechanismError for a result that is not finite."""
     array = np.asarray(result, dtype=np.float64)
-    if not np.all(np.isfinite(array)):
+    if not np.isfinite(array).all():
         raise MechanismError("the result is too large or too small for double precision; check the units of the input")
     return float(array) if array.ndim == 0 else array

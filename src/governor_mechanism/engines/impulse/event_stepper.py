@@ -56,8 +56,7 @@ class EventDrivenStepper(StaggeredStepper):
 
     def integrate(self, start: float, end: float, n_steps: int, next_h: float) -> bool:
         """Integrate from start to end (s) in `n_steps` steps, followed by one of `next_h`; return False if chatter does not end."""
-        full_step, time, n_events = (end - start) / n_steps, start, 0
-        target, steps = end, n_steps
+        full_step, time, n_events, target, steps = (end - start) / n_steps, start, 0, end, n_steps
         is_hold_step_changed = self.is_holding and abs(full_step - self.last_h) > STEP_LENGTH_TOLERANCE * full_step
         if is_hold_step_changed or start < self._bounce_end:
             self.close_joints()

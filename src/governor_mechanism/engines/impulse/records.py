@@ -66,13 +66,15 @@ class FixedStepSolution:
     """States at the monitor times of one run, fewer than the grid has if the run was abandoned.
 
     `raw_poses` (times, bodies, 3) have the joint gaps that the steps leave, and `contact_modes` has one entry per monitor time of a scene
-    with contacts. `evaluation_counts` states how often each force law was evaluated.
+    with contacts. `has_chatter` states whether the run was abandoned because of too many events in a step, and `evaluation_counts` how
+    often each force law was evaluated.
     """
 
     states: StateHistory
     raw_poses: FloatArray
     events: tuple[Event, ...]
     contact_modes: tuple[ContactMode, ...]
+    has_chatter: bool
     n_steps: int
     evaluation_counts: Mapping[str, int]
 

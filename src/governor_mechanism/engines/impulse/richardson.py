@@ -131,8 +131,9 @@ class RichardsonRefinement(Runner):
         """Return the first result and its level; halve the step while joints open because it is too long for the speeds that occur."""
         best, level = self.extrapolate_at_level(0), 0
         while best.outcome is Outcome.JOINT_OPENED and level < MAX_OPEN_JOINT_HALVINGS and self._is_within_max_steps(level + 1):
-            self.iterations = self.settings.iterations
-            self.solutions.clear()
+            if self.iterations > self.settings.iterations:
+                self.iterations = self.settings.iterations
+                self.solutions.clear()
             level += 1
             best = self.extrapolate_at_level(level)
         return best, level
@@ -209,7 +210,9 @@ class RichardsonRefinement(Runner):
                 self.steps, self.n_runs = self.steps + solution.n_steps, self.n_runs + 1
             exits = [self.evaluator.find_first_out_of_range(self.solutions[level].raw_poses) for level in levels]
             has_open_joints = self._has_open_joints(levels, exits)
-            if not (has_open_joints or _exits_disagree(exits)) or not self._raise_iterations():
+            # Shorter steps, rather than more iterations, resolve many events in a step: the step is halved first.
+            has_chatter = any(self.solutions[level].has_chatter for level in levels) and levels.start < MAX_OPEN_JOINT_HALVINGS
+            if has_chatter or not (has_open_joints or _exits_disagree(exits)) or not self._raise_iterations():
                 break
         if has_open_joints:
             n_closed = self._n_closed_monitor_times(levels)

@@ -37,7 +37,7 @@ def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int) 
     stepper = StaggeredStepper(problem, model, first_h) if contacts is None else EventDrivenStepper(problem, model, level, first_h)
     start = problem.start if contacts or not step_counts.size else stepper.mass_centre_state()
     states, contact_modes = [(*start, 0.0, 0.0, stepper.state.dissipated_energy)], [contacts.mode] if contacts else []
-    max_distance = MAX_BODY_DISTANCE_RATIO * problem.scene.part.mechanism.length_scale
+    is_complete, max_distance = True, MAX_BODY_DISTANCE_RATIO * problem.scene.part.mechanism.length_scale
     for index, next_h in enumerate(next_lengths):
         try:
             is_complete = stepper.integrate(float(times[index]), float(times[index + 1]), int(step_counts[index]), next_h)
@@ -61,6 +61,7 @@ def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int) 
         raw_poses=raw_poses,
         events=tuple(contacts.events) if contacts else (),
         contact_modes=tuple(contact_modes),
+        has_chatter=not is_complete,
         n_steps=n_steps,
         evaluation_counts={law: count * n_steps for law, count in model.forces.evaluation_counts.items()},
     )

@@ -87,10 +87,10 @@ class StaggeredStepper:
         state = self.state
         self.model.set_iteration_factor(self._hold_iteration_factor)
         self._warm_up_steps_left = N_WARM_UP_STEPS
+        inputs, self.last_h = self.time_inputs.restart_inputs(state.time, h), h
         for _ in range(N_WARM_STARTS):
-            self.model.start(state.poses, state.velocities, self.time_inputs.restart_inputs(state.time, h))
-        self.time_inputs.spindle = state.spindle
-        self.forces.dissipated_energy, self.last_h = state.dissipated_energy, h
+            self.model.start(state.poses, state.velocities, inputs)
+        self.time_inputs.spindle, self.forces.dissipated_energy = state.spindle, state.dissipated_energy
 
     def set_velocities(self, velocities: FloatArray, dissipated_energy: float = 0.0) -> None:
         """Set the velocities (bodies, 3) of the mass centres after impulses, which dissipate an energy (J)."""

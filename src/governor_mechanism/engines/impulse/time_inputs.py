@@ -74,7 +74,8 @@ class TimeInputs:
         The kick has half the size, not half the length: if the step length changes, pymunk scales the accumulated joint impulses
         wrongly and applies wrong bounds.
         """
-        speed = self.spindle.speed if self._free_spindle else float(self._speed_program(np.array([time]))[0])
+        # The speed program of a free spindle is constant; a prescribed spindle keeps its start speed in `spindle`.
+        speed = self.spindle.speed if self._speed_program.is_constant else float(self._speed_program(np.array([time]))[0])
         return replace(self._inputs_at(time, h, speed**2), kick_scale=0.5)
 
     def _inputs_at(self, time: float, h: float, spindle_speed_squared: float) -> StepInputs:

@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 import pymunk
 
 from governor_mechanism.engines.impulse.pymunk.applied_forces import StepInputs
@@ -35,14 +34,12 @@ class FrictionStopConstraint:
         self._constraints: tuple[pymunk.Constraint, pymunk.Constraint] | None = None
         self._active: list[pymunk.Constraint] = []
         self.held_value: float | None = None
-        self.stop_value = 0.0
-        self.stop_side = 0
-        self.is_force_limited = True
+        self.stop_value, self.stop_side, self.is_force_limited = 0.0, 0, True
         self._step, self._kick_duration, self._gradient_norm = 1.0, 1.0, 1.0
 
     def check_line_of_action(self, poses: FloatArray, gradient: FloatArray, contact: Contact) -> None:
         """Raise UnsupportedEffect if the forces of an output variable have no single line of action, as every pymunk joint needs."""
-        bodies = _moving_bodies(gradient)
+        bodies = _moving_bodies(gradient.tolist())
         if len(bodies) == 2:
             (fx, fy, fm), (gx, gy, gm) = gradient[bodies[0]], gradient[bodies[1]]
             dx, dy = poses[bodies[1], 0] - poses[bodies[0], 0], poses[bodies[1], 1] - poses[bodies[0], 1]
@@ -64,17 +61,18 @@ class FrictionStopConstraint:
             self._activate([])
             self._constraints = None  # new constraints start without accumulated impulses
             return
-        gradient, value = output_jacobian[self._output], float(values[self._output])
+        gradient, value = output_jacobian[self._output].tolist(), float(values[self._output])
         if not math.isfinite(value):
             raise ValueError("a body has no finite position")  # pymunk would abort the process
         first, second = [-1, *_moving_bodies(gradient)][-2:]
-        x, y, rotation = gradient[second].tolist()
+        x, y, rotation = gradient[second]
         translation_norm = math.hypot(x, y)
         is_rotational = translation_norm * self._length_scale < LINE_OF_ACTION_TOLERANCE * abs(rotation)
         self._gradient_norm = abs(rotation) if is_rotational else translation_norm
         if self._constraints is None:
             self._constraints = self._make_constraints(first, second, is_rotational)
         friction, stop = self._constraints
+        active = [friction] * (self.held_value is not None) + [stop] * (self.stop_side != 0)
         step_ratio = inputs.h / inputs.next_h
         residual = 0.0 if self.held_value is None else (value - self.held_value) * step_ratio
         penetration = max(self.stop_side * (value - self.stop_value), 0.0) * step_ratio if self.stop_side else 0.0
@@ -85,20 +83,20 @@ class FrictionStopConstraint:
             stop.min = -math.inf if is_upper else relative_angle + STOP_ENGAGEMENT_RATIO
             stop.max = relative_angle - STOP_ENGAGEMENT_RATIO if is_upper else math.inf
         else:
-            normal = (x / translation_norm, y / translation_norm)
-            arm = rotation / translation_norm
+            normal, arm = (x / translation_norm, y / translation_norm), rotation / translation_norm
             contact_point = poses[second][0] + arm * normal[1], poses[second][1] - arm * normal[0]
             friction_length, stop_length = self._length_scale + residual / translation_norm, self.stop_side * self._length_scale
+            contact_anchor = to_body_axes(poses, second, contact_point)
             for joint, length in ((friction, friction_length), (stop, stop_length)):
-                # The joint begins that far behind the contact point, along the normal.
-                start_point = contact_point[0] - length * normal[0], contact_point[1] - length * normal[1]
-                joint.anchor_a, joint.anchor_b = to_body_axes(poses, first, start_point), to_body_axes(poses, second, contact_point)
-            stop.max = self._length_scale * (1 - STOP_ENGAGEMENT_RATIO)
-        stop.max_bias = max(penetration / self._gradient_norm / inputs.h, MIN_BIAS_SPEED)
-        friction.max_force = math.inf
-        if self.is_force_limited and self.held_value is not None:
-            friction.max_force = float(inputs.values[self.friction_input]) * self._gradient_norm * inputs.kick_scale
-        self._activate([friction] * (self.held_value is not None) + [stop] * (self.stop_side != 0))
+                if joint in active:
+                    # The joint begins that far behind the contact point, along the normal.
+                    start_point = contact_point[0] - length * normal[0], contact_point[1] - length * normal[1]
+                    joint.anchor_a, joint.anchor_b = to_body_axes(poses, first, start_point), contact_anchor
+        if self.stop_side:
+            stop.max_bias = max(penetration / self._gradient_norm / inputs.h, MIN_BIAS_SPEED)
+        limit = float(inputs.values[self.friction_input]) if self.is_force_limited and self.held_value is not None else math.inf
+        friction.max_force = limit * self._gradient_norm * inputs.kick_scale
+        self._activate(active)
 
     @property
     def is_needed(self) -> bool:
@@ -135,10 +133,9 @@ class FrictionStopConstraint:
         else:
             friction = pymunk.PinJoint(first_body, second_body)
             friction.distance = self._length_scale
-            stop = pymunk.SlideJoint(first_body, second_body, (0, 0), (0, 0), 0.0, self._length_scale)
+            stop = pymunk.SlideJoint(first_body, second_body, (0, 0), (0, 0), 0.0, self._length_scale * (1 - STOP_ENGAGEMENT_RATIO))
         for joint in (friction, stop):
-            joint.collide_bodies = False
-            joint.error_bias = 0.0
+            joint.collide_bodies, joint.error_bias = False, 0.0
         friction.max_bias = math.inf
         return friction, stop
 
@@ -149,7 +146,6 @@ class FrictionStopConstraint:
         self._active = wanted
 
 
-def _moving_bodies(gradient: FloatArray) -> list[int]:
+def _moving_bodies(gradient: Poses) -> list[int]:
     """Return the indices of the bodies on which a gradient (bodies, 3) depends."""
-    bodies: list[int] = np.flatnonzero(np.any(gradient != 0.0, axis=-1)).tolist()
-    return bodies
+    return [index for index, row in enumerate(gradient) if any(row)]

@@ -116,8 +116,7 @@ class PymunkModel:
 
     def zero_velocities(self) -> None:
         """Set all velocities to zero."""
-        poses, velocities = self.state()
-        self._set_state(poses, 0.0 * velocities)
+        self._set_state(self.state()[0], np.zeros(self.pinned_mask.shape))
 
     def kinetic_energy(self) -> float:
         """Return the kinetic energy in the plane (J), half a step ahead of the poses."""
