@@ -161,6 +161,7 @@ HARDLY_LONGER = {"crank": 0.3, "connecting_rod": 5.0, "eccentric_rod": 1.0004, "
 
 @settings(max_examples=8)
 @example(HARDLY_LONGER)
+@example(HARDLY_LONGER | {"outside_lap": 0.9})
 @given(dimensions)
 def test_events_and_displacement_of_any_valve_are_those_of_the_closed_form(sizes):
     radius = 0.2 * sizes["crank"]
