@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
@@ -37,9 +38,14 @@ def machine(**changes) -> SlideValve:
     return SlideValve(**(SIZES | changes))
 
 
+@cache
+def timing_of(**changes):
+    return tabulate_valve_timing(valve_scene(changes))
+
+
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_every_event_of_the_tables_is_met_by_the_mechanism(ratio):
-    found = tabulate_valve_timing(of_ratio(ratio))
+    found = timing_of(eccentric_rod=RATIOS[ratio])
     for row, printed in zip(found.rows, marks.VALVE_EVENTS[ratio], strict=True):
         assert row.name == printed[0]
         assert abs(row.simulated - math.radians(printed[2])) < 1e-10  # promised
@@ -52,9 +58,8 @@ def test_the_events_without_rods_and_with_one_are_met():
     """The other columns of the table: strokes with an endless rod on one side or on both."""
     columns = {(None, None): 5, ("finite", None): 6, (None, "finite"): 7}
     for (eccentric, connecting), column in columns.items():
-        found = tabulate_valve_timing(
-            valve_scene({"eccentric_rod": 0.24 if eccentric else None, "connecting_rod": 1.5 if connecting else None})
-        )
+        rods = {"eccentric_rod": RATIOS[4] if eccentric else None} | ({} if connecting else {"connecting_rod": None})
+        found = timing_of(**rods)
         for row, printed in zip(found.rows, marks.VALVE_EVENTS[4], strict=True):
             assert abs(row.simulated_stroke - printed[column]) < 1e-10
 
@@ -90,26 +95,23 @@ def test_both_ways_of_the_piston_make_up_the_stroke_and_ports_open_by_displaceme
         np.testing.assert_allclose(found[name], opening, atol=1e-15)
 
 
-def leads_of(scene):
-    return tabulate_valve_timing(scene).leads
-
-
 def test_the_settings_do_what_they_say():
-    first, second = leads_of(valve_scene({"setting": EQUAL_LEADS}))
+    first, second = timing_of(setting=EQUAL_LEADS).leads
     assert abs(first - 0.006) < 1e-14
     assert abs(second - 0.006) < 1e-14
-    for lead, printed in zip(leads_of(valve_scene({"setting": MIDDLE})), marks.ERROR_TERM_SIZES[4]["leads_from_middle"], strict=True):
+    for lead, printed in zip(timing_of(setting=MIDDLE).leads, marks.ERROR_TERM_SIZES[4]["leads_from_middle"], strict=True):
         # the table is by the binomial law, which neglects r^4 / 8 l^3
         assert abs(lead - printed) < marks.ERROR_TERM_SIZES[4]["largest_neglected"]
-    rows = {row.name: row for row in tabulate_valve_timing(valve_scene({"setting": EQUAL_CUT_OFFS})).rows}
+    rows = {row.name: row for row in timing_of(setting=EQUAL_CUT_OFFS, eccentric_rod=RATIOS[4]).rows}
     fills = [rows[f"{end} cut-off"].simulated_stroke for end in ("crank end", "head end")]
     assert abs(fills[0] - fills[1]) < 1e-12  # bisected to rounding
     assert 0.7 < fills[0] < 0.9
 
 
-@pytest.mark.parametrize("ratio", [4.0, 30.0])
+@pytest.mark.parametrize("ratio", RATIOS)
 def test_equal_cut_offs_are_those_of_the_closed_form_and_cost_equal_leads(ratio):
-    scene = valve_scene({"setting": EQUAL_CUT_OFFS, "eccentric_rod": ratio * 0.06})
+    changes = {"setting": EQUAL_CUT_OFFS, "eccentric_rod": RATIOS[ratio]}
+    scene = valve_scene(changes)
     eccentric, train = (Eccentric.from_dimensions(scene.part.dimensions), CrankTrain.from_dimensions(scene.part.dimensions))
     laps = {"outside_lap": 0.024, "inside_lap": 0.005}
 
@@ -125,13 +127,13 @@ def test_equal_cut_offs_are_those_of_the_closed_form_and_cost_equal_leads(ratio)
     # where the fills part by nothing: 1e-16 of lengths near 2 m
     assert abs(scene.part.dimensions["centre"] - centre) < 1e-13
     # The shorter fill, at the crank end, is made longer by opening its port sooner.
-    first, second = leads_of(scene)
+    first, second = timing_of(**changes).leads
     assert first > second
 
 
 def test_the_two_ends_answer_as_the_formula_and_not_as_the_sentence():
     """On the mechanism: compression goes the way of fill and pre-admission, against displacement and pre-release."""
-    found = {row.name: row.shift for row in tabulate_valve_timing(valve_scene({"connecting_rod": None})).rows}
+    found = {row.name: row.shift for row in timing_of(eccentric_rod=RATIOS[4], connecting_rod=None).rows}
     for end, sign in (("crank end", 1), ("head end", -1)):
         assert sign * found[f"{end} cut-off"] < 0  # fill shrinks at the crank end
         assert sign * found[f"{end} admission"] > 0  # later: pre-admission shrinks
@@ -152,7 +154,14 @@ dimensions = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=12)
+HARDLY_LONGER = {"crank": 0.3, "connecting_rod": 5.0, "eccentric_rod": 1.0004, "advance": math.radians(60.0), "outside_lap": 0.32,
+                 "inside_lap": 0.02, "setting": MIDDLE}  # fmt: skip
+"""A rod hardly longer than the eccentric: the valve all but jumps at its dead centres."""
+
+
+@settings(max_examples=8)
+@example(HARDLY_LONGER)
+@example(HARDLY_LONGER | {"outside_lap": 0.9})
 @given(dimensions)
 def test_events_and_displacement_of_any_valve_are_those_of_the_closed_form(sizes):
     radius = 0.2 * sizes["crank"]
@@ -180,7 +189,7 @@ def test_events_and_displacement_of_any_valve_are_those_of_the_closed_form(sizes
 
 @pytest.mark.parametrize("engine", [ImpulseEngine(), MultibodyEngine()], ids=lambda engine: engine.name)
 def test_both_engines_follow_the_drive_within_the_accuracy(engine):
-    scene = valve_scene({"crank_start": "50 deg"}, accuracy=1e-7)
+    scene = valve_scene({"crank_start": "50 deg"}, accuracy=1e-7, duration=0.65)  # a little more than one turn
     run = engine.run(scene)
     assert run.outcome is Outcome.DONE
     angles = math.radians(50.0) + 10.0 * run.times
@@ -201,10 +210,14 @@ def test_impulse_is_of_the_second_order():
     assert abs(np.polyfit(np.log(steps), np.log(errors), 1)[0] - 2.0) < 0.1
 
 
+@pytest.fixture(scope="module")
+def short_run():
+    return ImpulseEngine().run(valve_scene(duration=0.35))  # more than half a turn
+
+
 @pytest.mark.parametrize("times", [0.1, 10.0])
-def test_stand_in_masses_change_no_reading_beyond_the_accuracy(times):
-    scene = valve_scene()
-    run = ImpulseEngine().run(scene)
+def test_stand_in_masses_change_no_reading_beyond_the_accuracy(short_run, times):
+    run, scene = short_run, short_run.scene
     for which in range(3):
         bodies = list(scene.part.mechanism.bodies)
         body = bodies[which]

@@ -88,8 +88,8 @@ def of_role(shapes, role):
 @pytest.mark.parametrize("name", LISTED)
 def test_only_listed_effects_are_drawn(name):
     effects, expected_roles = LISTED[name]
-    bare = roles(fake_run(PORTER, duration=1.0))
-    shown = roles(fake_run_with_effects(PORTER, effects, duration=1.0))
+    bare = roles(fake_run(PORTER, duration=1.0, output_interval=0.1))
+    shown = roles(fake_run_with_effects(PORTER, effects, duration=1.0, output_interval=0.1))
     assert shown - bare == expected_roles
     assert bare - shown == ({"link"} if "rod" in expected_roles else set())
 
@@ -100,9 +100,10 @@ def test_all_shapes_stay_within_the_view_and_keep_their_types(case, name):
     effects = EVERYTHING if name == "all" else LISTED[name][0]
     impacts = [Event(time=0.3, kind="strikes its stop", subject=each.reading) for each in effects
              if isinstance(each, Stops)]  # fmt: skip
-    run = fake_run_with_effects(GOVERNOR_DIMENSIONS[case], effects, impacts, duration=1.0, mean_angle=35.0, amplitude=8.0)
+    motion = {"duration": 1.0, "output_interval": 0.05, "mean_angle": 35.0, "amplitude": 8.0}
+    run = fake_run_with_effects(GOVERNOR_DIMENSIONS[case], effects, impacts, **motion)
     still, moving = shapes_of(run)
-    left, right, bottom, top = drawing_of(run, run.scene.part).bounds()
+    left, right, bottom, top = drawing_of(run, run.scene.part).bounds
     x0, x1, y0, y1 = bounding_box([*still, *itertools.chain(*moving)])
     assert left < x0 < x1 < right
     assert bottom < y0 < y1 < top
@@ -110,7 +111,7 @@ def test_all_shapes_stay_within_the_view_and_keep_their_types(case, name):
 
 
 def test_no_texts_overlap_with_every_effect_in_the_frame():
-    run = fake_run_with_effects(PORTER, EVERYTHING, duration=1.0)
+    run = fake_run_with_effects(PORTER, EVERYTHING, duration=1.0, output_interval=0.05)
     picture = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 1.0), np.linspace(0, 1, 26))])
     picture.update(25)
     boxes = words_of(picture)
@@ -288,7 +289,7 @@ def test_effects_on_a_point_coordinate_are_drawn_for_any_mechanism():
     added = roles(run) - roles(bare)
     assert added == {"shoe", "held shoe", "burst", "damper"}
     still, moving = shapes_of(run)
-    left, right, bottom, top = drawing_of(run, run.scene.part).bounds()
+    left, right, bottom, top = drawing_of(run, run.scene.part).bounds
     x0, x1, y0, y1 = bounding_box([*still, *itertools.chain(*moving)])
     assert left < x0 < x1 < right
     assert bottom < y0 < y1 < top

@@ -25,18 +25,32 @@ from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 @pytest.fixture(scope="module")
 def porter():
-    return fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0)
+    return fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, output_interval=0.02)
 
 
-@pytest.mark.parametrize(("duration", "rate"), [(2.0, 25), (1.13, 25), (1.13, 20), (0.07, 25), (0.5, 30), (0.02, 25)])
+@pytest.fixture(scope="module")
+def porter_film(tmp_path_factory, porter):
+    """A film of the run, and the calls of its progress."""
+    calls = []
+    path = write_film(porter, tmp_path_factory.mktemp("film") / "a.gif", progress=lambda done, total: calls.append((done, total)))
+    return path, calls
+
+
+@pytest.fixture(scope="module")
+def shown_and_painted(porter, porter_film):
+    """The frames of the film as decoded, and as painted."""
+    return decode_film(porter_film[0])[0], np.array(paint_frames(porter))
+
+
+@pytest.mark.parametrize(("duration", "rate"), [(1.13, 25), (1.13, 20), (0.07, 25), (0.5, 30), (0.02, 25)])
 def test_a_gif_in_true_time_lasts_as_long_as_the_run(tmp_path, duration, rate):
-    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=duration)
+    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=duration, output_interval=duration / 10)
     _, durations = decode_film(write_film(run, tmp_path / "a.gif", frames_per_second=rate, slow_down=1))
     assert sum(durations) == pytest.approx(duration, abs=1e-9)
 
 
 def test_a_run_at_rest_keeps_its_duration(tmp_path):
-    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, amplitude=0.0, speed=0.0)
+    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, output_interval=0.1, amplitude=0.0, speed=0.0)
     shown, durations = decode_film(write_film(run, tmp_path / "a.gif"))
     # Only the time and the curves change.
     assert sum(durations) == pytest.approx(2.0, abs=1e-9)
@@ -61,17 +75,18 @@ def test_no_frame_is_too_short_for_viewers():
     assert min(schedule_frames(0.0, 10.0, 20)[1]) >= 2
 
 
-def test_a_gif_repeats_for_ever(tmp_path, porter):
-    with Image.open(write_film(porter, tmp_path / "a.gif")) as image:
+def test_a_gif_repeats_for_ever_and_lasts_as_long_as_the_run(porter_film):
+    with Image.open(porter_film[0]) as image:
         assert image.info["loop"] == 0
         assert image.size == (480, 480)
+    assert sum(decode_film(porter_film[0])[1]) == pytest.approx(2.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", GOVERNOR_DIMENSIONS)
 def test_the_ball_is_drawn_at_its_position(tmp_path, name):
-    run = fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, mean_angle=30.0)
-    shown, _ = decode_film(write_film(run, tmp_path / "a.gif"))
-    times, _ = schedule_frames(0.0, 1.0, 25)
+    run = fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, output_interval=0.04, mean_angle=30.0)
+    shown, _ = decode_film(write_film(run, tmp_path / "a.gif", frames_per_second=5))
+    times, _ = schedule_frames(0.0, 1.0, 5)
     assert len(shown) == len(times)
     view = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 1.0), times)]).view
     middle = round(view.pixel_of(0.0, 0.0)[0])
@@ -81,10 +96,10 @@ def test_the_ball_is_drawn_at_its_position(tmp_path, name):
         for colour in (ROLE_STYLES[role].fill, ROLE_STYLES[role].stroke)[-2:]
         if colour != "none"
     ]
-    for k in range(0, len(times), 5):
+    for k in range(len(times)):
         machine = shown[k][:, : int(ELEVATION_RECT[2])]
         rows, columns = np.nonzero(np.any([(machine == colour).all(axis=2) for colour in colours], axis=0))
-        x, y = run.poses[round(times[k] / 0.01), 0, :2]
+        x, y = run.poses[round(times[k] / 0.04), 0, :2]
         column, row = view.pixel_of(x, y)
         # Half of the mask belongs to the left ball.
         right = columns > middle
@@ -113,9 +128,8 @@ def test_a_part_of_a_run_keeps_its_duration(tmp_path, porter):
     assert sum(durations) == pytest.approx(0.75, abs=1e-9)
 
 
-def test_a_gif_shows_the_frames(tmp_path, porter):
-    shown, _ = decode_film(write_film(porter, tmp_path / "a.gif"))
-    painted = np.array(paint_frames(porter))
+def test_a_gif_shows_the_frames(shown_and_painted):
+    shown, painted = shown_and_painted
     assert painted.shape == shown.shape
     assert painted.dtype == np.uint8
     difference = np.abs(shown.astype(int) - painted).max(axis=3)
@@ -126,10 +140,10 @@ def test_a_gif_shows_the_frames(tmp_path, porter):
 
 def test_equal_runs_give_equal_films(tmp_path):
     first, second = (fake_run(GOVERNOR_DIMENSIONS["crossed"], duration=0.5) for _ in range(2))
-    for one, other in zip(paint_frames(first), paint_frames(second), strict=True):
+    for one, other in zip(paint_frames(first, slow_down=1), paint_frames(second, slow_down=1), strict=True):
         assert_array_equal(one, other)
-    write_film(first, tmp_path / "first.gif")
-    write_film(second, tmp_path / "second.gif")
+    write_film(first, tmp_path / "first.gif", slow_down=1)
+    write_film(second, tmp_path / "second.gif", slow_down=1)
     assert (tmp_path / "first.gif").read_bytes() == (tmp_path / "second.gif").read_bytes()
 
 
@@ -140,12 +154,12 @@ def test_an_exception_leaves_no_file_and_keeps_the_old_one(tmp_path, porter, err
             raise error
 
     with pytest.raises(error):
-        write_film(porter, tmp_path / "new.gif", progress=stop)
+        write_film(porter, tmp_path / "new.gif", frames_per_second=5, progress=stop)
     assert list(tmp_path.iterdir()) == []
     old = tmp_path / "old.gif"
     old.write_bytes(b"old")
     with pytest.raises(error):
-        write_film(porter, old, progress=stop)
+        write_film(porter, old, frames_per_second=5, progress=stop)
     assert [path.name for path in tmp_path.iterdir()] == ["old.gif"]
     assert old.read_bytes() == b"old"
 
@@ -156,9 +170,8 @@ def test_films_do_not_import_pyplot():
     assert done.stdout.strip() == "False"
 
 
-def test_progress_counts_to_the_end(tmp_path, porter):
-    calls = []
-    write_film(porter, tmp_path / "a.gif", progress=lambda done, total: calls.append((done, total)))
+def test_progress_counts_to_the_end(porter_film):
+    _, calls = porter_film
     assert calls == [(k, 51) for k in range(1, 52)]
 
 
@@ -181,7 +194,7 @@ def test_the_numbers_of_a_scale_next_to_wide_arms_are_not_cut_off():
 @pytest.mark.parametrize("outcome", [Outcome.DONE, Outcome.LEFT_RANGE])
 def test_no_words_are_cut_off_or_overlap(name, outcome):
     title = "A governor with a title far longer than anybody should give to a scene, with arms, links and a sleeve"
-    run = fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, mean_angle=30.0, title=title, outcome=outcome)
+    run = fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, output_interval=0.04, mean_angle=30.0, title=title, outcome=outcome)
     if not outcome.ok:
         run = dataclasses.replace(run, detail="arm_angle: " + 20 * "a very long cause, ")
     picture = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 1.0), np.linspace(0, 1, 26))])
@@ -219,10 +232,12 @@ def test_cached_numbers_look_like_the_text(porter):
     assert ink_of_copy == pytest.approx(ink_of_text, rel=0.05)
 
 
-def test_the_footer_states_accuracy_or_early_end(porter):
+def test_the_footer_states_accuracy_or_early_end():
+    short = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=0.1, output_interval=0.05)
+
     def footer(**changes):
-        run = dataclasses.replace(porter, **changes)
-        picture = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 2.0), np.array([0.0, 2.0]))])
+        run = dataclasses.replace(short, **changes)
+        picture = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 0.1), np.array([0.0, 0.1]))])
         return [words for words, _ in words_of(picture)]
 
     assert "accurate to 4e-07, requested 1e-06" in footer(error_estimate=3.1e-7)
@@ -261,9 +276,8 @@ def test_wrong_names_and_empty_runs_are_refused(tmp_path, porter):
         write_film(nothing, tmp_path / "a.gif")
 
 
-def test_moving_shapes_leave_no_traces(tmp_path, porter):
-    shown, _ = decode_film(write_film(porter, tmp_path / "a.gif"))
-    still = np.array(paint_frames(porter))
+def test_moving_shapes_leave_no_traces(shown_and_painted):
+    shown, still = shown_and_painted
     paper = np.array(parse_rgb(PAPER))
     bare = (still == paper).all(axis=3)
     assert bare.mean() > 0.5

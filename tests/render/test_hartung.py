@@ -45,7 +45,7 @@ def drawn(request: pytest.FixtureRequest) -> Any:
 
 def test_every_shape_stays_within_the_view_and_has_a_style(drawn: Any) -> None:
     run, drawing = drawn
-    left, right, bottom, top = drawing.bounds()
+    left, right, bottom, top = drawing.bounds
     shapes = list(drawing.background_shapes())
     for pose, time in zip(run.poses, run.times, strict=True):
         shapes += drawing.moving_shapes(pose, float(time))

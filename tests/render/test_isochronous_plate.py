@@ -39,6 +39,11 @@ def scene(request):
     return load_scene(request.param)
 
 
+@pytest.fixture(scope="module")
+def figure(scene):
+    return isochronous_figure(scene)
+
+
 def upright_words(figure):
     """All that is written level, but for tick labels beyond the ends of their axes."""
     labels = []
@@ -50,8 +55,9 @@ def upright_words(figure):
     return [text for text in [*figure.texts, *labels] if text.get_rotation() % 180 == 0]
 
 
-def test_the_plate_is_a_png_and_equal_for_equal_scenes(tmp_path, scene):
-    first, second = (isochronous_figure(scene).save_png(tmp_path / name) for name in ("a.png", "b.png"))
+@pytest.mark.parametrize("name", ["porter", "watt_improved"])
+def test_the_plate_is_a_png_and_equal_for_equal_scenes(tmp_path, name):
+    first, second = (isochronous_figure(load_scene(name)).save_png(tmp_path / file) for file in ("a.png", "b.png"))
     with Image.open(first) as image:
         assert image.format == "PNG"
         assert image.size == (1560, 1032)
@@ -188,8 +194,7 @@ def test_arms_that_would_hang_or_cross_the_axis_are_left_out_of_the_curves():
     assert np.all(np.isfinite(curve.parabola_speed_changes))
 
 
-def test_no_words_collide_and_none_leaves_the_plate(scene):
-    figure = isochronous_figure(scene)
+def test_no_words_collide_and_none_leaves_the_plate(figure):
     renderer = FigureCanvasAgg(figure).get_renderer()
     figure.draw(renderer)
     boxes = [(text.get_text(), text.get_window_extent(renderer)) for text in upright_words(figure)]
@@ -202,8 +207,7 @@ def test_no_words_collide_and_none_leaves_the_plate(scene):
         assert apart, (one, other)  # lines of one text block may touch within 3 pixels
 
 
-def test_wrong_claims_are_struck_out(scene):
-    figure = isochronous_figure(scene)
+def test_wrong_claims_are_struck_out(figure):
     renderer = FigureCanvasAgg(figure).get_renderer()
     strikes = [line for line in figure.artists if isinstance(line, Line2D) and to_hex(line.get_color()) == VERMILLION]
     heights = [figure.transFigure.transform((0, line.get_ydata()[0]))[1] for line in strikes]

@@ -27,7 +27,7 @@ def as_unknown(part: Part) -> Part:
     return dataclasses.replace(part, machine="nobody's machine")
 
 
-@pytest.fixture(params=[(name, known) for name in GOVERNOR_DIMENSIONS for known in (True, False)], ids=str)
+@pytest.fixture(scope="module", params=[(name, known) for name in GOVERNOR_DIMENSIONS for known in (True, False)], ids=str)
 def drawn(request):
     name, known = request.param
     run = fake_run(GOVERNOR_DIMENSIONS[name], duration=2.0, output_interval=0.02, mean_angle=30.0)
@@ -43,7 +43,7 @@ def test_shapes_do_not_import_a_plotting_library():
 
 def test_every_shape_stays_within_the_view(drawn):
     run, drawing = drawn
-    left, right, bottom, top = drawing.bounds()
+    left, right, bottom, top = drawing.bounds
     shapes = [*drawing.background_shapes(), *(s for pose in run.poses for s in drawing.moving_shapes(pose, 0.0))]
     x0, x1, y0, y1 = bounding_box(shapes)
     assert left < x0 < x1 < right
@@ -54,7 +54,7 @@ def test_the_view_fits_the_extent_into_its_rectangle_without_distortion():
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
     view = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 1.0), run.times)]).view
     left, top, right, bottom = view.rect
-    x0, x1, y0, y1 = drawing_of(run, run.scene.part).bounds()
+    x0, x1, y0, y1 = drawing_of(run, run.scene.part).bounds
     corners = [view.pixel_of(x, y) for x in (x0, x1) for y in (y0, y1)]
     # Pixel numbers count middles of pixels, so the edge of a rectangle is half a pixel beyond the last one.
     assert all(left - 0.5 - 1e-9 <= column <= right - 0.5 + 1e-9 for column, _ in corners)
@@ -124,7 +124,10 @@ def test_the_pointer_shows_the_lift_on_the_scale(name):
 @pytest.mark.parametrize(("middle", "swing"), [(30.0, 8.0), (58.0, 27.0)])
 def test_nothing_passes_over_the_scale(name, middle, swing):
     run = fake_run(
-        GOVERNOR_DIMENSIONS[name] | ({"link": 0.45} if "link" in GOVERNOR_DIMENSIONS[name] else {}), mean_angle=middle, amplitude=swing
+        GOVERNOR_DIMENSIONS[name] | ({"link": 0.45} if "link" in GOVERNOR_DIMENSIONS[name] else {}),
+        duration=4.0,
+        mean_angle=middle,
+        amplitude=swing,
     )
     drawing = drawing_of(run, run.scene.part)
     still = list(drawing.background_shapes())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from itertools import combinations
 
 import numpy as np
@@ -54,7 +55,7 @@ def test_the_machine_has_a_drawing_of_its_own(run):
 def test_shapes_keep_their_kinds_and_roles_and_stay_within_the_view(run):
     drawing = drawing_of(run, run.scene.part)
     kinds = [(type(shape), shape.role) for shape in drawing.moving_shapes(run.poses[0], 0.0)]
-    left, right, bottom, top = drawing.bounds()
+    left, right, bottom, top = drawing.bounds
     for pose in run.poses:
         shapes = list(drawing.moving_shapes(pose, 0.0))
         assert [(type(shape), shape.role) for shape in shapes] == kinds
@@ -91,14 +92,14 @@ def test_the_valve_stays_within_its_chest(run):
 def test_the_steam_changes_its_state_at_the_events():
     scene = valve_scene()
     angles = find_event_angles(scene)
-    gear = drawing_of(gm.kinematics(scene, over="crank_angle", values=[0.0]), scene.part)
+    instants = sorted(angle + change for angle in angles.values() for change in (-1e-6, 1e-6))
+    motion = gm.kinematics(scene, over="crank_angle", values=instants)
+    poses, gear = dict(zip(instants, motion.poses, strict=True)), drawing_of(motion, scene.part)
     names = {"admission": "live steam", "cut-off": "expanding steam", "release": "spent steam", "compression": "pressed steam"}
     for name, angle in angles.items():
         end, event = name.rsplit(" ", 1)
         side = 1.0 if end == "crank end" else -1.0
-        just_after = gm.kinematics(scene, over="crank_angle", values=[angle + 1e-6]).poses[0]
-        just_before = gm.kinematics(scene, over="crank_angle", values=[angle - 1e-6]).poses[0]
-        after, before = (gear.steam_phase(gear.position(pose), side) for pose in (just_after, just_before))
+        after, before = (gear.steam_phase(gear.position(poses[angle + change]), side) for change in (1e-6, -1e-6))
         assert after == names[event]
         assert before != after
 
@@ -152,15 +153,20 @@ def overlaps(figure):
     return out, near
 
 
+@cache
+def diagram(name: str) -> ValveDiagram:
+    return ValveDiagram(valve_scene((CASES | CROWDED)[name]))
+
+
 @pytest.mark.parametrize("name", ["marks", "thirty", "endless"])
 def test_the_words_of_zeuners_plate_stand_clear_within_the_frame(name):
-    assert overlaps(zeuner.draw_zeuner_plate(ValveDiagram(valve_scene(CASES[name])))) == ([], [])
+    assert overlaps(zeuner.draw_zeuner_plate(diagram(name))) == ([], [])
 
 
 @pytest.mark.parametrize("name", CROWDED)
 @pytest.mark.parametrize(("plate", "panel"), [(zeuner.draw_zeuner_plate, 0), (marks_construction.draw_marks_plate, 3)])
 def test_the_names_of_crowded_events_stand_clear_of_each_other(name, plate, panel):
-    figure = plate(ValveDiagram(valve_scene(CROWDED[name])))
+    figure = plate(diagram(name))
     events = {"admission", "cut-off", "release", "compression"}
     key = [text.get_text() for legend in [figure.axes[panel].get_legend()] if legend for text in legend.get_texts()]
     out, near = overlaps(figure)
@@ -171,12 +177,13 @@ def test_the_names_of_crowded_events_stand_clear_of_each_other(name, plate, pane
 
 @pytest.mark.parametrize("name", ["marks", "thirty"])
 def test_the_words_of_marks_plate_stand_clear_within_the_frame(name):
-    assert overlaps(marks_construction.draw_marks_plate(ValveDiagram(valve_scene(CASES[name])))) == ([], [])
+    assert overlaps(marks_construction.draw_marks_plate(diagram(name))) == ([], [])
 
 
 @pytest.mark.parametrize("figure", [zeuner.draw_zeuner_plate, marks_construction.draw_marks_plate])
 def test_a_plate_is_a_png_and_equal_for_equal_scenes(tmp_path, figure):
-    first, second = (figure(ValveDiagram(valve_scene())).save_png(tmp_path / name) for name in ("a.png", "b.png"))
+    diagrams = diagram("marks"), ValveDiagram(valve_scene())
+    first, second = (figure(one).save_png(tmp_path / name) for one, name in zip(diagrams, ("a.png", "b.png"), strict=True))
     with Image.open(first) as image:
         assert image.format == "PNG"
         assert image.size == (1560, 1032)
@@ -186,7 +193,7 @@ def test_a_plate_is_a_png_and_equal_for_equal_scenes(tmp_path, figure):
 
 def test_what_a_plate_cannot_show_is_refused(tmp_path):
     with pytest.raises(MechanismError, match=r"must end in \.png"):
-        zeuner.draw_zeuner_plate(ValveDiagram(valve_scene())).save_png(tmp_path / "a.jpg")
+        zeuner.draw_zeuner_plate(diagram("marks")).save_png(tmp_path / "a.jpg")
     with pytest.raises(MechanismError, match="needs machine 'slide_valve'"):
         ValveDiagram(gm.load("porter"))
     assert list(tmp_path.iterdir()) == []
@@ -194,11 +201,11 @@ def test_what_a_plate_cannot_show_is_refused(tmp_path):
 
 def test_an_endless_eccentric_rod_has_no_error_to_construct():
     with pytest.raises(MechanismError, match="an infinite one has no error"):
-        marks_construction.draw_marks_plate(ValveDiagram(valve_scene(CASES["endless"])))
+        marks_construction.draw_marks_plate(diagram("endless"))
 
 
 def test_the_points_of_the_mechanism_lie_on_the_hyperbola():
-    axes = marks_construction.draw_marks_plate(ValveDiagram(valve_scene())).axes[1]
+    axes = marks_construction.draw_marks_plate(diagram("marks")).axes[1]
     (points,) = (line for line in axes.lines if line.get_marker() == "o")
     assert np.max(np.abs(points.get_ydata())) < 1e-6  # um; the curves beside it err by 46 and 67
 

@@ -5,12 +5,13 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import BPoly
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.slide_valve import EQUAL_LEADS, SlideValve
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.roots import find_roots
+from governor_mechanism.numerics.roots import find_root, find_roots
 from governor_mechanism.types import FloatArray
 
 CYLINDER_ENDS = ("crank end", "head end")
@@ -20,11 +21,8 @@ PORT_EVENTS = {"steam": ("admission", "cut-off"), "exhaust": ("release", "compre
 
 VALVE_DISPLACEMENT = "valve_displacement"
 
-N_SCAN_ANGLES = 24
-"""Number of crank angles per turn in the search for the two dead centres of the valve."""
-
-DEAD_CENTRE_TOLERANCE = 1e-8
-"""Tolerance of the crank angle of a dead centre, rad; the valve hardly moves there."""
+N_NODES = 72
+"""Number of intervals of a turn between which readings are interpolated; the error is about 1e-11 of the valve travel."""
 
 EVENT_ANGLE_TOLERANCE = 1e-13
 """Tolerance of the crank angle of an event, rad; rounding is about 1e-15."""
@@ -110,6 +108,25 @@ def evaluate_at_crank_angles(scene: Scene, angles: FloatArray) -> ValveKinematic
     return ValveKinematics(*({name: values[given_order] for name, values in motion.items()} for motion in motions))
 
 
+def interpolate_turn(scene: Scene) -> dict[str, BPoly]:
+    """Return the readings as functions of the crank angle, exact with two derivatives at `N_NODES` equal angles, and periodic.
+
+    Parameters
+    ----------
+    scene
+        Scene of a crank machine.
+
+    Returns
+    -------
+    dict
+        Piecewise polynomials of the fifth degree of the crank angle, rad, by name.
+    """
+    nodes = np.linspace(0.0, math.tau, N_NODES + 1)
+    motions = evaluate_at_crank_angles(scene, nodes)
+    tables = {name: np.stack([motion[name] for motion in motions], axis=1) for name in motions.readings}
+    return {name: BPoly.from_derivatives(nodes, table, extrapolate="periodic") for name, table in tables.items()}
+
+
 def find_event_angles(scene: Scene) -> dict[str, float]:
     """Return the crank angles of all eight valve events, to about 1e-13 rad.
 
@@ -130,24 +147,30 @@ def find_event_angles(scene: Scene) -> dict[str, float]:
     """
     if scene.part.machine != SlideValve.name:
         raise MechanismError(f"valve timing needs machine {SlideValve.name!r}; this scene has {scene.part.machine!r}")
-    lowest, highest = _find_valve_dead_centres(scene)
-    displaced_readings = evaluate_at_crank_angles(scene, np.array([lowest, highest])).readings
+    turn = interpolate_turn(scene)
+    dead_centres = _find_valve_dead_centres(turn[VALVE_DISPLACEMENT])
     events: list[tuple[str, str, float, float]] = []
     for end in CYLINDER_ENDS:
         for port, (opens, closes) in PORT_EVENTS.items():
             reading = port_reading_name(end, port)
-            at_lowest, at_highest = displaced_readings[reading]
-            closed_angle, open_angle = (lowest, highest) if at_highest > at_lowest else (highest, lowest)
+            closed_angle, open_angle = sorted(dead_centres, key=turn[reading])
             events.append((f"{end} {opens}", reading, closed_angle, _next_angle(closed_angle, open_angle)))
             events.append((f"{end} {closes}", reading, open_angle, _next_angle(open_angle, closed_angle)))
-    names, readings, low, high = zip(*events, strict=True)
+    names, readings, *brackets = zip(*events, strict=True)
+    low, high = np.array(brackets)
 
     def openings(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-        motion = evaluate_at_crank_angles(scene, angles)
+        motion = evaluate_at_crank_angles(scene, angles % math.tau)
         values, derivatives = (np.array([arrays[name][k] for k, name in enumerate(readings)]) for arrays in motion[:2])
         return values, derivatives
 
-    angles = find_roots(openings, np.array(low), np.array(high), EVENT_ANGLE_TOLERANCE)
+    angles, steps = np.array([find_root(turn[name], *ends) for name, *ends in zip(readings, low, high, strict=True)]), np.zeros(len(low))
+    for _ in range(2):  # Newton's method, from angles that are almost right
+        values, derivatives = openings(angles)
+        steps = -values / derivatives
+        angles = angles + steps
+    if not np.all((np.abs(steps) < EVENT_ANGLE_TOLERANCE) & (low < angles) & (angles < high)):
+        angles = find_roots(openings, low, high, EVENT_ANGLE_TOLERANCE)
     return dict(zip(names, (angles % math.tau).tolist(), strict=True))
 
 
@@ -156,15 +179,9 @@ def _next_angle(start: float, angle: float) -> float:
     return start + (angle - start) % math.tau
 
 
-def _find_valve_dead_centres(scene: Scene) -> tuple[float, float]:
+def _find_valve_dead_centres(displacement: BPoly) -> tuple[float, float]:
     """Return the crank angles (rad) of the lowest and the highest position of the valve."""
-    grid = np.linspace(0.0, math.tau, N_SCAN_ANGLES, endpoint=False)
-    displacements = evaluate_at_crank_angles(scene, grid).readings[VALVE_DISPLACEMENT]
-    extremes = grid[[int(np.argmin(displacements)), int(np.argmax(displacements))]]
-
-    def derivatives(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-        motion = evaluate_at_crank_angles(scene, angles)
-        return motion.derivatives[VALVE_DISPLACEMENT], motion.second_derivatives[VALVE_DISPLACEMENT]
-
-    lowest, highest = find_roots(derivatives, extremes - grid[1], extremes + grid[1], DEAD_CENTRE_TOLERANCE).tolist()
+    nodes, slope = displacement.x, displacement.derivative()
+    values, step = displacement(nodes), nodes[1]
+    lowest, highest = (find_root(slope, nodes[k] - step, nodes[k] + step) for k in (np.argmin(values), np.argmax(values)))
     return lowest, highest

@@ -153,8 +153,7 @@ class Brush:
         width = style.width * self._points_per_pixel
         match group[0]:
             case TextShape(_, x, y, words, _):
-                size = 8.5 * self._points_per_pixel
-                return Words(x, y, words, color=style.stroke, fontsize=size, fontfamily=SANS_FONT, va="center")
+                return Words(x, y, words, color=style.stroke, fontsize=8.5 * self._points_per_pixel, fontfamily=SANS_FONT, va="center")
             case Lines():
                 line = Line2D(*_line_coordinates(group), color=style.stroke, linewidth=width, solid_capstyle="butt")
                 if style.dashes:

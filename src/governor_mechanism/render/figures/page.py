@@ -150,8 +150,7 @@ class Plate(Page):
         super().__init__(PLATE_WIDTH, PLATE_HEIGHT, dpi=PLATE_DPI)
         for inches, width in ((0.14, 1.8), (0.21, 0.6)):
             corner = inches / PLATE_WIDTH, inches / PLATE_HEIGHT
-            box = Rectangle(corner, 1 - 2 * corner[0], 1 - 2 * corner[1], fill=False, edgecolor=INK, linewidth=width)
-            self.add_artist(box)
+            self.add_artist(Rectangle(corner, 1 - 2 * corner[0], 1 - 2 * corner[1], fill=False, edgecolor=INK, linewidth=width))
         self.write_text(0.5, 0.937, heading, 22, ha="center", va="center")
         short_title = textwrap.shorten(title, _MAX_TITLE_LETTERS, placeholder=" …")
         self.write_text(0.5, 0.901, f"{short_title}; {source}", 11.5, ha="center", va="center", color=MUTED, parse_math=False)

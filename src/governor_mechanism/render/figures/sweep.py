@@ -66,8 +66,7 @@ def _draw_curves(sweep: Sweep) -> Page:
     margins = {"left": 0.1, "right": 0.76, "top": 1 - (_HEADER_HEIGHT + 0.2) / height, "bottom": _FOOTER_HEIGHT / height}
     grid = page.add_gridspec(len(groups), 1, hspace=0.38, **margins)
     for k, group in enumerate(groups.values()):
-        panel = page.add_panel(grid[k, 0], axis_scale.label if k == len(groups) - 1 else "")
-        _draw_panel(panel, sweep, axis_scale, group)
+        _draw_panel(page.add_panel(grid[k, 0], axis_scale.label if k == len(groups) - 1 else ""), sweep, axis_scale, group)
     page.write_title(sweep.title, y=1 - 0.32 / height)
     return page
 

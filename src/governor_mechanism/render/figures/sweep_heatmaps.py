@@ -201,8 +201,7 @@ def _draw_map(panel: Panel, scales: list[SweepAxisScale], values: FloatArray, ou
 
 def _draw_colour_bar(page: Page, rect: PanelRect, mesh: Any, label: str) -> None:
     panel = page.add_panel(rect, grid=None)
-    bar = page.colorbar(mesh, cax=panel)
-    bar.outline.set(edgecolor=MUTED, linewidth=0.8)
+    page.colorbar(mesh, cax=panel).outline.set(edgecolor=MUTED, linewidth=0.8)
     panel.yaxis.set_major_locator(MaxNLocator(6, min_n_ticks=2))
     format_plain_ticks(panel.yaxis, panel.get_ylim())
     panel.label(y_label=label, size=9.5)

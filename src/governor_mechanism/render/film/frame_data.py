@@ -30,8 +30,7 @@ class FrameData:
         self.drawing = drawing_of(run, part, slow_down)
         self.poses = self.drawing.poses.repeat(len(times), axis=0)
         if len(run.times) > 1:
-            velocities = self.drawing.select_bodies(run.velocities)
-            self.poses = np.asarray(CubicHermiteSpline(run.times, self.drawing.poses, velocities)(times))
+            self.poses = np.asarray(CubicHermiteSpline(run.times, self.drawing.poses, self.drawing.select_bodies(run.velocities))(times))
         readings = self.drawing.select_entries(shown_readings(run))
         speed = readings["spindle_speed"].values if "spindle_speed" in readings else np.zeros(len(run.times))
         spindle_angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(run.times))])
@@ -45,7 +44,7 @@ ShownParts = Sequence[FrameData]
 
 def enclosing_box(column: Sequence[FrameData]) -> BoundingBox:
     """Return the smallest bounding box (m) that contains a part in several runs."""
-    left, right, bottom, top = zip(*(data.drawing.bounds() for data in column), strict=True)
+    left, right, bottom, top = zip(*(data.drawing.bounds for data in column), strict=True)
     return min(left), max(right), min(bottom), max(top)
 
 

@@ -4,6 +4,7 @@ Everything static is drawn once; each frame restores it and draws only what move
 """
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from itertools import zip_longest
 from typing import Any, cast
@@ -131,7 +132,7 @@ class FramePainter:
             trace = () if path is None else (self._traced_path(path, k),)
             return (*trace, *drawing.moving_shapes(poses[k], float(frame_data.times[k])))
 
-        return self._make_shape_panel(self.view, tuple(drawing.background_shapes()), shapes_at)
+        return self._make_shape_panel(self.view, drawing.static_shapes, shapes_at)
 
     def _make_shape_panel(
         self, view: PixelView, static_shapes: Sequence[DrawnShape], shapes_at: Callable[[int], Sequence[DrawnShape]]
@@ -275,6 +276,10 @@ class FramePainter:
         width = text.get_window_extent().width
         text.set_fontsize(float(text.get_fontsize()) * min(1.0, max(0.75, max_width / max(width, 1.0))))
         content = text.get_text()
-        while len(content) > 1 and text.get_window_extent().width > max_width:
-            content = content[:-1]
-            text.set_text(content.rstrip() + "…")
+
+        def is_too_wide(length: int) -> bool:
+            text.set_text(content if length == len(content) else content[:length].rstrip() + "…")
+            return bool(text.get_window_extent().width > max_width)
+
+        if is_too_wide(len(content)):
+            is_too_wide(max(1, bisect_left(range(len(content)), True, key=is_too_wide) - 1))

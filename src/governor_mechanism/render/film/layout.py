@@ -69,6 +69,5 @@ def fit_view(box: BoundingBox, rect: PixelRect) -> PixelView:
 def reading_rects(count: int, has_dial: bool) -> list[PixelRect]:
     """Return the rectangles of `count` readings, stacked, above the dial if there is one."""
     left, top, right, bottom = READINGS_RECT
-    lower_edge = DIAL_RECT[1] - 8.0 if has_dial else bottom
-    height = (lower_edge - top) / max(count, 1)
+    height = ((DIAL_RECT[1] - 8.0 if has_dial else bottom) - top) / max(count, 1)
     return [(left, top + k * height, right, top + (k + 1) * height) for k in range(count)]

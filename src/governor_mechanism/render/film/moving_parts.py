@@ -48,8 +48,7 @@ def _style_axes(axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
     """Style the axes: thin spines, few ticks, faint grid lines."""
     axes.spines[:].set_linewidth(0.8 * points_per_pixel)
     low, high = axes.get_ylim()
-    ticks = MaxNLocator(3, min_n_ticks=2).tick_values(low, high)
-    axes.set_yticks([tick for tick in ticks if low <= tick <= high])
+    axes.set_yticks([tick for tick in MaxNLocator(3, min_n_ticks=2).tick_values(low, high) if low <= tick <= high])
     format_plain_ticks(axes.yaxis, (low, high))
     axes.set_xticks(time_span, labels=[f"{time_span[0]:.4g}", f"{time_span[1]:.4g} s"])
     axes.tick_params(length=3 * points_per_pixel, width=0.8 * points_per_pixel, pad=2 * points_per_pixel, labelsize=8.5 * points_per_pixel)

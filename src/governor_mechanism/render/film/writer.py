@@ -245,9 +245,8 @@ def _select_slow_down(run: Trajectory, time_span: Vec2, requested: float | None)
 def _open_gif(path: Path, painter: SideBySidePainter, n_frames: int, frame_rate: float) -> Iterator[AddFrame]:
     """Open a GIF; its palette is chosen from a few frames."""
     samples = [painter.paint(int(k)) for k in np.unique(np.linspace(0, n_frames - 1, N_PALETTE_SAMPLES).astype(int))]
-    palette = Palette([parse_rgb(colour) for colour in FILM_COLOURS], samples)
     with path.open("wb") as file:
-        writer = GifWriter(file, palette)
+        writer = GifWriter(file, Palette([parse_rgb(colour) for colour in FILM_COLOURS], samples))
         yield writer.add
         writer.close()
 

@@ -47,7 +47,7 @@ def first_free_position(occupied: Iterable[Vec2], start: float, width: float) ->
 
 def _ends_within(start: Vec2, end: Vec2, bottom: float, top: float) -> list[float]:
     """Return both ends (x) of the part of a segment between two heights, or an empty list."""
-    (x0, y0), (x1, y1) = sorted((start, end), key=lambda point: point[1])
+    (x0, y0), (x1, y1) = (start, end) if start[1] <= end[1] else (end, start)
     if y1 < bottom or y0 > top:
         return []
     rise = y1 - y0

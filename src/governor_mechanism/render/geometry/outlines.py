@@ -7,13 +7,15 @@ from itertools import pairwise
 from governor_mechanism.render.geometry.points import arc_points, convex_hull, place_points
 from governor_mechanism.render.geometry.primitives import BoundingBox, Lines, Polygon, PoseTuple, Vec2
 
+_HALF_CIRCLE = [(y, -x) for x, y in arc_points((0.0, 0.0), 0.0, math.pi, 1.0)]
+"""Half circle from the right side of a bar to the left one, in axes along and across it, for its end; mirrored at the start."""
+
 
 def make_bar(role: str, start: Vec2, end: Vec2, width: float) -> Polygon:
     """Return a straight bar with round ends from start to end (m), of a width (m)."""
     length = math.dist(start, end)
     ux, uy = ((end[0] - start[0]) / length, (end[1] - start[1]) / length) if length > 0 else (1.0, 0.0)
-    # A half circle from the right side of the bar to the left one, in axes (ux, uy), (-uy, ux); mirrored at the start.
-    half_circle = [(y, -x) for x, y in arc_points((0.0, 0.0), 0.0, math.pi, width / 2)]
+    half_circle = [(width / 2 * x, width / 2 * y) for x, y in _HALF_CIRCLE]
     tip = tuple((end[0] + f * ux - g * uy, end[1] + f * uy + g * ux) for f, g in half_circle)
     return Polygon(role, tip + tuple((start[0] - f * ux + g * uy, start[1] - f * uy - g * ux) for f, g in half_circle))
 
@@ -70,8 +72,7 @@ def make_band(role: str, chain: Sequence[Vec2], width: float) -> Polygon:
         tuple((x + s * half * math.sin(h), y - s * half * math.cos(h)) for (x, y), h in zip(chain, headings, strict=True)) for s in (1, -1)
     ]
     tip = arc_points(chain[-1], headings[-1] - math.pi / 2, math.pi, half)
-    tail = arc_points(chain[0], headings[0] + math.pi / 2, math.pi, half)
-    return Polygon(role, (*sides[0], *tip, *sides[1][::-1], *tail))
+    return Polygon(role, (*sides[0], *tip, *sides[1][::-1], *arc_points(chain[0], headings[0] + math.pi / 2, math.pi, half)))
 
 
 def make_arrow(role: str, chain: Sequence[Vec2], head: float) -> tuple[Lines, Polygon]:

@@ -76,8 +76,7 @@ def round_step(span: float, max_steps: int) -> float:
     """Return the smallest of 1, 2, 5 x 10^n that divides `span` into at most `max_steps` steps."""
     min_step = span / max_steps
     decade = float(10.0 ** math.floor(math.log10(min_step)))
-    steps = (m * decade for m in (1.0, 2.0, 5.0, 10.0))
-    return next(step for step in steps if step >= min_step * (1 - 1e-9))
+    return next(step for step in (m * decade for m in (1.0, 2.0, 5.0, 10.0)) if step >= min_step * (1 - 1e-9))
 
 
 def drawn_ball_radius(mass: float, length_scale: float) -> float:

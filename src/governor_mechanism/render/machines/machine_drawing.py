@@ -3,6 +3,7 @@
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
+from functools import cached_property
 from typing import ClassVar
 
 from governor_mechanism.render.geometry.free_space import select_extreme_rows
@@ -74,9 +75,15 @@ class MachineDrawing(PartRun, ABC):
         plans = (self.plan_shapes(pose, 0.0) for pose in self.poses[select_extreme_rows(self.poses)])
         return 1.10 * max(max(map(abs, bounding_box(plan))) for plan in plans)
 
+    @cached_property
+    def static_shapes(self) -> tuple[DrawnShape, ...]:
+        """The background shapes, which take long to find."""
+        return tuple(self.background_shapes())
+
+    @cached_property
     def bounds(self) -> BoundingBox:
-        """Return the box (m) that contains every shape of the run, with a margin."""
-        shapes = list(self.background_shapes())
+        """The box (m) that contains every shape of the run, with a margin."""
+        shapes = list(self.static_shapes)
         for k in select_extreme_rows(drawn_point_paths(self.part.mechanism, self.poses)):
             shapes += self.moving_shapes(self.poses[k], float(self.run.times[k]))
         left, right, bottom, top = bounding_box(shapes)

@@ -109,7 +109,7 @@ def tabulate_valve_timing(scene: Scene) -> ValveTiming:
     simulated_angles = find_event_angles(scene)
     dimensions = scene.part.dimensions
     eccentric, train = Eccentric.from_dimensions(dimensions), CrankTrain.from_dimensions(dimensions)
-    readings = evaluate_at_crank_angles(scene, np.array(list(simulated_angles.values()))).readings
+    readings = evaluate_at_crank_angles(scene, np.array([*simulated_angles.values(), 0.0, math.pi])).readings
     ideal_eccentric, ideal_train = replace(eccentric, rod=math.inf), replace(train, rod=math.inf)
     centre, rows = prescribed_centre(scene), []
     for k, (name, angle) in enumerate(simulated_angles.items()):
@@ -119,8 +119,7 @@ def tabulate_valve_timing(scene: Scene) -> ValveTiming:
         simulated_stroke = float(readings[f"{end.replace(' ', '_')}_travel"][k]) / (2 * train.crank)
         strokes = (simulated_stroke, stroke_fraction(train, exact, end), stroke_fraction(ideal_train, theory, end))
         rows.append(ValveEvent(name, angle, exact, theory, *strokes))
-    dead_centre_readings = evaluate_at_crank_angles(scene, np.array([0.0, math.pi])).readings
-    leads = (float(dead_centre_readings["crank_end_steam"][0]), float(dead_centre_readings["head_end_steam"][1]))
+    leads = float(readings["crank_end_steam"][-2]), float(readings["head_end_steam"][-1])
     return ValveTiming(title=scene.title, rows=tuple(rows), leads=leads, centre=dimensions["centre"])
 
 

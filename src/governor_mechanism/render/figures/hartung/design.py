@@ -36,13 +36,12 @@ def spring_lines_figure(design: HartungDesign, *, with_printed_points: bool = Fa
     slow, fast = (f"{speed * 30 / math.pi:.4g} rpm" for speed in (inputs.slow_speed, inputs.fast_speed))
     page = _new_page("Astatic spring forces", f"and the effective spring from {slow} inside to {fast} outside")
     panel = page.add_panel((0.11, 0.15, 0.85, 0.66), "radius of the weights' centres, mm", "force of each spring, kgf")
-    x = layout.radii * MM_PER_M
     for forces, colour, text in (
         (layout.fast_forces, VERMILLION, f"equilibrium at {fast}"),
         (layout.slow_forces, BLUE, f"equilibrium at {slow}"),
         (layout.spring_forces, INK, f"spring, {layout.spring_rate / KILOGRAM_FORCE / MM_PER_M:.4g} kgf/mm"),
     ):
-        panel.plot(x, forces / KILOGRAM_FORCE, color=colour, linewidth=1.5, label=text)
+        panel.plot(layout.radii * MM_PER_M, forces / KILOGRAM_FORCE, color=colour, linewidth=1.5, label=text)
     if with_printed_points:
         _plot_printed_points(panel)
     add_legend(panel, {"fontfamily": SANS_FONT}, fontsize=8.5, loc="upper left", handlelength=1.6, labelcolor=INK)

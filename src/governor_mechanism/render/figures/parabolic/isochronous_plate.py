@@ -212,8 +212,7 @@ def _draw_speed_deviations(panel: Panel, data: IsochronousPlateData) -> None:
         panel.plot(degrees, parabola_percent, color=colour, linewidth=1.1, linestyle=DOTTED, zorder=3)
         panel.plot(degrees[[0, -1]], parabola_percent[[0, -1]], "x", color=VERMILLION, markersize=7, markeredgewidth=1.6, zorder=6)
         marked = data.speed_deviations(arm_ratio, MARKED_ANGLE_CHANGES)
-        points = np.degrees(marked.angle_changes), 100 * marked.equilibrium_speed_changes
-        panel.plot(*points, "o", color=colour, markersize=4.5, zorder=5)
+        panel.plot(np.degrees(marked.angle_changes), 100 * marked.equilibrium_speed_changes, "o", color=colour, markersize=4.5, zorder=5)
         panel.annotate_point((degrees[-1], percent[-1]), name, (9, 0), color=colour, va="center", fontsize=12)
     _add_line_style_legend(panel)
 

@@ -12,7 +12,7 @@ from matplotlib.transforms import Bbox
 from governor_mechanism.closed_form import slide_valve as closed
 from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.valve_timing import evaluate_at_crank_angles
+from governor_mechanism.observables.valve_timing import interpolate_turn
 from governor_mechanism.render.figures.page import MM_PER_M, PLATE_DPI, Panel, polar_points
 from governor_mechanism.render.style import BLUE, VERMILLION
 from governor_mechanism.studies.slide_valve.valve_timing import ValveEvent, tabulate_valve_timing
@@ -67,10 +67,10 @@ class ValveDiagram:
         self.eccentric = closed.Eccentric.from_dimensions({**lengths, "advance": scene.part.dimensions["advance"]})
         self.crank_train = CrankTrain.from_dimensions(lengths)
         self.angles = np.linspace(0.0, math.tau, _N_CRANK_ANGLES + 1)
-        readings, stroke = evaluate_at_crank_angles(scene, self.angles).readings, 2 * self.crank_train.crank
-        self.displacement = readings["valve_displacement"] * MM_PER_M
+        turn, stroke = interpolate_turn(scene), 2 * self.crank_train.crank
+        self.displacement = turn["valve_displacement"](self.angles) * MM_PER_M
         self.theoretical_displacement = np.asarray(closed.first_order_displacement(self.eccentric, crank_angle=self.angles))
-        self.piston_travel = readings["crank_end_travel"] * MM_PER_M / stroke
+        self.piston_travel = turn["crank_end_travel"](self.angles) * MM_PER_M / stroke
         endless = replace(self.crank_train, rod=math.inf)
         outer_travel = np.asarray(travel_from_outer_dead_centre(endless, crank_angle=self.angles + math.pi))
         self.theoretical_piston_travel = 1 - outer_travel / stroke

@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 import numpy as np
+from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, Circle, Rectangle
 
@@ -84,11 +85,12 @@ def _draw_rim(panel: Panel, data: ValveDiagram, rim_radius: float) -> None:
     panel.add_patch(Circle((0, 0), rim_radius, fill=False, edgecolor=INK, linewidth=1.1, zorder=3))
     panel.add_patch(Circle((0, 0), 1.025 * rim_radius, fill=False, edgecolor=MUTED, linewidth=0.5, zorder=3))
     event_angles = [math.degrees(event.simulated) for event in data.timing.rows]
-    for degree in range(0, 360, 2):
-        length = 1.025 if degree % 10 else 1.045
-        panel.plot(*polar_points(math.radians(degree), [rim_radius, length * rim_radius]), color=MUTED, linewidth=0.5, zorder=3)
-        is_clear = all(abs(math.remainder(degree - other, 360)) >= _MIN_LABEL_DISTANCE_DEG for other in event_angles)
-        if degree % 30 == 0 and is_clear:
+    degrees = np.arange(0, 360, 2)
+    lengths = rim_radius * np.stack([np.ones(len(degrees)), np.where(degrees % 10, 1.025, 1.045)])
+    ticks = list(np.stack(polar_points(np.radians(degrees), lengths)).T)
+    panel.add_collection(LineCollection(ticks, colors=MUTED, linewidths=0.5, capstyle="projecting", zorder=3), autolim=False)
+    for degree in range(0, 360, 30):
+        if all(abs(math.remainder(degree - other, 360)) >= _MIN_LABEL_DISTANCE_DEG for other in event_angles):
             position = polar_points(math.radians(degree), 1.08 * rim_radius)
             panel.annotate_point(position, f"{degree}°", ha="center", va="center", fontsize=8.5, color=MUTED)
     for ends in (((-rim_radius, rim_radius), (0, 0)), ((0, 0), (-rim_radius, rim_radius))):
@@ -180,8 +182,7 @@ def _draw_stroke_diagram(panel: Panel, data: ValveDiagram) -> None:
         for left_event, right_event, height, phase in _STEAM_PHASES:
             left, right, floor = stroke_percent[left_event], stroke_percent[right_event], base + height
             fill_colour = {"steam": _STEAM_COLOURS[colour], "compression": RULE}.get(phase, PAPER)
-            box = Rectangle((left, floor), right - left, 0.7, facecolor=fill_colour, edgecolor=colour, linewidth=1.0, zorder=2)
-            panel.add_patch(box)
+            panel.add_patch(Rectangle((left, floor), right - left, 0.7, facecolor=fill_colour, edgecolor=colour, linewidth=1.0, zorder=2))
             if right - left > _MIN_LABELLED_STROKE_PERCENT:
                 panel.annotate_point(((left + right) / 2, floor + 0.35), phase, ha="center", va="center", fontsize=9.5)
         for name, row in events_by_name.items():

@@ -144,8 +144,7 @@ def drive_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
         if isinstance(joint, TranslationalDriver):
             yield Circle("drive", *placed.position(joint.second), 0.036 * placed.unit)
         elif isinstance(joint, RotationalDriver):
-            centre = placed.hinge_position(joint.first.body, joint.second.body, joint.second)
-            yield Circle("drive", *centre, 0.036 * placed.unit)
+            yield Circle("drive", *placed.hinge_position(joint.first.body, joint.second.body, joint.second), 0.036 * placed.unit)
 
 
 def output_effect_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:

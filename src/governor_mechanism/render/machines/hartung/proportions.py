@@ -75,8 +75,7 @@ class HartungProportions(GovernorDrawing):
         radius = math.cbrt(self.sleeve_mass / (1.3 * math.pi * CAST_IRON_DENSITY))
         min_radius = abs(self.lug_offset) + 0.22 * self.arm
         if math.isinf(self.hanger):
-            lever_angles = self.reading_range("lever_angle")
-            ends = (self._sleeve_arm_end(angle)[0] for angle in lever_angles)
+            ends = (self._sleeve_arm_end(angle)[0] for angle in self.reading_range("lever_angle"))
             min_radius = max(0.42 * self.arm, *(abs(end) + 0.11 * self.arm for end in ends))
         radius = max(min(max(radius, 0.45 * self.arm), 1.1 * self.arm), min_radius)
         return radius, 0.2 * self.arm + 1.0 * radius

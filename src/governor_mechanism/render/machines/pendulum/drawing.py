@@ -92,8 +92,7 @@ def _lift_scale_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
     ticks_mm = parts.lift_ticks(governor.reading_range(parts.LIFT_READING), governor.zero_lift_height - drop, 0.04 * u, 0.1 * u)
     bottom, top = ticks_mm[0][1] - 0.04 * u, ticks_mm[-1][1] + 0.04 * u
     preferred_x = width + 0.10 * u
-    linkages = (_linkage_shapes(governor, pose) for pose in governor.poses[select_extreme_rows(governor.poses)])
-    linkage_shapes = chain.from_iterable(linkages)
+    linkage_shapes = chain.from_iterable(_linkage_shapes(governor, pose) for pose in governor.poses[select_extreme_rows(governor.poses)])
     # Leave a small gap to the linkage.
     x = first_free_position(horizontal_extents(linkage_shapes, bottom, top), preferred_x - 0.01 * u, _SCALE_WIDTH * u)
     # Text keeps its size when a wide machine is drawn at a small scale: far out, its space grows with the width.

@@ -78,8 +78,7 @@ def _port_edges(valve_gear: ValveGearProportions) -> Vec2:
 
 def _chest_half_length(valve_gear: ValveGearProportions) -> float:
     """Return the half length of the chest in eccentricities: ports, lap and valve travel."""
-    lap = max(valve_gear.outside_lap, 0.0) / valve_gear.eccentric
-    return _EXHAUST_HALF_WIDTH + _BRIDGE_WIDTH + _PORT_WIDTH + lap + 1.22
+    return _EXHAUST_HALF_WIDTH + _BRIDGE_WIDTH + _PORT_WIDTH + max(valve_gear.outside_lap, 0.0) / valve_gear.eccentric + 1.22
 
 
 def _passage_outline(valve_gear: ValveGearProportions, side: float) -> tuple[Vec2, ...]:

@@ -83,5 +83,4 @@ def _piston_projection(valve_gear: ValveGearProportions, position: ValveGearPosi
     if math.isinf(valve_gear.connecting_rod):
         return pin, (position.piston_position, 0.0)
     rod = valve_gear.connecting_rod
-    angle = math.asin(pin[1] / rod)
-    return arc_points((position.piston_position - rod, 0.0), 0.0, angle, rod, 12)[::-1]
+    return arc_points((position.piston_position - rod, 0.0), 0.0, math.asin(pin[1] / rod), rod, 12)[::-1]
