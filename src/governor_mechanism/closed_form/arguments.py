@@ -18,7 +18,7 @@ def raise_where(invalid: Any, message: str, *arguments: tuple[str, FloatOrArray,
 
     Each argument is (name, value, unit); the hint says how to correct the input.
     """
-    if not np.any(invalid):
+    if not np.asarray(invalid).any():
         return
     first_index = np.argwhere(invalid)[0]
     shown = []
@@ -34,6 +34,8 @@ def validate_argument(
     value: FloatOrArray, name: str, unit: str, *, minimum: float = -math.inf, greater_than: float = -math.inf
 ) -> FloatArray:
     """Return the value as a float array; it must be finite, at least `minimum` and above `greater_than`."""
+    if isinstance(value, float) and minimum <= value < math.inf and value > greater_than:
+        return np.asarray(value)  # a valid number, the case of every step of an integration
     try:
         raw = np.asarray(value)
     except ValueError:  # a ragged list

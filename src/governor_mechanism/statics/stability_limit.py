@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Generic, TypeVar
 
 from scipy.optimize import brentq
@@ -75,6 +76,7 @@ def find_stability_limit(
     MechanismError
         If the scene is not stable at one end and unstable at the other, or has no steady state at a value.
     """
+    linearise_at = cache(linearise_at)
 
     def growth_rate(value: float) -> float:
         """Return the largest real part, also if it is within its error."""
