@@ -96,8 +96,7 @@ def find_stability_limit(
         raise MechanismError(
             f"no limit of stability lies between the ends of {key}: it is {states}; give ends that are stable and unstable"
         )
-    tolerance = RELATIVE_TOLERANCE * max(abs(low), abs(high))
-    value = float(brentq(growth_rate, low, high, xtol=tolerance, rtol=RELATIVE_TOLERANCE))
+    value = float(brentq(growth_rate, low, high, xtol=RELATIVE_TOLERANCE * max(abs(low), abs(high)), rtol=RELATIVE_TOLERANCE))
     linearisation = linearise_at(value)
     return StabilityLimit(
         key=key,

@@ -84,24 +84,18 @@ class SteadyState:
     @property
     def is_steady(self) -> bool:
         """Whether no acceleration remains but rounding."""
-        sensitivity = _size(self.residual_jacobian)
-        return bool(np.isfinite(sensitivity)) and _size(self.residual) <= RESIDUAL_TOLERANCE * max(1.0, sensitivity)
+        sensitivity = _size(self.residual_jacobian())
+        return bool(np.isfinite(sensitivity)) and _size(self.residual(self.z, self.rates)) <= RESIDUAL_TOLERANCE * max(1.0, sensitivity)
 
-    @cached_property
-    def residual(self) -> FloatArray:
-        """Dimensionless accelerations along the basis; shape (n,)."""
-        return self._residual_at(self.z, self.rates)
-
-    @cached_property
-    def residual_jacobian(self) -> FloatArray:
-        """Jacobian of the accelerations in steady motions with respect to positions and cyclic speeds, dimensionless; shape (n, n)."""
-        zeros, ones = np.zeros(len(self.z)), np.ones(len(self.z))
-        return jacobian(lambda unknowns: self._residual_at(*self.displaced(unknowns)), zeros, ones, tolerance=NEWTON_TOLERANCE)[0]
-
-    def _residual_at(self, z: FloatArray, rates: FloatArray) -> FloatArray:
-        accelerations = np.linalg.solve(self.basis, self.accelerations(z, rates))
-        residual: FloatArray = accelerations * self.time_scale**2 / self.unknown_scales
+    def residual(self, z: FloatArray, rates: FloatArray) -> FloatArray:
+        """Return the dimensionless accelerations (n,) along the basis."""
+        residual: FloatArray = np.linalg.solve(self.basis, self.accelerations(z, rates)) * self.time_scale**2 / self.unknown_scales
         return residual
+
+    def residual_jacobian(self) -> FloatArray:
+        """Return the Jacobian (n, n) of the residual in steady motions with respect to positions and cyclic speeds, dimensionless."""
+        zeros, ones = np.zeros(len(self.z)), np.ones(len(self.z))
+        return jacobian(lambda unknowns: self.residual(*self.displaced(unknowns)), zeros, ones, tolerance=NEWTON_TOLERANCE)[0]
 
     def displaced(self, unknowns: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return coordinates and rates after dimensionless changes (n,) of positions and cyclic speeds."""
@@ -113,7 +107,7 @@ class SteadyState:
     def direction_of_acceleration(self) -> FloatArray:
         """Direction (n,) of the remaining accelerations of the positions, with a largest component of one scale."""
         m, direction = len(self.positions), np.zeros(len(self.z))
-        residual = self.residual[:m]
+        residual = self.residual(self.z, self.rates)[:m]
         direction[self.positions] = self.scales[self.positions] * residual / max(_size(residual), 1e-300)
         return direction
 
@@ -155,7 +149,7 @@ class SteadyState:
 
     def _count_conserved(self) -> int:
         """Return the number of speeds that no equation determines; each belongs to a momentum that stays constant."""
-        rows = self.residual_jacobian
+        rows = self.residual_jacobian()
         row_sizes = np.max(np.abs(rows), axis=1, initial=0.0)
         rows = rows[row_sizes > MIN_ROW_SIZE] / row_sizes[row_sizes > MIN_ROW_SIZE, np.newaxis]
         rank = int(np.sum(np.linalg.svd(rows, compute_uv=False) > RANK_TOLERANCE)) if len(rows) else 0
@@ -244,9 +238,9 @@ def find_steady_state(accelerations: Accelerations, z: FloatArray, rates: FloatA
     m, speeds = len(positions), np.linalg.solve(basis, rates)[len(positions) :]
     state = SteadyState(accelerations, z, cyclic @ speeds, positions, cyclic, scales, time_scale)
     unknown_weights = np.where(np.arange(len(z)) < m, 1.0, SPEED_WEIGHT)
-    size = _size(state.residual)
+    size = _size(state.residual(state.z, state.rates))
     for _ in range(MAX_ITERATIONS):
-        residual, matrix = state.residual, state.residual_jacobian
+        residual, matrix = state.residual(state.z, state.rates), state.residual_jacobian()
         if not np.all(np.isfinite(matrix)):
             break
         # Rows are scaled, so that the rank does not depend on stiffness; the shortest step keeps speeds that nothing determines.
@@ -260,7 +254,7 @@ def find_steady_state(accelerations: Accelerations, z: FloatArray, rates: FloatA
         for factor in 0.5 ** np.arange(12):
             next_z, next_rates = state.displaced(factor * damping * step)
             candidate = replace(state, z=next_z, rates=next_rates)
-            candidate_size = _size(candidate.residual)
+            candidate_size = _size(candidate.residual(next_z, next_rates))
             if candidate_size < (1.0 - MIN_DECREASE * factor * damping) * size:
                 break
         else:

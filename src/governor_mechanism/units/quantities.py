@@ -269,8 +269,7 @@ def _wrong_kind_message(unit: str, number: Decimal, factor: Decimal, base_unit: 
     if expected.si_unit == "kg" and _is_like(base_unit, "N"):
         if unit in ("kgf", "kp"):
             return f"a force: that is a weight; write {float(number * factor / _KILOGRAM_FORCE):.12g} kg"
-        kilograms = float(number * factor / _NEWTON_PER_KILOGRAM)
-        return f"a force: that is a weight; write {kilograms:.3g} kg (rounded: its mass at 9.81 m/s^2)"
+        return f"a force: that is a weight; write {float(number * factor / _NEWTON_PER_KILOGRAM):.3g} kg (rounded: its mass at 9.81 m/s^2)"
     if expected.si_unit == "N" and _is_like(base_unit, "kg"):
         return f'a mass, not a force; write "{float(number * factor):.12g} kgf" or in N'
     known = [*((kind.name, kind.si_unit) for kind in QUANTITY_KINDS.values() if kind.units), *_OTHER_KINDS, ("a plain number", "")]

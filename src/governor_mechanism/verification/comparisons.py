@@ -113,8 +113,7 @@ def compare_in_motion(
     run: Trajectory, quantity: str, simulated: FloatArray, expected: FloatOrArray, allowed: float, unit: str, reason: str
 ) -> ComparisonRow:
     """Return the comparison of a quantity at the reported times where it deviates most."""
-    places = [f"t = {time:.4g} s" for time in run.times]
-    return compare_largest_deviation(quantity, simulated, expected, places, allowed, unit, reason)
+    return compare_largest_deviation(quantity, simulated, expected, [f"t = {time:.4g} s" for time in run.times], allowed, unit, reason)
 
 
 def compare_reading(run: Trajectory, name: str, expected: FloatOrArray) -> ComparisonRow:

@@ -70,8 +70,7 @@ def _validate_coordinate_values(scene: Scene, over: Mapping[str, Sequence[float]
     for limit in scene.part.mechanism.limits:
         outside = values[(values <= limit.low) | (values >= limit.high)]
         if limit.reading == coordinate and outside.size:
-            range_text = f"{limit.low:.6g} to {limit.high:.6g} in SI"
-            raise MechanismError(f"{coordinate} = {outside[0]:.6g} is outside the travel, {range_text}")
+            raise MechanismError(f"{coordinate} = {outside[0]:.6g} is outside the travel, {limit.low:.6g} to {limit.high:.6g} in SI")
     return coordinate, values
 
 
