@@ -270,12 +270,12 @@ def test_the_bill_of_the_effects_is_told_drawn_and_given_as_json(tmp_path):
 
 def test_accuracy_is_measured_told_drawn_and_given_as_json(tmp_path):
     scene, out = str(short_scene(tmp_path)), tmp_path / "out"
-    result = call("accuracy", scene, "--for", "1e-6", "--longest", "0.05", "--out", str(out))
+    result = call("accuracy", scene, "--for", "1e-6", "--longest", "0.02", "--out", str(out))
     assert result.exit_code == 0, result.output
     assert "for 1e-06: use " in result.stdout
     assert "impulse plain never within " in result.stdout
     assert sorted(path.name for path in out.iterdir()) == [f"short_accuracy.{kind}" for kind in ("csv", "json", "png")]
-    words = ("--for", "1e-6", "--longest", "0.05", "--out", str(out), "--no-figure", "--json")
+    words = ("--for", "1e-6", "--longest", "0.02", "--out", str(out), "--no-figure", "--json")
     answer = json.loads(call("accuracy", scene, *words).stdout)
     assert answer["reached"]
     assert answer["advice"].startswith("for 1e-06: use ")

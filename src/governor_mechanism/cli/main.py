@@ -100,7 +100,7 @@ def run(
     files = _write_results(result, out, Path(result.scene.source).stem or "scene", None if no_film else film)
     text, values = [format_run(result)], summarise_run(result)
     if len(loaded_scene.parts) == 1 and loaded_scene.part.machine == SlideValve.name:
-        valve_timing = gm.valve_timing(result.scene)
+        valve_timing = gm.valve_timing(loaded_scene)
         text.append(str(valve_timing))
         values["steam"] = valve_timing.as_json()
     if not result.outcome.ok and not as_json:

@@ -92,8 +92,7 @@ def _evaluate_quantity(scene: Scene, quantity: str, values: FloatArray, poses: F
     if quantity not in names:
         known = ["equilibrium_speed", *names]
         raise MechanismError(f"unknown quantity {quantity!r}; available: {known}.{did_you_mean(quantity, known)}")
-    unit = "rad" if mechanism.reading(quantity).quantity == "angle" else "m"
-    return evaluate_output_value(mechanism, quantity, poses), unit
+    return evaluate_output_value(mechanism, quantity, poses), "rad" if mechanism.reading(quantity).quantity == "angle" else "m"
 
 
 def _available_arguments(scene: Scene, values: FloatArray, poses: FloatArray) -> dict[str, FloatArray]:

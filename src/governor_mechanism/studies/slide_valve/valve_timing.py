@@ -10,7 +10,6 @@ import numpy as np
 from governor_mechanism.closed_form.slide_valve import Eccentric, event_angle
 from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
 from governor_mechanism.files.plain_values import plain_record
-from governor_mechanism.mechanics.dynamics.contacts import once_per_scene
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, evaluate_at_crank_angles, find_event_angles, prescribed_centre
 from governor_mechanism.units.text_table import format_table
@@ -92,7 +91,6 @@ class ValveTiming:
         return plain_record(self, "rows", events=[plain_record(row, shift=row.shift) for row in self.rows])
 
 
-@once_per_scene
 def tabulate_valve_timing(scene: Scene) -> ValveTiming:
     """Return the valve events of a slide valve scene, to about 1e-13 rad.
 
