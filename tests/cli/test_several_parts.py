@@ -37,6 +37,7 @@ def scene(tmp_path_factory):
     """The shipped Watt governor on an engine, a second and a half long."""
     shipped = Path(__file__).parents[2] / "models" / "watt_engine_stable.toml"
     text = shipped.read_text(encoding="utf-8").replace('duration = "20 s"', 'duration = "1.5 s"').replace("1e-8", "1e-5")
+    text = text.replace('output_interval = "20 ms"', 'output_interval = "100 ms"')
     path = tmp_path_factory.mktemp("scene") / "engine.toml"
     path.write_text(text, encoding="utf-8")
     return str(path)

@@ -21,7 +21,7 @@ from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.slide_valve import EQUAL_CUT_OFFS, EQUAL_LEADS, MIDDLE, SlideValve
 from governor_mechanism.model.trajectory import Outcome
-from governor_mechanism.observables.valve_timing import find_event_angles
+from governor_mechanism.observables.valve_timing import evaluate_at_crank_angles, find_event_angles
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.slide_valve.valve_timing import tabulate_valve_timing
 from reference import marks
@@ -299,3 +299,16 @@ def test_the_table_of_events_reads_well_and_is_plain_as_json():
     plain = found.as_json()
     assert len(plain["events"]) == 8
     assert plain["events"][1]["simulated"] == found.rows[1].simulated
+
+
+def test_readings_over_a_turn_are_those_of_the_kinematic_analysis():
+    """With derivatives by the crank angle, in any order and beyond a turn."""
+    angles = np.array([3.0, -0.4, 1.1, 9.0])
+    order = np.argsort(angles)
+    found, expected = (
+        evaluate_at_crank_angles(gm.load("slide_valve_30"), angles),
+        gm.kinematics("slide_valve_30", "crank_angle", angles[order]),
+    )
+    for ours, theirs in zip(found, (expected.readings, expected.rates, expected.reading_accelerations), strict=True):
+        for name, values in theirs.items():
+            np.testing.assert_allclose(ours[name][order], values, rtol=1e-11, atol=1e-13)

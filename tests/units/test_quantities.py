@@ -14,7 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, parse_quantity
+from governor_mechanism.units import quantities
+from governor_mechanism.units.quantities import QUANTITY_KINDS, USUAL_FACTORS, format_value, parse_quantity
 
 ULP = 2.3e-16  # one rounding, where the test's own reference is rounded too
 
@@ -222,10 +223,22 @@ def test_shown_is_as_a_scene_file_would_write_it() -> None:
     assert [format_value(value) for value in ("a\nb", True, 1.5, "x" * 80)] == ['"a\\nb"', "true", "1.5", f'"{"x" * 57}..."']
 
 
-def test_bare_numbers_never_import_pint() -> None:
+@pytest.mark.parametrize(
+    ("unit", "si_unit"), [*USUAL_FACTORS, *((kind.si_unit, kind.si_unit) for kind in QUANTITY_KINDS.values() if kind.units)]
+)
+def test_usual_units_are_those_of_pint(unit: str, si_unit: str) -> None:
+    """To the last digit, also in quantities of all kinds with that unit."""
+    factor = USUAL_FACTORS.get((unit, si_unit), Decimal(1))
+    for name, kind in QUANTITY_KINDS.items():
+        if kind.si_unit == si_unit:
+            assert quantities._unit_factor(unit, Decimal(1), kind, "") == factor
+            assert parse_quantity(f"0.7 {unit}", name, "x") == float(Decimal("0.7") * factor)
+
+
+def test_usual_units_never_import_pint() -> None:
     code = (
         "import sys; from governor_mechanism.units.quantities import parse_quantity as parse; parse(0.3, 'length', 'x'); "
-        "print('pint' in sys.modules); parse('0.3 m', 'length', 'x'); print('pint' in sys.modules)"
+        "parse('300 mm', 'length', 'x'); print('pint' in sys.modules); parse('0.3 km', 'length', 'x'); print('pint' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "True"]

@@ -34,6 +34,8 @@ def validate_argument(
     value: FloatOrArray, name: str, unit: str, *, minimum: float = -math.inf, greater_than: float = -math.inf
 ) -> FloatArray:
     """Return the value as a float array; it must be finite, at least `minimum` and above `greater_than`."""
+    if isinstance(value, float) and minimum <= value < math.inf and value > greater_than:
+        return np.asarray(value)  # a valid number, the case of every step of an integration
     try:
         raw = np.asarray(value)
     except ValueError:  # a ragged list

@@ -131,8 +131,7 @@ class SampledReading:
             return values
         first, last = (self._continue_sample(j, float(time)) for j, time in ((k, times[0]), (k + 1, times[-1])))
         if len(times) == 1:
-            is_early = times[0] - self._motion.times[k] < self._motion.times[k + 1] - times[0]
-            return [first if is_early else last]
+            return [first if times[0] - self._motion.times[k] < self._motion.times[k + 1] - times[0] else last]
         return list(np.interp(times, times[[0, -1]], [first, last]))
 
     def _continue_sample(self, j: int, time: float) -> float:

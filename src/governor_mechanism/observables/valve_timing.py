@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,9 @@ from scipy.interpolate import BPoly
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.slide_valve import EQUAL_LEADS, SlideValve
-from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
+from governor_mechanism.model.joints import RotationalDriver
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.roots import find_root, find_roots
 from governor_mechanism.types import FloatArray
@@ -88,7 +91,7 @@ class ValveKinematics(NamedTuple):
 
 
 def evaluate_at_crank_angles(scene: Scene, angles: FloatArray) -> ValveKinematics:
-    """Return the readings and their derivatives at crank angles; each assembly starts from that of the next lower angle.
+    """Return the readings and their derivatives at crank angles, with the mechanism assembled at all of them at once.
 
     Parameters
     ----------
@@ -102,10 +105,12 @@ def evaluate_at_crank_angles(scene: Scene, angles: FloatArray) -> ValveKinematic
     ValveKinematics
         Readings and derivatives in the order of the angles.
     """
-    order = np.argsort(angles)
-    solution, given_order = solve_kinematics(scene, "crank_angle", angles[order]), np.argsort(order)
-    motions = solution.readings, solution.rates, solution.reading_accelerations
-    return ValveKinematics(*({name: values[given_order] for name, values in motion.items()} for motion in motions))
+    driven = scene.part.mechanism
+    mechanism = replace(driven, joints=tuple(joint for joint in driven.joints if not isinstance(joint, RotationalDriver)))
+    path = SingleDofReduction(scene.with_changes(mechanism=mechanism)).evaluate(angles)
+    outputs = {reading.name: evaluate_output(mechanism, reading.name, path.poses, path.tangents) for reading in mechanism.readings}
+    motions = [(one.value, one.rate(path.tangents), one.acceleration(path.curvatures)) for one in outputs.values()]
+    return ValveKinematics(*(dict(zip(outputs, values, strict=True)) for values in zip(*motions, strict=True)))
 
 
 def interpolate_turn(scene: Scene) -> dict[str, BPoly]:

@@ -150,8 +150,7 @@ class PartParser:
 
     def _parse_custom(self) -> tuple[Part | None, tuple[Effect, ...], Start]:
         """Return part, effects and start of a scene with a custom machine."""
-        top_level = self._parse_top_level(CustomSceneTable)
-        part, start, readings = CustomMachineParser(self.document, top_level, self.collector).parse()
+        part, start, readings = CustomMachineParser(self.document, self._parse_top_level(CustomSceneTable), self.collector).parse()
         effects = self._parse_effects(readings)
         self._add_effect_problems(unsupported_effect_messages(CUSTOM_MACHINE, effects))
         return part, effects, start
@@ -229,8 +228,7 @@ def _build_part(machine: Machine, mechanism: Mechanism, effects: tuple[Effect, .
         raise MechanismError(*problems)
     if any(effect.changes_bodies_of for effect in effects):
         mechanism = machine.mechanism_with_effects(effects)
-    dimensions = machine.dimensions()
-    return Part(name=GOVERNOR_PART_NAME, machine=machine.name, dimensions=dimensions, mechanism=mechanism, plane=machine.plane)
+    return Part(name=GOVERNOR_PART_NAME, machine=machine.name, dimensions=machine.dimensions(), mechanism=mechanism, plane=machine.plane)
 
 
 def _required_keys(machine_class: type[Machine]) -> list[str]:

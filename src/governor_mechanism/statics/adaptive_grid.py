@@ -76,8 +76,7 @@ def sample_range_of_motion(reduction: SingleDofReduction) -> AdaptiveGrid:
     width = (high - low) / N_INITIAL_INTERVALS
     values = np.linspace(low - n_extra * width, high + n_extra * width, 2 * (N_INITIAL_INTERVALS + 2 * n_extra) + 1)
     starts = np.arange(0, len(values) - 1, 2)
-    intervals = np.stack([starts, starts + 1, starts + 2], axis=-1)
-    return AdaptiveGrid(reduction, reduction.evaluate(values), intervals).refine(_is_unresolved)
+    return AdaptiveGrid(reduction, reduction.evaluate(values), np.stack([starts, starts + 1, starts + 2], axis=-1)).refine(_is_unresolved)
 
 
 def interpolation_error_exceeds(

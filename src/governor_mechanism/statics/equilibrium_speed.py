@@ -193,8 +193,7 @@ def validate_resistance(mechanism: Mechanism, resistance: object, against: objec
     names = [reading.name for reading in mechanism.readings]
     if not isinstance(against, str):
         raise MechanismError(f"`against` must be the name of a reading; got {format_value(against)}; readings are {names}")
-    is_angle = mechanism.reading(against).quantity == "angle"
-    number = parse_quantity(resistance, "torque" if is_angle else "force", "the resistance")
+    number = parse_quantity(resistance, "torque" if mechanism.reading(against).quantity == "angle" else "force", "the resistance")
     if number < 0:
         raise MechanismError(f"the resistance must not be negative; got {number:g}")
     if number > MAX_RESISTANCE:

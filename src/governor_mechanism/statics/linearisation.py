@@ -352,8 +352,7 @@ def linearise_from_start(
             earlier_problems = error.problems if NO_STEADY_STATE in other_error.problems else ()
             raise MechanismError(*earlier_problems, *other_error.problems) from None
     start = float(evaluate_output_value(scene.part.mechanism, scene.part.mechanism.coordinate, poses))
-    nearest = min(equilibria, key=lambda one: abs(one.coordinate - start))
-    return linearise_scene(scene, poses_at(scene, nearest), velocities, spindle_speed)
+    return linearise_scene(scene, poses_at(scene, min(equilibria, key=lambda one: abs(one.coordinate - start))), velocities, spindle_speed)
 
 
 def poses_at(scene: Scene, equilibrium: Equilibrium) -> FloatArray:
@@ -371,8 +370,7 @@ def poses_at(scene: Scene, equilibrium: Equilibrium) -> FloatArray:
     FloatArray
         Poses, m and rad; shape (bodies, 3).
     """
-    n_shafts = len(scene.mechanism.bodies) - len(scene.part.mechanism.bodies)
-    return np.concatenate([equilibrium.poses, np.zeros((n_shafts, 3))])
+    return np.concatenate([equilibrium.poses, np.zeros((len(scene.mechanism.bodies) - len(scene.part.mechanism.bodies), 3))])
 
 
 def last_spindle_speed(scene: Scene) -> float | None:

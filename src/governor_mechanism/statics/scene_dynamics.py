@@ -99,8 +99,7 @@ class SceneDynamics:
         self._mode = mode
         self._system, functions = make_system(self.scene, mode)
         last = max([0.0, *(float(function.breakpoints[-1]) for function in functions if function.breakpoints.size)])
-        time = np.array([last if self._time is None else self._time])
-        self._inputs: FloatArray = stack_local_cubics(functions, time)[0]
+        self._inputs: FloatArray = stack_local_cubics(functions, np.array([last if self._time is None else self._time]))[0]
         self._workspace = make_system_workspace(self._system)
 
     def _require_steady_inputs(self) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Generic, TypeVar
 
 from scipy.optimize import brentq
@@ -75,6 +76,7 @@ def find_stability_limit(
     MechanismError
         If the scene is not stable at one end and unstable at the other, or has no steady state at a value.
     """
+    linearise_at = cache(linearise_at)
 
     def growth_rate(value: float) -> float:
         """Return the largest real part, also if it is within its error."""
@@ -94,8 +96,7 @@ def find_stability_limit(
         raise MechanismError(
             f"no limit of stability lies between the ends of {key}: it is {states}; give ends that are stable and unstable"
         )
-    tolerance = RELATIVE_TOLERANCE * max(abs(low), abs(high))
-    value = float(brentq(growth_rate, low, high, xtol=tolerance, rtol=RELATIVE_TOLERANCE))
+    value = float(brentq(growth_rate, low, high, xtol=RELATIVE_TOLERANCE * max(abs(low), abs(high)), rtol=RELATIVE_TOLERANCE))
     linearisation = linearise_at(value)
     return StabilityLimit(
         key=key,

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.linalg import null_space, qr
@@ -84,18 +84,34 @@ class SteadyState:
     @property
     def is_steady(self) -> bool:
         """Whether no acceleration remains but rounding."""
-        sensitivity = _size(_residual_jacobian(self))
-        return bool(np.isfinite(sensitivity)) and _size(_residual(self)) <= RESIDUAL_TOLERANCE * max(1.0, sensitivity)
+        sensitivity = _size(self.residual_jacobian())
+        return bool(np.isfinite(sensitivity)) and _size(self.residual(self.z, self.rates)) <= RESIDUAL_TOLERANCE * max(1.0, sensitivity)
+
+    def residual(self, z: FloatArray, rates: FloatArray) -> FloatArray:
+        """Return the dimensionless accelerations (n,) along the basis."""
+        residual: FloatArray = np.linalg.solve(self.basis, self.accelerations(z, rates)) * self.time_scale**2 / self.unknown_scales
+        return residual
+
+    def residual_jacobian(self) -> FloatArray:
+        """Return the Jacobian (n, n) of the residual in steady motions with respect to positions and cyclic speeds, dimensionless."""
+        zeros, ones = np.zeros(len(self.z)), np.ones(len(self.z))
+        return jacobian(lambda unknowns: self.residual(*self.displaced(unknowns)), zeros, ones, tolerance=NEWTON_TOLERANCE)[0]
+
+    def displaced(self, unknowns: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return coordinates and rates after dimensionless changes (n,) of positions and cyclic speeds."""
+        m, z, changes = len(self.positions), self.z.copy(), self.unknown_scales * unknowns
+        z[self.positions] += changes[:m]
+        return z, self.rates + self.cyclic @ changes[m:] / self.time_scale
 
     @property
     def direction_of_acceleration(self) -> FloatArray:
         """Direction (n,) of the remaining accelerations of the positions, with a largest component of one scale."""
         m, direction = len(self.positions), np.zeros(len(self.z))
-        residual = _residual(self)[:m]
+        residual = self.residual(self.z, self.rates)[:m]
         direction[self.positions] = self.scales[self.positions] * residual / max(_size(residual), 1e-300)
         return direction
 
-    @property
+    @cached_property
     def basis(self) -> FloatArray:
         """Unit vectors of the positions, then the cyclic directions; shape (n, n)."""
         return np.hstack([np.eye(len(self.z))[:, self.positions], self.cyclic])
@@ -124,7 +140,7 @@ class SteadyState:
             n_conserved=self._count_conserved(),
         )
 
-    @property
+    @cached_property
     def unknown_scales(self) -> FloatArray:
         """Scales of the positions and of the cyclic coordinates; shape (n,)."""
         ratios = np.full(self.cyclic.shape, np.inf)
@@ -133,24 +149,11 @@ class SteadyState:
 
     def _count_conserved(self) -> int:
         """Return the number of speeds that no equation determines; each belongs to a momentum that stays constant."""
-        rows = _residual_jacobian(self)
+        rows = self.residual_jacobian()
         row_sizes = np.max(np.abs(rows), axis=1, initial=0.0)
         rows = rows[row_sizes > MIN_ROW_SIZE] / row_sizes[row_sizes > MIN_ROW_SIZE, np.newaxis]
         rank = int(np.sum(np.linalg.svd(rows, compute_uv=False) > RANK_TOLERANCE)) if len(rows) else 0
         return min(len(self.z) - len(self.positions), len(self.z) - rank)
-
-
-def _residual_jacobian(state: SteadyState) -> FloatArray:
-    """Return the Jacobian of the accelerations in steady motions with respect to positions and cyclic speeds, dimensionless."""
-    zeros, ones = np.zeros(len(state.z)), np.ones(len(state.z))
-    return jacobian(lambda unknowns: _residual(_moved(state, unknowns)), zeros, ones, tolerance=NEWTON_TOLERANCE)[0]
-
-
-def _residual(state: SteadyState) -> FloatArray:
-    """Return the dimensionless accelerations along the basis."""
-    accelerations = np.linalg.solve(state.basis, state.accelerations(state.z, state.rates))
-    residual: FloatArray = accelerations * state.time_scale**2 / state.unknown_scales
-    return residual
 
 
 def find_cyclic_directions(
@@ -235,9 +238,9 @@ def find_steady_state(accelerations: Accelerations, z: FloatArray, rates: FloatA
     m, speeds = len(positions), np.linalg.solve(basis, rates)[len(positions) :]
     state = SteadyState(accelerations, z, cyclic @ speeds, positions, cyclic, scales, time_scale)
     unknown_weights = np.where(np.arange(len(z)) < m, 1.0, SPEED_WEIGHT)
-    size = _size(_residual(state))
+    size = _size(state.residual(state.z, state.rates))
     for _ in range(MAX_ITERATIONS):
-        residual, matrix = _residual(state), _residual_jacobian(state)
+        residual, matrix = state.residual(state.z, state.rates), state.residual_jacobian()
         if not np.all(np.isfinite(matrix)):
             break
         # Rows are scaled, so that the rank does not depend on stiffness; the shortest step keeps speeds that nothing determines.
@@ -249,8 +252,9 @@ def find_steady_state(accelerations: Accelerations, z: FloatArray, rates: FloatA
             break
         damping = min(1.0, MAX_STEP / max(_size(step[:m]), 1e-300))
         for factor in 0.5 ** np.arange(12):
-            candidate = _moved(state, factor * damping * step)
-            candidate_size = _size(_residual(candidate))
+            next_z, next_rates = state.displaced(factor * damping * step)
+            candidate = replace(state, z=next_z, rates=next_rates)
+            candidate_size = _size(candidate.residual(next_z, next_rates))
             if candidate_size < (1.0 - MIN_DECREASE * factor * damping) * size:
                 break
         else:
@@ -264,10 +268,3 @@ def find_steady_state(accelerations: Accelerations, z: FloatArray, rates: FloatA
 def _size(values: FloatArray) -> float:
     size = float(np.max(np.abs(values), initial=0.0))
     return size if np.isfinite(size) else np.inf
-
-
-def _moved(state: SteadyState, unknowns: FloatArray) -> SteadyState:
-    """Return a state with dimensionless changes of positions and cyclic speeds."""
-    m, z, changes = len(state.positions), state.z.copy(), state.unknown_scales * unknowns
-    z[state.positions] += changes[:m]
-    return replace(state, z=z, rates=state.rates + state.cyclic @ changes[m:] / state.time_scale)

@@ -1,6 +1,6 @@
 """Conversion of quantities to SI. Numbers are in SI; text needs a unit.
 
-pint is imported for the first text with a unit, since its import is slow.
+pint is imported for the first text with a less usual unit, since its import is slow.
 """
 
 import difflib
@@ -81,6 +81,13 @@ QUANTITY_KINDS: Mapping[str, QuantityKind] = {
 
 # Other kinds of quantity with their SI units, for messages about a wrong unit.
 _OTHER_KINDS = (("a volume", "m^3"), ("a temperature", "K"), ("an angular acceleration", "rad/s^2"))
+
+_THOUSANDTH, _DEGREE, _RPM = Decimal("0.001"), Decimal("0.01745329251994329576923690768"), Decimal("0.1047197551196597746154214461")
+USUAL_FACTORS = {
+    **dict.fromkeys((("mm", "m"), ("g", "kg"), ("ms", "s"), ("mm/s", "m/s")), _THOUSANDTH),
+    **{("cm", "m"): Decimal("0.01"), ("deg", "rad"): _DEGREE, ("rpm", "rad/s"): _RPM, ("N/mm", "N/m"): Decimal(1000)},
+}
+"""SI values of the usual units by unit and SI unit, as pint computes them: most scenes need no others."""
 
 _MAX_TEXT_LENGTH = 100  # characters; a quantity is short, and long digit strings would cost time
 _KILOGRAM_FORCE = Decimal("9.80665")
@@ -195,8 +202,9 @@ def _text_to_si(text: str, expected: QuantityKind, what: str) -> float:
     if not unit:
         hint = f'write "{number[1]} {expected.example.partition(" ")[2]}", or the bare number in {expected.si_unit}'
         raise MechanismError(f"{message_start} has no unit; {hint}")
+    factor = Decimal(1) if unit == expected.si_unit else USUAL_FACTORS.get((unit, expected.si_unit))
     try:
-        return float(Decimal(number[1]) * _unit_factor(unit, Decimal(number[1]), expected, message_start))
+        return float(Decimal(number[1]) * (factor or _unit_factor(unit, Decimal(number[1]), expected, message_start)))
     except ArithmeticError:  # an exponent beyond the range of Decimal
         return math.inf
 
@@ -261,8 +269,7 @@ def _wrong_kind_message(unit: str, number: Decimal, factor: Decimal, base_unit: 
     if expected.si_unit == "kg" and _is_like(base_unit, "N"):
         if unit in ("kgf", "kp"):
             return f"a force: that is a weight; write {float(number * factor / _KILOGRAM_FORCE):.12g} kg"
-        kilograms = float(number * factor / _NEWTON_PER_KILOGRAM)
-        return f"a force: that is a weight; write {kilograms:.3g} kg (rounded: its mass at 9.81 m/s^2)"
+        return f"a force: that is a weight; write {float(number * factor / _NEWTON_PER_KILOGRAM):.3g} kg (rounded: its mass at 9.81 m/s^2)"
     if expected.si_unit == "N" and _is_like(base_unit, "kg"):
         return f'a mass, not a force; write "{float(number * factor):.12g} kgf" or in N'
     known = [*((kind.name, kind.si_unit) for kind in QUANTITY_KINDS.values() if kind.units), *_OTHER_KINDS, ("a plain number", "")]

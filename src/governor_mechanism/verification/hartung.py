@@ -88,8 +88,7 @@ def _check_statics_over_stroke(scene: Scene, governor: closed.HartungGovernor, s
 
 def _check_astatic_spring_force(scene: Scene, governor: closed.HartungGovernor, lever_angles: FloatArray) -> comparisons.Checks:
     """Yield the spring force that balances the weights at one speed, from the reduction of a governor without springs."""
-    springless_scene = scene.with_changes(mechanism=replace(scene.part.mechanism, force_elements=(), derived_forces=()))
-    reduction = SingleDofReduction(springless_scene)
+    reduction = SingleDofReduction(scene.with_changes(mechanism=replace(scene.part.mechanism, force_elements=(), derived_forces=())))
     coefficients = reduction.evaluate(lever_angles)
     speed = SpindleSpeedFunction(scene.spindle).start_speed
     # Virtual work: both springs against weights and centrifugal load.
@@ -140,8 +139,7 @@ def _check_equilibrium(scene: Scene, governor: closed.HartungGovernor, angle: fl
     force, rate = _spring_force(scene, angle), scene.part.dimensions["spring_rate"]
     squared_frequency = float(closed.squared_natural_frequency(governor, lever_angle=angle, spring_force=force, spring_rate=rate))
     label = f"{math.degrees(angle):.4g} deg, {comparisons.format_rpm(SpindleSpeedFunction(scene.spindle).start_speed)}"
-    starts = (angle - offset, angle + offset)
-    yield from comparisons.check_stability(scene, LEVER_ANGLE_READING, angle, squared_frequency, starts, label)
+    yield from comparisons.check_stability(scene, LEVER_ANGLE_READING, angle, squared_frequency, (angle - offset, angle + offset), label)
 
 
 def _spring_force(scene: Scene, lever_angle: float) -> float:

@@ -101,6 +101,5 @@ def _check_motion(scene: Scene, governor: PendulumGovernor, run: Trajectory) -> 
     if isinstance(scene.spindle, FreeSpindle):
         yield comparisons.compare_reading(run, "spindle_speed", speeds)
     elif SpindleSpeedFunction(scene.spindle).is_constant:
-        speed = float(run.readings["spindle_speed"][0])
-        torque = closed.drive_torque(governor, arm_angle=angles, arm_rate=rates, spindle_speed=speed)
+        torque = closed.drive_torque(governor, arm_angle=angles, arm_rate=rates, spindle_speed=float(run.readings["spindle_speed"][0]))
         yield comparisons.compare_reading(run, "spindle_torque", torque)

@@ -70,8 +70,7 @@ def _validate_coordinate_values(scene: Scene, over: Mapping[str, Sequence[float]
     for limit in scene.part.mechanism.limits:
         outside = values[(values <= limit.low) | (values >= limit.high)]
         if limit.reading == coordinate and outside.size:
-            range_text = f"{limit.low:.6g} to {limit.high:.6g} in SI"
-            raise MechanismError(f"{coordinate} = {outside[0]:.6g} is outside the travel, {range_text}")
+            raise MechanismError(f"{coordinate} = {outside[0]:.6g} is outside the travel, {limit.low:.6g} to {limit.high:.6g} in SI")
     return coordinate, values
 
 
@@ -93,8 +92,7 @@ def _evaluate_quantity(scene: Scene, quantity: str, values: FloatArray, poses: F
     if quantity not in names:
         known = ["equilibrium_speed", *names]
         raise MechanismError(f"unknown quantity {quantity!r}; available: {known}.{did_you_mean(quantity, known)}")
-    unit = "rad" if mechanism.reading(quantity).quantity == "angle" else "m"
-    return evaluate_output_value(mechanism, quantity, poses), unit
+    return evaluate_output_value(mechanism, quantity, poses), "rad" if mechanism.reading(quantity).quantity == "angle" else "m"
 
 
 def _available_arguments(scene: Scene, values: FloatArray, poses: FloatArray) -> dict[str, FloatArray]:

@@ -74,8 +74,7 @@ def _speed_steps(slow: float, fast: float) -> list[tuple[float, float]]:
 def _sleeve_damping(design: HartungDesign) -> float:
     """Return the damping of the dashpot on the sleeve (N s/m) from stiffness and inertia at mid stroke."""
     governor, forces = design.layout.governor, design.layout.spring_forces
-    middle_force = float(forces[len(forces) // 2])
-    spring = {"spring_force": middle_force, "spring_rate": design.spring_rate}
+    spring = {"spring_force": float(forces[len(forces) // 2]), "spring_rate": design.spring_rate}
     squared_frequency = float(closed.squared_natural_frequency(governor, lever_angle=0.0, **spring))
     lift_derivative = float(closed.lift_derivative(governor, lever_angle=0.0))
     inertia = float(closed.lever_inertia(governor, lever_angle=0.0))

@@ -127,8 +127,7 @@ def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool)
 def find_quantity_reading(quantity: RunQuantity, scene: Scene) -> str | None:
     """Return the mechanism's reading of a quantity, "" for the duration, or None for any other quantity."""
     reading = "" if quantity.rule == DURATION_RULE else _split_rule(quantity.rule)[2]
-    is_known = quantity.rule == DURATION_RULE or any(one.name == reading for one in scene.part.mechanism.readings)
-    return reading if is_known else None
+    return reading if quantity.rule == DURATION_RULE or any(one.name == reading for one in scene.part.mechanism.readings) else None
 
 
 def find_reading_units(scene: Scene) -> dict[str, str]:
