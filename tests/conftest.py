@@ -11,12 +11,17 @@ from hypothesis import settings
 settings.register_profile("suite", deadline=None)  # no test looks at the clock
 settings.load_profile("suite")
 
-COMPILE = "import governor_mechanism as gm; gm.run('porter_dry_friction', engine={!r}, times=[0.1], certify=False)"
+COMPILE = """
+import governor_mechanism as gm
+
+for engine in {!r}:
+    gm.run("porter_dry_friction", engine=engine, times=[0.1], certify=False)
+"""
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_setupnodes() -> None:
-    """Run one engine in each of two processes; what fails there fails in a test too."""
-    processes = [subprocess.Popen([sys.executable, "-c", COMPILE.format(engine)]) for engine in ("reduced", "multibody")]
+    """Run the engines in two processes that take about the same time; what fails there fails in a test too."""
+    processes = [subprocess.Popen([sys.executable, "-c", COMPILE.format(engines)]) for engines in (["reduced"], ["multibody", "impulse"])]
     for process in processes:
         process.wait()

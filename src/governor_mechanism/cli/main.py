@@ -22,13 +22,8 @@ if TYPE_CHECKING:
     from governor_mechanism.model.trajectory import Trajectory
     from governor_mechanism.statics.speed_curve import SpeedCurve
 
-app = typer.Typer(
-    name="governor-mechanism",
-    help="Simulate, film and verify the mechanisms that once controlled machines.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-)
+HELP = "Simulate, film and verify the mechanisms that once controlled machines."
+app = typer.Typer(name="governor-mechanism", help=HELP, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 
 
 class FilmFormat(StrEnum):

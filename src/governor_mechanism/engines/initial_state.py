@@ -81,7 +81,7 @@ def part_initial_state(scene: Scene) -> Motion:
 @once_per_scene
 def _solve_initial_state(scene: Scene) -> Motion:
     mechanism = scene.mechanism
-    warn_before_compiling(evaluate_jacobian, 3)
+    warn_before_compiling(evaluate_jacobian, 5)
     position_solver = PositionSolver(mechanism)
     values = scene.start.values
     if position_solver.equations.is_driven.any():

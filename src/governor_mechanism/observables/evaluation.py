@@ -96,13 +96,8 @@ class ReadingEvaluator:
         units |= {output.name: "N" for output in self.mechanism.derived_forces}
         for name, unit, _, evaluate_output_of in self._spindle_outputs():
             readings[name], units[name] = evaluate_output_of(history), unit
-        return Observables(
-            readings=readings,
-            rates=rates,
-            units=units,
-            joint_gap=self.evaluate_joint_gap(history.poses, history.times),
-            energy=self._evaluate_energy(history),
-        )
+        joint_gap, energy = self.evaluate_joint_gap(history.poses, history.times), self._evaluate_energy(history)
+        return Observables(readings=readings, rates=rates, units=units, joint_gap=joint_gap, energy=energy)
 
     def make_trajectory(self, result: RunResult, *, cost: Cost, settings: dict[str, Any]) -> Trajectory:
         """Return the trajectory of a run; its joint reactions and events are computed on first access."""
@@ -265,11 +260,5 @@ class ReadingEvaluator:
                 energy = 0.5 * inertia * self.evaluate_speed(index, history) ** 2
                 rotation += energy
                 work += energy if plane.has_reaction else -energy
-        return Energy(
-            kinetic=kinetic,
-            potential=potential,
-            rotation=rotation,
-            jacobi=kinetic + potential + work + history.work,
-            dissipated_energy=history.dissipated_energy,
-            scale=self.energy_scale,
-        )
+        jacobi, dissipated, scale = kinetic + potential + work + history.work, history.dissipated_energy, self.energy_scale
+        return Energy(kinetic=kinetic, potential=potential, rotation=rotation, jacobi=jacobi, dissipated_energy=dissipated, scale=scale)

@@ -106,7 +106,7 @@ class ConstrainedIntegrator:
 
     def compile_kernels(self) -> None:
         """Compile or load the kernels by an integration over an empty interval, so that no run's cost includes it."""
-        warn_before_compiling(integrate_multibody, 12)
+        warn_before_compiling(integrate_multibody, 40)
         if self.scene_contacts is not None:
             self.scene_contacts.start(self.initial_state.copy(), self.input_cubics(0.0))
         ExplicitRun(self, StepLimits(1.0, 1.0, 1.0, 1, self._min_stiff_steps), self.initial_state.copy(), 0.0, np.empty(0)).integrate(0.0)

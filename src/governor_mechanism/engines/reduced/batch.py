@@ -70,7 +70,7 @@ class ReducedBatch:
     """
 
     def __init__(self, template: Scene, names: Sequence[str], tolerance: float, max_steps: int) -> None:
-        warn_before_compiling(integrate_reduced, 30)
+        warn_before_compiling(integrate_reduced, 60)
         self._times, self._names = make_reported_times(template), list(names)
         self._tolerance, self._max_steps, self._settings = tolerance, max_steps, ReducedSettings()
         arrays, _, _ = lower_reduced_scene(template)

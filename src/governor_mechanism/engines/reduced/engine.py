@@ -100,7 +100,7 @@ class ReducedRunner(CertifiedRunner):
         """Compile or load the kernels, once in a process, so that no measured time includes it."""
         kernel: Any = integrate_reduced
         if not kernel.is_loaded:
-            warn_before_compiling(integrate_reduced, 30)
+            warn_before_compiling(integrate_reduced, 60)
             reduced_run = self._make_run(1.0)
             table = reduced_run.motion_table
             if table.is_started and table.extend(0) and table.extend(1):

@@ -6,7 +6,7 @@ Without a given limit of the leading coordinate the motion is traced from the in
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -75,7 +75,6 @@ class RangeOfMotion:
         return np.asarray((self.ends[0] < values) & (values < self.ends[1]))
 
 
-@lru_cache(maxsize=RANGE_CACHE_SIZE)
 def find_range_of_motion(mechanism: Mechanism, *, rotates_with_spindle: bool) -> RangeOfMotion:
     """Return the range of motion of a mechanism with one degree of freedom, in a fixed plane or one that rotates with the spindle.
 
@@ -83,6 +82,12 @@ def find_range_of_motion(mechanism: Mechanism, *, rotates_with_spindle: bool) ->
     MechanismError for another number of degrees of freedom, if the coordinate does not change, or if the limits of other
     readings leave no range.
     """
+    return _find_range(replace(mechanism, force_elements=()), rotates_with_spindle)
+
+
+@lru_cache(maxsize=RANGE_CACHE_SIZE)
+def _find_range(mechanism: Mechanism, rotates_with_spindle: bool) -> RangeOfMotion:
+    """Return the range of motion of a mechanism without the force elements, on which it does not depend."""
     for limit in mechanism.limits:
         if limit.reading == mechanism.coordinate:
             return _range_within_limits(mechanism, limit)

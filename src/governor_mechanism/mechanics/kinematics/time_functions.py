@@ -53,7 +53,7 @@ class CubicTimeFunction:
         motion = function if isinstance(function, PrescribedMotion) else None
         harmonics = [(item.amplitude, 2 * np.pi * item.frequency, item.phase) for item in motion.harmonics] if motion else []
         self._harmonics: FloatArray = np.array(harmonics).reshape(-1, 3)
-        self._is_level = len(set(function.values)) == 1
+        self._is_level, self._first_value = len(set(function.values)) == 1, float(values[0])
         self.is_constant = self._is_level and not harmonics
         jumps = np.flatnonzero(np.diff(times) == 0.0) + 1
         segments = list(zip(np.split(times, jumps), np.split(values, jumps), strict=True))
@@ -86,18 +86,21 @@ class CubicTimeFunction:
         First four coefficients of a cubic, highest power first, then its integral from 0 s to the time; then amplitude, angular
         frequency (rad/s) and phase of each harmonic at the time.
         """
-        derivative_orders = ((3, 6), (2, 2), (1, 1), (0, 1))
-        cubics = [self._evaluate_cubics(times, order, left_limit=False) / factorial for order, factorial in derivative_orders]
+        cubics = np.zeros((len(times), N_CUBIC_COLUMNS))
+        if self._is_level:
+            cubics[:, 3] = self._first_value
+        else:
+            for column, (order, factorial) in enumerate(((3, 6), (2, 2), (1, 1), (0, 1))):
+                cubics[:, column] = self._evaluate_cubics(times, order, left_limit=False) / factorial
+        cubics[:, 4] = self.integrals_from_zero(times)
         harmonics = np.tile(self._harmonics, (len(times), 1, 1))
         harmonics[:, :, 2] += np.multiply.outer(times, self._harmonics[:, 1])
-        cubics.append(self.integrals_from_zero(times))
-        return np.hstack([np.stack(cubics, axis=-1), harmonics.reshape(len(times), self._harmonics.size)])
+        return np.hstack([cubics, harmonics.reshape(len(times), self._harmonics.size)])
 
     def integrals_from_zero(self, times: FloatArray) -> FloatArray:
         """Return the integrals (n,) from 0 s to each time, without harmonics."""
         if self._is_level:
-            level: FloatArray = times * float(self._segments[0](0.0))
-            return level
+            return times * self._first_value
         return np.array([self.integral(0.0, float(time)) for time in times])
 
     def _evaluate(self, times: FloatArray, derivative_order: int, *, left_limit: bool = False) -> FloatArray:

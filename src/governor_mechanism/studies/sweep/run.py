@@ -53,14 +53,9 @@ class SweepTask(AxisGrid):
     @property
     def settings(self) -> dict[str, Any]:
         """What distinguishes the sweep from others, in types that JSON knows."""
-        return {
-            "scene": self.document,
-            "axes": {axis.key: axis.document_values for axis in self.axes},
-            "quantities": {one.name: one.identity for one in self.quantities},
-            "engine": self.engine,
-            "accuracy": self.accuracy,
-            "certify": self.certify,
-        }
+        axes, quantities = {axis.key: axis.document_values for axis in self.axes}, {one.name: one.identity for one in self.quantities}
+        options = {name: getattr(self, name) for name in ("engine", "accuracy", "certify")}
+        return {"scene": self.document, "axes": axes, "quantities": quantities, **options}
 
     def run(self, index: int) -> Trajectory:
         """Return the run of a row; raise MechanismError if its scene is invalid."""
