@@ -15,8 +15,14 @@ COMPILE = """
 import governor_mechanism as gm
 
 for engine in {!r}:
-    gm.run("porter_dry_friction", engine=engine, times=[0.1], certify=False)
+    run = gm.run("porter_dry_friction", engine=engine, times=[0.1], certify=False)
+    if engine == "impulse":
+        gm.run("hartung_dubois", engine=engine, times=[0.1], certify=False)
+        gm.sweep("porter", {{"run.duration": ["0.1 s"]}}, ["max arm_angle"])
+        gm.linearise("haug_governor")
+        run.reactions.items()
 """
+"""Runs of some engines, and after those of `impulse` what else has kernels of its own."""
 
 
 @pytest.hookimpl(optionalhook=True)
