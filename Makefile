@@ -15,7 +15,7 @@ run: $(VENV)/installed
 	$(BIN)/governor-mechanism crosscheck porter
 
 test: $(VENV)/installed-test
-	$(BIN)/python -m pytest -n auto --dist loadscope
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 check: $(VENV)/installed-test
 	$(BIN)/ruff check .

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -53,13 +54,17 @@ PLAIN_SCENE, IMPACT_SCENE = 0, 16
 """Numbers of a scene of a governor without effects, and of one with impacts."""
 
 
+@cache
+def check_scene(number: int, *engines: str) -> list[CertificateCheck]:
+    """Return the checks of all runs of a scene by some engines."""
+    scene = draw_scene(number, SEED)
+    references, accuracies = ReferenceSolutions(scene.scene), draw_accuracies(scene)
+    return [check_certificate(scene, engine, accuracies[engine], references) for engine in engines if engine in accuracies]
+
+
 def check_scenes(numbers, *engines: str) -> list[CertificateCheck]:
     """Return the checks of all runs of some scenes by some engines."""
-    checks = []
-    for scene in (draw_scene(number, SEED) for number in numbers):
-        references, accuracies = ReferenceSolutions(scene.scene), draw_accuracies(scene)
-        checks += [check_certificate(scene, engine, accuracies[engine], references) for engine in engines if engine in accuracies]
-    return checks
+    return [check for number in numbers for check in check_scene(number, *engines)]
 
 
 def judged(checks: list[CertificateCheck]) -> list[CertificateCheck]:

@@ -45,7 +45,7 @@ def validate_argument(
         raise MechanismError(f"{name} must be {expected}; got {value!r}")
     array = raw.astype(np.float64)
     raise_where(~np.isfinite(array), f"{name} must be finite", (name, array, unit))
-    if minimum != greater_than:  # any bound
+    if max(minimum, greater_than) > -math.inf:
         raise_where(array < minimum, f"{name} must be {minimum:g} {unit}".rstrip() + " or more", (name, array, unit))
         raise_where(array <= greater_than, f"{name} must be above {greater_than:g} {unit}".rstrip(), (name, array, unit))
     return array
