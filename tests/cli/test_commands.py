@@ -170,9 +170,11 @@ def test_an_interrupt_that_a_finaliser_swallows_is_not_reported(monkeypatch):
     assert sys.unraisablehook is previous_hook
 
 
-def test_a_reader_who_has_seen_enough_is_no_failure():
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_reader_who_has_seen_enough_is_no_failure(unbuffered):
     """The pipe is closed before anything is printed, so that printing is certain to fail."""
-    with subprocess.Popen([*COMMAND, "models"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    settings = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+    with subprocess.Popen([*COMMAND, "models"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=settings) as process:
         process.stdout.close()
         assert process.stderr.read() == ""
     assert process.returncode == 0

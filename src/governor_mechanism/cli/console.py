@@ -1,6 +1,7 @@
 """What the commands share: options, output folder, messages, JSON, progress, interrupts, exit status."""
 
 import functools
+import os
 import signal
 import sys
 import threading
@@ -91,6 +92,7 @@ def _print_result(result: CommandResult, *, as_json: bool) -> int:
         print_json({**result.values, **({} if result.files is None else {"files": result.files})})
     else:
         print("\n".join([*map(str, result.text), *(f"wrote {path}" for path in result.files or ())]))
+    sys.stdout.flush()  # a closed pipe shows here, not when Python exits
     return EXIT_OK if result.ok else EXIT_FAILED
 
 
@@ -103,8 +105,8 @@ def _report_failure(error: BaseException, *, as_json: bool) -> int:
     """Print what the user can correct and return the exit status; raise any other error again."""
     if isinstance(error, GovernorMechanismError):
         return _report_problems(error.problems if isinstance(error, MechanismError) else [str(error)], as_json=as_json)
-    if isinstance(error, BrokenPipeError):  # the reader of our output has closed the pipe
-        sys.stdout = None
+    if isinstance(error, BrokenPipeError):  # the reader of our output has closed the pipe: what is still buffered goes nowhere
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return EXIT_OK
     if isinstance(error, OSError):
         file_name = error.filename or "the results"
