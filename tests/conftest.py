@@ -18,7 +18,7 @@ for engine in {!r}:
     run = gm.run("porter_dry_friction", engine=engine, times=[0.1], certify=False)
     if engine == "impulse":
         gm.run("hartung_dubois", engine=engine, times=[0.1], certify=False)
-        gm.sweep("porter", {{"run.duration": ["0.1 s"]}}, ["max arm_angle"])
+        gm.sweep("porter", {{"dimensions.arm": [0.3]}}, ["max arm_angle"])
         gm.linearise("haug_governor")
         run.reactions.items()
 """

@@ -170,6 +170,12 @@ def test_an_interrupt_that_a_finaliser_swallows_is_not_reported(monkeypatch):
     assert sys.unraisablehook is previous_hook
 
 
+def test_a_command_without_standard_output_prints_nothing():
+    words = f"{sys.executable} -m governor_mechanism.cli.main models >&-"
+    answer = subprocess.run(["bash", "-c", words], capture_output=True, text=True, check=False)
+    assert (answer.returncode, answer.stdout, answer.stderr) == (0, "", "")
+
+
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 def test_a_reader_who_has_seen_enough_is_no_failure(unbuffered):
     """The pipe is closed before anything is printed, so that printing is certain to fail."""

@@ -91,8 +91,7 @@ def _print_result(result: CommandResult, *, as_json: bool) -> int:
     if as_json:
         print_json({**result.values, **({} if result.files is None else {"files": result.files})})
     else:
-        print("\n".join([*map(str, result.text), *(f"wrote {path}" for path in result.files or ())]))
-    sys.stdout.flush()  # a closed pipe shows here, not when Python exits
+        print("\n".join([*map(str, result.text), *(f"wrote {path}" for path in result.files or ())]), flush=True)
     return EXIT_OK if result.ok else EXIT_FAILED
 
 
@@ -201,5 +200,5 @@ def print_to_stderr(message: str) -> None:
 
 
 def print_json(value: Mapping[str, object]) -> None:
-    """Print a JSON object to standard output."""
-    print(format_json(value))
+    """Print a JSON object to standard output, at once: a closed pipe shows here, not when Python exits."""
+    print(format_json(value), flush=True)

@@ -71,10 +71,9 @@ class RadauIntegrator:
         step, n_reached = (end - t) * 1e-3, 0
         while t < end:
             self._choose_partition(state)
-            limits = {"first_step": min(step, end - t), "rtol": max(tolerance, 2.3e-14)}
-            error_scale = self._reduce_state(self._error_scale)
-            initial = self._reduce_state(state)
-            solver = Radau(self._evaluate_derivative, t, initial, end, jac=self._evaluate_jacobian, atol=tolerance * error_scale, **limits)
+            tolerances = {"rtol": max(tolerance, 2.3e-14), "atol": tolerance * self._reduce_state(self._error_scale)}
+            start, options = self._reduce_state(state), {"jac": self._evaluate_jacobian, "first_step": min(step, end - t)}
+            solver = Radau(self._evaluate_derivative, t, start, end, **options, **tolerances)
             while solver.status == "running":
                 if self.n_steps >= max_steps:
                     return IntegrationStatus.STEP_LIMIT, step, n_reached

@@ -75,7 +75,9 @@ class ImpulseEngine(ImpulseSettings, Engine):
             raise MechanismError("ImpulseEngine chooses its own step from three runs; give step= (s) for fewer runs")
         for name, unit in POSITIVE_SETTINGS.items():
             value = getattr(self, name)
-            if not (name == "step" and value is None) and (value is None or not 0 < value < math.inf):
+            if name == "step" and value is None:
+                continue
+            if value is None or not 0 < value < math.inf:
                 raise MechanismError(f"ImpulseEngine.{name} must be a positive number of {unit}; got {value!r}")
         for name, least in MIN_COUNTS.items():
             if getattr(self, name) < least:
