@@ -19,6 +19,7 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
+from governor_mechanism.engines.impulse import richardson
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.lowering import make_system, with_held_values
 from governor_mechanism.model.force_elements import Force
@@ -183,8 +184,13 @@ def bouncing_time_with_friction(speed, restitution, slowing):
     ("engine", "within"), [(MultibodyEngine(), 1e-9), (ReducedEngine(), 1e-9), (ImpulseEngine(), 1e-6)],
     ids=lambda value: getattr(value, "name", ""),
 )  # fmt: skip
-def test_bouncing_body_with_friction_comes_to_rest_at_the_predicted_time(engine, within, share, restitution):
-    """Friction does not hold the body at the top of a bounce, and it changes the ratio of successive bounces."""
+def test_bouncing_body_with_friction_comes_to_rest_at_the_predicted_time(engine, within, share, restitution, monkeypatch):
+    """Friction does not hold the body at the top of a bounce, and it changes the ratio of successive bounces.
+
+    Shorter steps, not more iterations of the joint solver, resolve many bounces in a step.
+    """
+    tried, integrate = set(), richardson.integrate_over_grid
+    monkeypatch.setattr(richardson, "integrate_over_grid", lambda *arguments: tried.add(arguments[-1]) or integrate(*arguments))
     speed, mass = 2.0, 2.0
     rest, strikes_at = bouncing_time_with_friction(speed, restitution, share * G)
     rub = DryFriction(reading="displacement", force=constant(share * G * mass))
@@ -192,8 +198,7 @@ def test_bouncing_body_with_friction_comes_to_rest_at_the_predicted_time(engine,
     scene = block(Gravity(), rub, stop, rate=speed, duration=1.1 * rest, upright=True)
     result = gm.run(scene, engine, accuracy=within)
     assert result.outcome is Outcome.DONE
-    if isinstance(engine, ImpulseEngine):
-        assert result.cost.iterations == engine.iterations  # shorter steps, not more iterations, resolve many bounces in a step
+    assert tried == ({engine.iterations} if isinstance(engine, ImpulseEngine) else set())
     strikes = [event.time for event in result.events if event.kind == "strikes its stop"]
     np.testing.assert_allclose(strikes, strikes_at(len(strikes)), atol=within)
     assert [event.kind for event in result.events if "stop" not in event.kind] == []
