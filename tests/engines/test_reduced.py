@@ -348,11 +348,11 @@ def test_outputs_and_their_derivatives_are_in_the_tables():
     _, column = make_table(scene, values)
     reduction = SingleDofReduction(scene)
     coefficients = reduction.evaluate(values)
-    np.testing.assert_allclose(column(TableColumn.FIRST_PROGRAM + 1), reduction.output_derivative(coefficients, "sleeve_lift"), atol=1e-12)
+    np.testing.assert_allclose(column(TableColumn.FIRST_LOAD + 1), reduction.output_derivative(coefficients, "sleeve_lift"), atol=1e-12)
     steps = np.array([-2, -1, 1, 2]) * 1e-3
-    near = [make_table(scene, values + step)[1](TableColumn.FIRST_PROGRAM) for step in steps]
+    near = [make_table(scene, values + step)[1](TableColumn.FIRST_LOAD) for step in steps]
     slope = (8 * (near[2] - near[1]) - (near[3] - near[0])) / 12e-3
-    np.testing.assert_allclose(slope, column(TableColumn.FIRST_PROGRAM + 1), atol=1e-10)  # differences of fourth order: a few 1e-12
+    np.testing.assert_allclose(slope, column(TableColumn.FIRST_LOAD + 1), atol=1e-10)  # differences of fourth order: a few 1e-12
 
 
 def test_the_truncation_error_of_a_fit_is_of_order_twelve_in_the_width():

@@ -11,7 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
-from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPositionSolver
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.continuation import PathContinuation
 from governor_mechanism.mechanics.kinematics.range_of_motion import RANGE_END_MARGIN, find_range_of_motion, trace_range_of_motion
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Pin, Point, Slider
@@ -201,14 +201,15 @@ def test_the_path_predicts_the_assembled_poses():
     mechanism = four_bar(crank=0.3, coupler=0.25, rocker=0.3, ground=0.4)  # the crank turns back at both ends
     motion_range = find_range_of_motion(mechanism, rotates_with_spindle=False)
     values = np.linspace(motion_range.low, motion_range.high, 501)
-    solver = BatchedPositionSolver(mechanism)
+    solver = CoordinateSolver(mechanism)
     predicted = motion_range.path.predict_poses(values)
-    poses, converged = solver.try_solve_at_coordinates(predicted, values)
-    assert converged.all()
+    nodes, is_solved = solver.try_solve_nodes(predicted, values)
+    poses = nodes[:, 0]
+    assert is_solved.all()
     assert np.max(np.abs(poses - predicted)) < 1e-3
     assert np.max(np.abs(solver.equations.residuals(poses))) < 1e-12
     # One at a time, on the branch of the initial guess, the same.
     for value in (-1.2, 0.1, 1.4):
         assembled = solver.solve_at_coordinate(value)
-        together = solver.solve_at_coordinates(motion_range.path.predict_poses(np.array([value])), np.array([value]))
-        np.testing.assert_allclose(together[0], assembled, atol=1e-12)
+        together = solver.solve_nodes(motion_range.path.predict_poses(np.array([value])), np.array([value]))
+        np.testing.assert_allclose(together[0, 0], assembled, atol=1e-12)

@@ -90,7 +90,8 @@ class OutputSpring(OutputForce):
         """The free value of a spring that only pulls."""
         return self.free_value if self.one_sided else -math.inf
 
-    def potential(self, value: Any) -> tuple[Any, Any, Any]:
-        """Return the energy of the spring and its derivatives."""
-        elongation = value - self.free_value
-        return 0.5 * self.rate * elongation**2, self.rate * elongation, self.rate + 0.0 * value
+    @staticmethod
+    def potential(coefficients: Any, value: Any) -> tuple[Any, Any, Any]:
+        """Return the energy of a spring with a rate and a free value, and its derivatives."""
+        elongation = value - coefficients[1]
+        return 0.5 * coefficients[0] * elongation**2, coefficients[0] * elongation, coefficients[0] + 0.0 * value

@@ -138,7 +138,7 @@ def _find_steady_rotation(scene: Scene, position_solver: PositionSolver, plane: 
     alone = Scene(title=scene.title, parts=(replace(part, spindle=Spindle()),))
     reduction = SingleDofReduction(alone)
     position = evaluate_output_value(part.mechanism, part.mechanism.coordinate, own_poses[np.newaxis])
-    coefficients = reduction.evaluate_at_poses(own_poses[np.newaxis], position)
+    coefficients = reduction.evaluate_near(own_poses[np.newaxis], position)
     speed_squared = float(equilibrium_speed_squared(coefficients, reduction.coordinate_scale)[0])
     speed = math.sqrt(speed_squared) if speed_squared > 0 else 1 / time_scale(scene)
     rates = {**scene.start.rates, _shaft_reading(scene, plane): speed / plane.ratio}

@@ -214,11 +214,16 @@ class OutputForce(OutputEffect, ABC):
         """Value of the reading below which the effect exerts no force, m or rad; the force is zero there."""
         return -math.inf
 
-    def potential(self, value: Any) -> tuple[Any, Any, Any]:
+    @staticmethod
+    def potential(coefficients: Any, value: Any) -> tuple[Any, Any, Any]:
         """Return the potential energy (J) and its first and second derivative by the reading; zeros for a law that dissipates.
+
+        It is compiled and called with arrays, as `force` is.
 
         Parameters
         ----------
+        coefficients
+            Coefficients of the effect, see `coefficients`.
         value
             Value of the reading above `slack_below`, m or rad.
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.measured_fields import class_words, measured, require_valid_fields
-from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, PointDistance
+from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.model.time_functions import InputFunction
 
 
@@ -24,6 +24,11 @@ class ForceElement:
     @property
     def bodies(self) -> tuple[str, str]:
         """Names of the two bodies that the element acts between."""
+        raise NotImplementedError
+
+    @property
+    def displacements(self) -> tuple[Reading, ...]:
+        """Outputs along which the force or its components act."""
         raise NotImplementedError
 
     def __post_init__(self) -> None:
@@ -46,9 +51,9 @@ class _PointToPointElement(ForceElement):
         return self.first.body, self.second.body
 
     @property
-    def displacement(self) -> PointDistance:
+    def displacements(self) -> tuple[PointDistance]:
         """Distance of the points, along which the force acts."""
-        return PointDistance(name=self.name, quantity="length", first=self.first, second=self.second)
+        return (PointDistance(name=self.name, quantity="length", first=self.first, second=self.second),)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,9 +109,9 @@ class _RotationalElement(ForceElement):
         return self.first, self.second
 
     @property
-    def displacement(self) -> BodyAngle:
+    def displacements(self) -> tuple[BodyAngle]:
         """Relative angle of the bodies, along which the moment acts."""
-        return BodyAngle(name=self.name, quantity="angle", body=self.second, reference_body=self.first)
+        return (BodyAngle(name=self.name, quantity="angle", body=self.second, reference_body=self.first),)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -66,7 +66,7 @@ def compute_static_force(scene: Scene, reading: str, poses: FloatArray) -> Float
     undriven_joints = tuple(joint for joint in part.mechanism.joints if not isinstance(joint, TranslationalDriver | RotationalDriver))
     mechanism = replace(part.mechanism, joints=undriven_joints)
     reduction = SingleDofReduction(Scene(title=scene.title, parts=(replace(part, mechanism=mechanism),)))
-    coefficients = reduction.evaluate_at_poses(poses, evaluate_output_value(mechanism, mechanism.coordinate, poses))
+    coefficients = reduction.evaluate_near(poses, evaluate_output_value(mechanism, mechanism.coordinate, poses))
     reading_derivative = reduction.output_derivative(coefficients, reading)
     force = np.full_like(reading_derivative, np.inf)
     return np.divide(coefficients.potential_derivative, reading_derivative, out=force, where=reading_derivative != 0.0)
@@ -77,6 +77,6 @@ def _spring_force(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatAr
     if not isinstance(spring, Spring):
         spring_names = [load.name for load in mechanism.force_elements if isinstance(load, Spring)]
         raise MechanismError(f"there is no spring {name!r} among the force elements; springs are {spring_names}")
-    length = OutputDerivatives(mechanism, spring.displacement, poses).value
+    length = OutputDerivatives(mechanism, spring.displacements[0], poses).value
     force: FloatArray = spring_force(spring.stiffness, spring.free_length, length)
     return force

@@ -17,10 +17,11 @@ from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.transition import make_event_log
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import continue_to_coordinate
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
-from governor_mechanism.mechanics.reduction.node_evaluation import continue_to_coordinate, make_node_workspace
+from governor_mechanism.mechanics.reduction.node_evaluation import make_lagrangian_workspace
 from governor_mechanism.mechanics.reduction.table import ExtensionStatus, PiecewiseTable, allocate_table, evaluate_poses
 from governor_mechanism.mechanics.reduction.table_refinement import extend_table
 from governor_mechanism.model.output_variables import LineAngle
@@ -75,7 +76,7 @@ class ReducedBatch:
         self._tolerance, self._max_steps, self._settings = tolerance, max_steps, ReducedSettings()
         arrays, _, _ = lower_reduced_scene(template)
         self._counts = np.zeros(len(StepCounter), dtype=np.int64)
-        self._workspace = make_node_workspace(arrays)
+        self._workspace = make_lagrangian_workspace(arrays.lagrangian)
         n_times = len(self._times)
         self._states, self._modes = np.empty((n_times, N_STATES)), np.zeros((n_times, 1), dtype=np.int64)
         self._input_cubics, self._mode = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
@@ -100,7 +101,7 @@ class ReducedBatch:
         if not arrays.is_conservative or not isinstance(start, float) or not arrays.low < start < arrays.high:
             return None
         poses = np.array(mechanism.initial_guess, dtype=np.float64)
-        if not continue_to_coordinate(arrays, self._workspace, start, poses):
+        if not continue_to_coordinate(arrays.lagrangian.assembly, self._workspace.assembly, start, poses):
             return None
         table = allocate_table(arrays, BATCH_TABLE_CAPACITY, start, poses)
 

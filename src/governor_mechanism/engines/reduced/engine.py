@@ -149,7 +149,7 @@ class ReducedRunner(CertifiedRunner):
         times = make_time_grid(end, reduced_run.breakpoints, np.inf, max_interval).monitor_times
         while True:
             solution = reduced_run.integrate(times, tolerance)
-            displacements = np.abs(np.diff(solution.states[:, 0])) / reduced_run.motion_table.arrays.coordinate_scale
+            displacements = np.abs(np.diff(solution.states[:, 0])) / reduced_run.motion_table.arrays.lagrangian.assembly.coordinate_scale
             if np.max(displacements, initial=0.0) < settings.max_monitor_travel or len(times) > settings.max_monitor_times:
                 break
             n_intervals = np.ceil(displacements / settings.monitor_interval_ratio).astype(int).clip(1)

@@ -133,7 +133,9 @@ class ReducedRun:
                 if not motion_table.extend(side):
                     step *= settings.table_end_step_ratio
                     remaining = abs(motion_table.end_coordinate(side) - state[0])
-                    min_remaining = settings.min_remaining_travel * max(motion_table.arrays.coordinate_scale, abs(state[0]))
+                    min_remaining = settings.min_remaining_travel * max(
+                        motion_table.arrays.lagrangian.assembly.coordinate_scale, abs(state[0])
+                    )
                     if step < settings.min_end_step_ratio * max(time_scale, end - time) or remaining < min_remaining:
                         time += max((motion_table.end_coordinate(side) - state[0]) / state[1], 0.0) if state[1] else 0.0
                         status = IntegrationStatus.TABLE_ENDED

@@ -309,7 +309,7 @@ def potential_derivatives(effect: OutputForce, value: FloatArray) -> FloatArray:
     FloatArray
         Energy (J), first and second derivative; zeros where the effect is slack; shape (3, n).
     """
-    derivatives: FloatArray = np.where(value < effect.slack_below, 0.0, np.array(effect.potential(value)))
+    derivatives: FloatArray = np.where(value < effect.slack_below, 0.0, np.array(effect.potential(effect.coefficients, value)))
     return derivatives
 
 

@@ -67,7 +67,7 @@ def evaluate_accelerations(
     evaluate_rows(rows, poses, velocities, workspace.row_values, workspace.jacobian)
     evaluate_inputs_at(system, workspace, poses, velocities, input_cubics, local_time, lag_states)
     evaluate_plane_motion(system, workspace, poses, velocities, input_cubics, local_time)
-    evaluate_body_forces(system.bodies, workspace.plane_motion, 1.0, poses, forces)
+    evaluate_body_forces(system.bodies, workspace.plane_motion, poses, forces)
     for p in range(system.planes.size):
         if system.planes[p].has_reaction:
             motion = workspace.plane_motion[p]
@@ -190,16 +190,14 @@ def update_inverse_mass(system: System, workspace: SystemWorkspace) -> None:
 
 
 @jit_in_place
-def evaluate_body_forces(
-    bodies: RecordArray, plane_motion: FloatArray, gravity_factor: float, poses: FloatArray, result: FloatArray
-) -> None:
-    """Fill result (bodies, 3) with gravity, times a factor, and centrifugal forces on the bodies, reduced to their origins."""
+def evaluate_body_forces(bodies: RecordArray, plane_motion: FloatArray, poses: FloatArray, result: FloatArray) -> None:
+    """Fill result (bodies, 3) with gravity and centrifugal forces on the bodies, reduced to their origins."""
     for k in range(bodies.size):
         body, angle = bodies[k], poses[k, 2]
         arm_x = arm_y = 0.0
         if body.x != 0.0 or body.y != 0.0:
             arm_x, arm_y = rotate_vector_jit(angle, body.x, body.y)
-        force_x, force_y, moment = 0.0, weight_jit(body.mass, gravity_factor * body.gravity), 0.0
+        force_x, force_y, moment = 0.0, weight_jit(body.mass, body.gravity), 0.0
         if body.plane >= 0:
             speed = plane_motion[body.plane, PlaneColumn.SPEED]
             speed_squared = speed * speed

@@ -197,14 +197,14 @@ def damper_force(damping: float, rate: Any) -> Any:
 
 
 def spindle_inertia_second_derivative(
-    mass: float, second_moments: tuple[float, float, float], x: Any, angle: Any, tangent: Any, second_derivative: Any
+    mass: float, second_moments: tuple[float, float, float], x: Any, angle: Any, tangent: tuple[Any, Any], curvature: tuple[Any, Any]
 ) -> Any:
     """Return the second derivative (kg m2 per squared unit) of the spindle inertia along a path.
 
-    `tangent` and `second_derivative` are the path's derivatives of the pose (x, y, angle); shape (..., 3).
+    `tangent` and `curvature` are the first and second derivatives of x and the angle along the path.
     """
     xx, yy, xy = second_moments
     angle_derivative = (yy - xx) * np.sin(2 * angle) - 2 * xy * np.cos(2 * angle)
     angle_second_derivative = 2 * (yy - xx) * np.cos(2 * angle) + 4 * xy * np.sin(2 * angle)
-    mass_term = 2 * mass * (tangent[..., 0] ** 2 + x * second_derivative[..., 0])
-    return mass_term + angle_second_derivative * tangent[..., 2] ** 2 + angle_derivative * second_derivative[..., 2]
+    mass_term = 2 * mass * (tangent[0] ** 2 + x * curvature[0])
+    return mass_term + angle_second_derivative * tangent[1] ** 2 + angle_derivative * curvature[1]

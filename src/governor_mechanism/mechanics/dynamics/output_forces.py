@@ -68,6 +68,27 @@ evaluate_force_law = _compile_force_laws(FORCE_LAWS)
 """Force (N or N m) of a law by its index in `FORCE_LAWS`, its coefficients, and value and rate of the output."""
 
 
+@jit_in_place
+def _no_potential(law: int, coefficients: FloatArray, value: float) -> tuple[float, float, float]:
+    return 0.0, 0.0, 0.0
+
+
+def _compile_potentials(laws: Sequence[type[OutputForce]]) -> Callable[[int, FloatArray, float], tuple[float, float, float]]:
+    """Return a kernel that evaluates the potential of the law of an index."""
+    if not laws:
+        return _no_potential
+    evaluate_first, evaluate_others = jit_in_place(laws[0].potential), _compile_potentials(laws[1:])
+
+    def evaluate(law: int, coefficients: FloatArray, value: float) -> tuple[float, float, float]:
+        return evaluate_first(coefficients, value) if law == 0 else evaluate_others(law - 1, coefficients, value)
+
+    return jit_in_place(evaluate)
+
+
+evaluate_potential = _compile_potentials(FORCE_LAWS)
+"""Energy (J) of a law by its index in `FORCE_LAWS`, its coefficients and value of the output, and the derivatives by that value."""
+
+
 class EventFunctionKind(IntEnum):
     """Quantity of an event function: value or rate of an output, or force of the constraint row that holds it."""
 

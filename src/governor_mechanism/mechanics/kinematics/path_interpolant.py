@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPositionSolver
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.numerics.hermite import cubic_hermite
 from governor_mechanism.types import FloatArray
@@ -99,16 +99,16 @@ def build_path(mechanism: Mechanism, low: float, high: float) -> PathInterpolant
 
     Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
     """
-    position_solver = BatchedPositionSolver(mechanism)
+    position_solver = CoordinateSolver(mechanism)
     initial_value = min(max(position_solver.initial_coordinate, low), high)
-    first_point = _make_path_point(position_solver, initial_value, position_solver.solve_at_coordinate(initial_value))
+    first_point = _solve_path_point(position_solver, initial_value, position_solver.solve_at_coordinate(initial_value))
     max_spacing = (high - low) / MIN_PATH_INTERVALS
     lower_points, upper_points = (_extend_path(position_solver, first_point, end, max_spacing) for end in (low, high))
     return PathInterpolant.from_points([*lower_points[::-1], first_point, *upper_points])
 
 
 def _extend_path(
-    position_solver: BatchedPositionSolver, first_point: _CurvedPathPoint, end: float, max_spacing: float
+    position_solver: CoordinateSolver, first_point: _CurvedPathPoint, end: float, max_spacing: float
 ) -> list[_CurvedPathPoint]:
     """Return the points after the first one up to an end; short steps keep them from jumping to another branch."""
     points, point, step = list[_CurvedPathPoint](), first_point, max_spacing
@@ -120,25 +120,24 @@ def _extend_path(
             step /= 2
             continue
         if next_point is None:
-            next_point = _make_path_point(position_solver, value, position_solver.solve_at_coordinate(value, point.poses))
+            next_point = _solve_path_point(position_solver, value, point.poses)
         point = next_point
         points.append(point)
         step = 2 * step if prediction_error < TANGENT_ERROR_TOLERANCE / 8 else step
     return points
 
 
-def _try_next_point(position_solver: BatchedPositionSolver, point: _CurvedPathPoint, value: float) -> tuple[_CurvedPathPoint | None, float]:
+def _try_next_point(position_solver: CoordinateSolver, point: _CurvedPathPoint, value: float) -> tuple[_CurvedPathPoint | None, float]:
     """Return the point at a nearby value, or None if Newton's iteration fails, and the error of the tangents' prediction."""
     displacement = value - point.value
     guess = point.poses + displacement * point.tangent + 0.5 * displacement**2 * point.curvature
-    poses, converged = position_solver.try_solve_at_coordinates(guess[np.newaxis], np.array([value]))
-    if not converged[0]:
+    nodes, is_solved = position_solver.try_solve_nodes(guess[np.newaxis], np.array([value]))
+    if not is_solved[0]:
         return None, math.inf
-    next_point = _make_path_point(position_solver, value, poses[0])
+    next_point = _CurvedPathPoint(value, value, 1.0, *nodes[0])
     prediction_error = next_point.poses - point.poses - 0.5 * displacement * (point.tangent + next_point.tangent)
     return next_point, float(np.max(np.abs(prediction_error) / position_solver.pose_scales))
 
 
-def _make_path_point(position_solver: BatchedPositionSolver, value: float, poses: FloatArray) -> _CurvedPathPoint:
-    tangents, curvatures = position_solver.path_derivatives(poses[np.newaxis])
-    return _CurvedPathPoint(value, value, 1.0, poses, tangents[0], curvatures[0])
+def _solve_path_point(position_solver: CoordinateSolver, value: float, guess: FloatArray) -> _CurvedPathPoint:
+    return _CurvedPathPoint(value, value, 1.0, *position_solver.solve_nodes(guess[np.newaxis], np.array([value]))[0])

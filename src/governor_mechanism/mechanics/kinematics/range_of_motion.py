@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.kinematics.batched_assembly import BatchedPositionSolver
 from governor_mechanism.mechanics.kinematics.continuation import MAX_PATH_LENGTH, PathContinuation, PathEnd
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.path_interpolant import PathInterpolant, build_path
 from governor_mechanism.model.mechanism import Mechanism
@@ -138,7 +138,7 @@ def _range_within_limits(mechanism: Mechanism, coordinate_limit: Limit) -> Range
 
 def _restrict_to_other_limits(mechanism: Mechanism, full_range: RangeOfMotion, other_limits: list[Limit]) -> RangeOfMotion:
     """Return the part of a range within the limits of other readings: the one with the initial guess, else the longest."""
-    position_solver = BatchedPositionSolver(mechanism)
+    position_solver = CoordinateSolver(mechanism)
     values = np.linspace(full_range.low, full_range.high, N_LIMIT_SAMPLES)
     is_inside = np.all(_limit_violations(position_solver, full_range.path, other_limits, values) < 0.0, axis=0)
     if is_inside.all():
@@ -157,9 +157,9 @@ def _restrict_to_other_limits(mechanism: Mechanism, full_range: RangeOfMotion, o
     return _with_end_margins(mechanism, (ends[0], ends[1]), (messages[0], messages[1]), full_range.path)
 
 
-def _limit_violations(position_solver: BatchedPositionSolver, path: PathInterpolant, limits: list[Limit], values: FloatArray) -> FloatArray:
+def _limit_violations(position_solver: CoordinateSolver, path: PathInterpolant, limits: list[Limit], values: FloatArray) -> FloatArray:
     """Return the amounts (2 limits, n) by which readings exceed the low and the high end of each limit at values (n,)."""
-    poses = position_solver.solve_at_coordinates(path.predict_poses(values), values)
+    poses = position_solver.solve_nodes(path.predict_poses(values), values)[:, 0]
     readings = [evaluate_output_value(position_solver.mechanism, limit.reading, poses) for limit in limits]
     pairs = [(limit.low - value, value - limit.high) for limit, value in zip(limits, readings, strict=True)]
     return np.concatenate(pairs)
@@ -179,7 +179,7 @@ def find_runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def _locate_limit(
-    position_solver: BatchedPositionSolver, path: PathInterpolant, limits: list[Limit], inside: float, outside: float
+    position_solver: CoordinateSolver, path: PathInterpolant, limits: list[Limit], inside: float, outside: float
 ) -> tuple[float, str]:
     """Return the first value between inside and outside at which a reading reaches a limit, with its message."""
 

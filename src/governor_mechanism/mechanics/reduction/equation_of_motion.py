@@ -222,9 +222,9 @@ def evaluate_acceleration(
     quadratic = evaluate_piece(coefficients, piece, TableColumn.QUADRATIC, t)
     potential = evaluate_piece(coefficients, piece, TableColumn.POTENTIAL, t)
     acceleration = quadratic * v * v + potential + damping * v + centrifugal * omega * omega
-    column: int = TableColumn.FIRST_PROGRAM
-    first_program = int(parameters[ForceParameter.FIRST_PROGRAM_INPUT])
-    for program in range(first_program, first_program + int(parameters[ForceParameter.PROGRAM_COUNT])):
+    column: int = TableColumn.FIRST_LOAD
+    first_program = int(parameters[ForceParameter.FIRST_LOAD_INPUT])
+    for program in range(first_program, first_program + int(parameters[ForceParameter.LOAD_COUNT])):
         programmed_acceleration = inputs[program] * evaluate_piece(coefficients, piece, column, t)
         acceleration += programmed_acceleration
         power += programmed_acceleration * v / inverse_inertia
@@ -329,14 +329,14 @@ def evaluate_table_output(model: ReducedModel, piece: int, t: float, output_inde
     derivative : float
         Its derivative by the coordinate.
     """
-    column = TableColumn.FIRST_PROGRAM + int(model.parameters[ForceParameter.PROGRAM_COUNT]) + 2 * int(output_index)
+    column = TableColumn.FIRST_LOAD + int(model.parameters[ForceParameter.LOAD_COUNT]) + 2 * int(output_index)
     return evaluate_piece(model.coefficients, piece, column, t), evaluate_piece(model.coefficients, piece, column + 1, t)
 
 
 @jit_in_place
 def evaluate_output_second_derivative(model: ReducedModel, piece: int, t: float, output_index: float) -> float:
     """Return the second derivative of an output by the coordinate, at the local coordinate t of a table piece."""
-    column = TableColumn.FIRST_PROGRAM + int(model.parameters[ForceParameter.PROGRAM_COUNT]) + 2 * int(output_index) + 1
+    column = TableColumn.FIRST_LOAD + int(model.parameters[ForceParameter.LOAD_COUNT]) + 2 * int(output_index) + 1
     return float(evaluate_piece_derivative(model.coefficients, piece, column, t) * model.intervals[piece, 3])
 
 

@@ -1,25 +1,29 @@
 """Lowering of a scene with one degree of freedom to the arrays of the reduced model."""
 
 import math
+from collections.abc import Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.effects.registry import FORCE_LAWS
+from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of, loads_of, make_contact_table, one_sided_forces_of, output_forces_of
-from governor_mechanism.mechanics.dynamics.force_elements import ForceElementKind, make_force_element_table
+from governor_mechanism.mechanics.dynamics.force_elements import make_force_element_table
 from governor_mechanism.mechanics.dynamics.inputs import make_input_terms
 from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
-from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, OUTPUT_FORCE_DTYPE, output_force_record
-from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
+from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, output_force_record
+from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
-from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
-from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import lower_assembly
+from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows, rows_of_readings
+from governor_mechanism.mechanics.reduction.node_evaluation import FORCE_TERM_DTYPE, LagrangianArrays, ReductionArrays, TermKind
 from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
 from governor_mechanism.model.effect import OutputForce
+from governor_mechanism.model.force_elements import Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.part import Part, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
@@ -27,6 +31,21 @@ from governor_mechanism.types import FloatArray, RecordArray
 
 UNBOUNDED_RANGE = 1e9
 """Bound of the coordinate where the scene sets none, in coordinate scales."""
+
+
+SPRING_LAW = FORCE_LAWS.index(OutputSpring)
+"""Index of the law of a linear spring, which those of force elements share."""
+
+ForceTerm = tuple[TermKind, int, int, float, tuple[float, ...]]
+"""Kind, output, law, value below which it is slack, and coefficients of a force: a record of `FORCE_TERM_DTYPE`."""
+
+_ELEMENT_TERMS: dict[type[ForceElement], TermKind] = {
+    Spring: TermKind.POTENTIAL,
+    TorsionSpring: TermKind.POTENTIAL,
+    Damper: TermKind.DAMPER,
+    TorsionDamper: TermKind.DAMPER,
+}
+"""How force elements without an input enter the coefficients."""
 
 
 class ReducedForces(NamedTuple):
@@ -94,7 +113,7 @@ class ForceParameter(IntEnum):
     """Scale of generalised forces along the coordinate."""
     IS_CONSERVATIVE = 6
     """Whether the quadratic and the potential column hold all forces."""
-    PROGRAM_COUNT = 7
+    LOAD_COUNT = 7
     """Number of inputs of force elements."""
     COORDINATE_SCALE = 8
     """Scale of the coordinate, m or rad."""
@@ -108,10 +127,71 @@ class ForceParameter(IntEnum):
     """Whether the bodies in the turning plane act on the shaft."""
     SHAFT_DAMPING = 13
     """Coefficient of the torsion dampers on the shaft, N m s/rad."""
-    FIRST_PROGRAM_INPUT = 14
+    FIRST_LOAD_INPUT = 14
     """Index of the first input of force elements that act along the coordinate."""
     OUTPUT_COUNT = 15
     """Number of outputs in the table."""
+
+
+def lower_lagrangian(
+    scene: Scene, prefix: str, part: Part, outputs: Sequence[str], effects: Sequence[OutputForce]
+) -> tuple[LagrangianArrays, list[int]]:
+    """Lower a part with one degree of freedom to the arrays of its Lagrangian coefficients.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    prefix
+        Start of the names of the part.
+    part
+        The part; its mechanism has no drives.
+    outputs
+        Readings of the part that are evaluated with the coefficients, among them those of the effects.
+    effects
+        Effects with a potential.
+
+    Returns
+    -------
+    arrays : LagrangianArrays
+        What determines the coefficients.
+    load_inputs : list[int]
+        Input of each load, counted from 1 over the inputs of all force elements of the scene.
+    """
+    mechanism, plane = part.mechanism, next(iter(scene.system.planes), None)
+    has_centrifugal_forces = plane is not None and plane.is_loaded
+    output_rows = make_output_rows(mechanism, [name.removeprefix(prefix) for name in outputs], {}).table
+    element_rows, terms, load_inputs = _lower_force_elements(scene, prefix, part, len(outputs))
+    for effect in effects:
+        law, output, _, _, coefficients = output_force_record(effect, outputs.index(effect.reading))
+        terms.append((TermKind.POTENTIAL, output, law, effect.slack_below, coefficients))
+    rows = np.concatenate([output_rows, element_rows])
+    arrays = LagrangianArrays(
+        assembly=lower_assembly(mechanism),
+        mass=np.array([[body.mass, body.mass, body.planar_inertia] for body in mechanism.bodies]).ravel(),
+        bodies=np.array([make_body_record(body, part.gravity, has_centrifugal_forces - 1) for body in mechanism.bodies], dtype=BODY_DTYPE),
+        has_centrifugal_forces=has_centrifugal_forces,
+        output_rows=ConstraintRows(rows, bodies_of_rows(rows), np.zeros((0, 2))),
+        force_terms=np.array(terms, dtype=FORCE_TERM_DTYPE),
+        n_loads=len(load_inputs),
+    )
+    return arrays, load_inputs
+
+
+def _lower_force_elements(scene: Scene, prefix: str, part: Part, first_row: int) -> tuple[RecordArray, list[ForceTerm], list[int]]:
+    """Return the output rows of the force elements on a part, from `first_row` on, their terms, and the input of each load."""
+    elements, first_body = _elements_of_part(scene, prefix, part), scene.mechanism.body_index(prefix + part.mechanism.bodies[0].name)
+    rows = rows_of_readings(scene.mechanism, [output for element, _ in elements for output in element.displacements], {}).table
+    for side in ("first", "second"):
+        rows[side] -= np.where(rows[side] >= 0, first_body, 0)
+    terms, load_inputs = list[ForceTerm](), list[int]()
+    for element, record in elements:
+        for input_index in (int(record["input_index"]), int(record["input_index_y"]))[: len(element.displacements)]:
+            values = (float(len(load_inputs)), 0.0) if input_index >= 0 else (float(record["coefficient"]), float(record["free_value"]))
+            kind = TermKind.LOAD if input_index >= 0 else _ELEMENT_TERMS[type(element)]
+            terms.append((kind, first_row + len(terms), SPRING_LAW, -math.inf, (*values, *(0.0,) * (MAX_COEFFICIENTS - len(values)))))
+            load_inputs += [input_index] if input_index >= 0 else []
+    return rows, terms, load_inputs
 
 
 def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, tuple[InputFunction, ...]]:
@@ -138,57 +218,34 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
     limits = [limit for limit in mechanism.limits if limit.reading != mechanism.coordinate]
     forced_outputs = [name for name in forced_output_names(scene) if name not in shaft_angles]
     names = list(dict.fromkeys([*forced_outputs, *(prefix + limit.reading for limit in limits)]))
-    output_rows = make_output_rows(mechanism, [*(name.removeprefix(prefix) for name in names), mechanism.coordinate], {})
-    joint_rows = make_constraint_table(mechanism).rows
-    rows = np.concatenate([joint_rows.table, output_rows.table[-1:]])
-    all_elements, element_inputs = make_force_element_table(scene.mechanism, {}, 1)
-    force_elements, shaft_elements = _split_by_part(all_elements, scene, prefix, part, train)
-    has_potential = np.isin(force_elements["kind"], (ForceElementKind.SPRING, ForceElementKind.TORSION_SPRING))
-    has_program = force_elements["input_index"] >= 0
-    programmed = force_elements[has_program]
-    program_indices = np.unique([programmed[name] for name in ("input_index", "input_index_y")]).astype(np.int64)
     tabulated = [effect for effect in output_forces_of(scene) if _is_tabulated(effect)]
-    tabulated_forces = [output_force_record(effect, names.index(effect.reading)) for effect in tabulated]
+    lagrangian, load_inputs = lower_lagrangian(scene, prefix, part, names, tabulated)
     low, high = _coordinate_bounds(mechanism)
-    has_centrifugal_forces = plane is not None and plane.is_loaded
     is_steady = not (plane and plane.shaft) and spindle.speed_function.is_constant and not spindle.speed_fluctuation
     arrays = ReductionArrays(
-        constraint_rows=ConstraintRows(rows, bodies_of_rows(rows), joint_rows.curve_segments),
-        coordinate_wraps=isinstance(mechanism.reading(mechanism.coordinate), LineAngle),
-        free_indices=np.array([3 * k + c for k, body in enumerate(mechanism.bodies) for c in range(3 if body.can_rotate else 2)]),
-        pose_scales=np.array([mechanism.length_scale, mechanism.length_scale, 1.0] * len(mechanism.bodies)),
-        row_scales=np.array([*(1 / mechanism.length_scale,) * len(joint_rows.table), 1 / mechanism.output_scale(mechanism.coordinate)]),
-        mass=np.array([m for b in mechanism.bodies for m in (b.mass, b.mass, b.second_moments.xx + b.second_moments.yy)]),
-        bodies=np.array([make_body_record(body, part.gravity, has_centrifugal_forces - 1) for body in mechanism.bodies], dtype=BODY_DTYPE),
-        has_centrifugal_forces=has_centrifugal_forces,
-        springs=force_elements[has_potential],
-        dampers=force_elements[~has_potential & ~has_program],
-        programmed_force_elements=programmed,
-        program_indices=program_indices[program_indices >= 0],
-        output_rows=ConstraintRows(output_rows.table[:-1], output_rows.row_bodies[:-1], output_rows.curve_segments),
+        lagrangian=lagrangian,
         output_scales=np.array([scene.mechanism.output_scale(name) for name in names]),
-        output_springs=np.array(tabulated_forces, dtype=OUTPUT_FORCE_DTYPE),
         limits=np.array([(names.index(prefix + limit.reading), limit.low, limit.high) for limit in limits]).reshape(-1, 3),
         steady_speed=abs(spindle.speeds[0]) if is_steady else -1.0,
-        coordinate_scale=mechanism.output_scale(mechanism.coordinate),
         time_scale=time_scale(scene),
-        length_scale=mechanism.length_scale,
         low=low,
         high=high,
         full_turn=math.tau if mechanism.reading(mechanism.coordinate).quantity == "angle" else 0.0,
         is_conservative=is_steady and not scene.mechanism.force_elements and not scene.output_effects and not train.motion,
     )
-    loads = loads_of(scene)
-    input_terms, _, n_further_inputs = make_input_terms([*names, *shaft_angles], (), 1, loads, len(loads) - len(element_inputs))
+    loads, contacts = loads_of(scene), contacts_of(scene)
+    first_friction_input = 1 + len(loads) - sum(contact.friction is not None for contact in contacts)
+    input_terms, _, n_further_inputs = make_input_terms([*names, *shaft_angles], (), 1, loads, len(loads) + 1 - first_friction_input)
     inputs = (spindle.speed_function, *loads, *(InputFunction(),) * n_further_inputs)
     one_sided_springs = [
         (names.index(one.reading), one.slack_below, scene.mechanism.output_scale(one.reading)) for one in one_sided_forces_of(scene)
     ]
+    shaft_elements = _shaft_elements(scene, prefix, part, train)
     forces = ReducedForces(
-        parameters=_make_parameters(scene, arrays, train, shaft_elements),
+        parameters=_make_parameters(scene, arrays, train, shaft_elements, next(iter(load_inputs), 1)),
         one_sided_springs=np.array(one_sided_springs).reshape(-1, 3),
         output_forces=_output_forces(scene, names),
-        contacts=make_contact_table(scene, names, 1 + len(element_inputs)),
+        contacts=make_contact_table(scene, names, first_friction_input),
         shaft_torques=np.array([(index, ratio) for index, ratio, _ in shaft_elements if index >= 0]).reshape(-1, 2),
         shaft_outputs=np.array(list(shaft_angles.values())).reshape(-1, 2),
         input_terms=input_terms,
@@ -197,21 +254,19 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
     return arrays, forces, inputs
 
 
-def _split_by_part(
-    elements: RecordArray, scene: Scene, prefix: str, part: Part, train: ShaftTrain
-) -> tuple[RecordArray, list[tuple[int, float, float]]]:
-    """Return the force elements of the part with the coordinate, and input, relative ratio and damping of those on the shaft."""
-    mechanism = scene.mechanism
-    first_body = mechanism.body_index(prefix + part.mechanism.bodies[0].name)
-    bodies = np.maximum(elements["first"], elements["second"])
-    is_own = (bodies >= first_body) & (bodies < first_body + len(part.mechanism.bodies))
-    own: RecordArray = elements[is_own]
-    for side in ("first", "second"):
-        own[side] -= np.where(own[side] >= 0, first_body, 0)
-    others = [element for element, is_one in zip(mechanism.force_elements, is_own, strict=True) if not is_one]
-    ratios = [train.ratio(element.bodies[1]) - train.ratio(element.bodies[0]) for element in others]
-    records = elements[~is_own]
-    return own, list(zip(records["input_index"].tolist(), ratios, records["coefficient"].tolist(), strict=True))
+def _elements_of_part(scene: Scene, prefix: str, part: Part, *, others: bool = False) -> list[tuple[ForceElement, RecordArray]]:
+    """Return the force elements on a part, or all others, with their records for inputs counted from 1."""
+    own_bodies, mechanism = {prefix + body.name for body in part.mechanism.bodies}, scene.mechanism
+    elements = zip(mechanism.force_elements, make_force_element_table(mechanism, {}, 1)[0], strict=True)
+    return [(element, record) for element, record in elements if own_bodies.isdisjoint(element.bodies) == others]
+
+
+def _shaft_elements(scene: Scene, prefix: str, part: Part, train: ShaftTrain) -> list[tuple[int, float, float]]:
+    """Return input, relative ratio and damping of the force elements on the shaft."""
+    return [
+        (int(record["input_index"]), train.ratio(element.bodies[1]) - train.ratio(element.bodies[0]), float(record["coefficient"]))
+        for element, record in _elements_of_part(scene, prefix, part, others=True)
+    ]
 
 
 def _coordinate_bounds(mechanism: Mechanism) -> tuple[float, float]:
@@ -237,29 +292,30 @@ def _output_forces(scene: Scene, names: list[str]) -> FloatArray:
 
 
 def _make_parameters(
-    scene: Scene, arrays: ReductionArrays, train: ShaftTrain, shaft_elements: list[tuple[int, float, float]]
+    scene: Scene, arrays: ReductionArrays, train: ShaftTrain, shaft_elements: list[tuple[int, float, float]], first_load_input: int
 ) -> FloatArray:
     """Return the scalars of a scene, indexed by `ForceParameter`."""
     spindle = next((plane.given_speed for plane in scene.system.planes if plane.given_speed), None) or Spindle()
     energy_scale = sum(body.mass for body in scene.mechanism.bodies) * (scene.mechanism.length_scale / arrays.time_scale) ** 2
-    own_energy_scale = float(np.sum(arrays.bodies["mass"])) * (arrays.length_scale / arrays.time_scale) ** 2
+    assembly, own_mass = arrays.lagrangian.assembly, float(np.sum(arrays.lagrangian.bodies["mass"]))
+    own_energy_scale = own_mass * (float(assembly.pose_scales[0]) / arrays.time_scale) ** 2
     rotors = [body for body in scene.mechanism.bodies if body.name in train.motion]
     values = {
-        ForceParameter.IS_SPINDLE_LOADED: arrays.has_centrifugal_forces,
+        ForceParameter.IS_SPINDLE_LOADED: arrays.lagrangian.has_centrifugal_forces,
         ForceParameter.SPINDLE_RATIO: train.spindle_ratio,
         ForceParameter.SHAFT_INERTIA: sum(train.ratio(body.name) ** 2 * body.planar_inertia for body in rotors),
         ForceParameter.FLUCTUATION_AMPLITUDE: 0.5 * spindle.speed_fluctuation,
         ForceParameter.CYCLES_PER_TURN: spindle.cycles_per_turn,
-        ForceParameter.FORCE_SCALE: own_energy_scale / arrays.coordinate_scale,
+        ForceParameter.FORCE_SCALE: own_energy_scale / assembly.coordinate_scale,
         ForceParameter.IS_CONSERVATIVE: arrays.is_conservative,
-        ForceParameter.PROGRAM_COUNT: len(arrays.program_indices),
-        ForceParameter.COORDINATE_SCALE: arrays.coordinate_scale,
+        ForceParameter.LOAD_COUNT: arrays.lagrangian.n_loads,
+        ForceParameter.COORDINATE_SCALE: assembly.coordinate_scale,
         ForceParameter.TIME_SCALE: arrays.time_scale,
         ForceParameter.ENERGY_SCALE: energy_scale,
         ForceParameter.HAS_SHAFT: bool(train.motion),
         ForceParameter.HAS_REACTION: train.has_reaction,
         ForceParameter.SHAFT_DAMPING: sum(damping * ratio**2 for _, ratio, damping in shaft_elements),
-        ForceParameter.FIRST_PROGRAM_INPUT: next(iter(arrays.program_indices), 1),
+        ForceParameter.FIRST_LOAD_INPUT: first_load_input,
         ForceParameter.OUTPUT_COUNT: len(arrays.output_scales),
     }
     return np.array([float(values[parameter]) for parameter in ForceParameter])

@@ -6,7 +6,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
-from governor_mechanism.mechanics.reduction.node_evaluation import make_node_workspace
+from governor_mechanism.mechanics.reduction.node_evaluation import make_lagrangian_workspace
 from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
 from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, allocate_table, evaluate_poses, grow_table
 from governor_mechanism.mechanics.reduction.table_refinement import extend_table
@@ -57,7 +57,7 @@ class MotionTable:
         self.scene = scene
         self.arrays, self.forces, inputs = lower_reduced_scene(scene)
         self.time_functions = tuple(map(CubicTimeFunction, inputs))
-        self._workspace = make_node_workspace(self.arrays)
+        self._workspace = make_lagrangian_workspace(self.arrays.lagrangian)
         self.table = allocate_table(self.arrays, INITIAL_TABLE_CAPACITY, q, poses)
         self.table.next_widths[:] *= width_ratio
         self.setup_time = 0.0
@@ -84,7 +84,7 @@ class MotionTable:
         """Return the coordinate at which the table ends below (0) or above (1): its bound, or the end of the last piece."""
         edge = float(self.table.intervals[self.table.end_pieces[side], side])
         bound = self.arrays.high if side == 1 else self.arrays.low
-        return bound if abs(edge - bound) < BOUND_TOLERANCE * self.arrays.coordinate_scale else edge
+        return bound if abs(edge - bound) < BOUND_TOLERANCE * self.arrays.lagrangian.assembly.coordinate_scale else edge
 
     def end_message(self, side: int) -> tuple[bool, str]:
         """Return whether the table ends at a limit given in the scene, and what happens there."""

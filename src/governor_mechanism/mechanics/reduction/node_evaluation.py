@@ -1,6 +1,6 @@
-"""Position solution and coefficients of the reduced model at one value of the coordinate; compiled.
+"""Lagrangian coefficients of a mechanism with one degree of freedom at one configuration, and the columns of its motion table; compiled.
 
-Dense elimination with row pivoting selects independent rows; redundant rows of joints are consistent with them.
+Motion tables, statics and everything else that reduces a mechanism to its leading coordinate q read these coefficients.
 """
 
 import math
@@ -9,34 +9,196 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_body_forces, inertia_of_plane
-from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces
+from governor_mechanism.mechanics.dynamics import force_laws
 from governor_mechanism.mechanics.dynamics.inputs import output_rate
-from governor_mechanism.mechanics.dynamics.lowering import N_PLANE_COLUMNS, PlaneColumn
-from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, evaluate_rows
+from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, evaluate_potential
+from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, RowKind, evaluate_rows
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import AssemblyArrays, AssemblyWorkspace, make_assembly_workspace
 from governor_mechanism.numerics.jit import jit, jit_in_place
-from governor_mechanism.types import FloatArray, IntArray, RecordArray
+from governor_mechanism.types import FloatArray, RecordArray
 
-MAX_NODE_NEWTON_STEPS = 16
-"""Largest number of Newton steps."""
+CANCELLATION_RATIO = 1e-15
+"""Derivative of the spindle inertia relative to its terms below which it is rounding and set to zero."""
 
-NODE_DIVERGENCE_STEP = 0.3
-"""Newton step, in length scales and rad, from which the iteration counts as diverged: no solution is near."""
+spindle_inertia_jit = jit_in_place(force_laws.spindle_inertia)
+spindle_inertia_rate_jit = jit_in_place(force_laws.spindle_inertia_rate)
+spindle_inertia_second_derivative_jit = jit_in_place(force_laws.spindle_inertia_second_derivative)
 
-NODE_ROUNDING_STEP, NODE_CONVERGENCE_STEP = 2e-15, 1e-8
-"""Newton steps, in length scales and rad: one of the first size ends the iteration; one below the second ends it if it does not
-halve the step before it, because only rounding is left.
-"""
 
-NODE_CONTINUATION_STEP = 0.1
-"""Continuation step with which a start is reached, in coordinate scales."""
+class TermKind(IntEnum):
+    """How a force along an output enters the coefficients."""
 
-MAX_NODE_BRANCH_DISTANCE = 0.05
-"""Distance from the guess, in length scales and rad, beyond which a solution may belong to another branch."""
+    POTENTIAL = 0
+    """A law with a potential."""
+    DAMPER = 1
+    """A linear damper; its first coefficient is the damping."""
+    LOAD = 2
+    """A load given from outside; its first coefficient is the index of its input among those of the mechanism."""
 
-SINGULAR_NODE_PIVOT_RATIO = 1e-11
-"""Pivot of the scaled Jacobian below which it is singular."""
+
+FORCE_TERM_DTYPE = np.dtype(
+    [*((name, "i8") for name in ("kind", "output_index", "law")), ("slack_below", "f8"), ("coefficients", "f8", (MAX_COEFFICIENTS,))]
+)
+"""One force: its `TermKind`, the row of the output along which it acts, index of its law in `FORCE_LAWS`, value of the output below which
+it is slack, coefficients of the law."""
+
+
+class Coefficient(IntEnum):
+    """Lagrangian coefficients along the coordinate q, with the kinetic energy I q'^2 / 2; a prime is a derivative by q."""
+
+    INERTIA = 0
+    """I."""
+    INERTIA_DERIVATIVE = 1
+    """I'."""
+    SPINDLE_INERTIA = 2
+    """Moment of inertia J of the bodies about the spindle, kg m2."""
+    SPINDLE_INERTIA_DERIVATIVE = 3
+    """J'."""
+    SPINDLE_INERTIA_SECOND_DERIVATIVE = 4
+    """J''."""
+    POTENTIAL_DERIVATIVE = 5
+    """V' of the potential energy V of weights and springs."""
+    POTENTIAL_SECOND_DERIVATIVE = 6
+    """V''."""
+    DAMPING = 7
+    """Force of the linear dampers against q, per unit of its rate."""
+    FIRST_LOAD = 8
+    """From here on the force along q of each load at unit input, and its derivative."""
+
+
+class LagrangianArrays(NamedTuple):
+    """A mechanism with one degree of freedom as arrays, from which its Lagrangian coefficients follow.
+
+    Attributes
+    ----------
+    assembly
+        Joints and leading coordinate.
+    mass
+        Mass, mass and moment of inertia of each body; shape (3 bodies,).
+    bodies
+        Mass properties, about the mass centres; shape (bodies,).
+    has_centrifugal_forces
+        Whether the plane rotates with the spindle and centrifugal forces act.
+    output_rows
+        Rows of the outputs of the table, then those along which force elements act.
+    force_terms
+        Forces along the outputs, records of `FORCE_TERM_DTYPE`.
+    n_loads
+        Number of inputs of force elements.
+    """
+
+    assembly: AssemblyArrays
+    mass: FloatArray
+    bodies: RecordArray
+    has_centrifugal_forces: bool
+    output_rows: ConstraintRows
+    force_terms: RecordArray
+    n_loads: int
+
+
+class LagrangianWorkspace(NamedTuple):
+    """Buffers of the evaluation; coefficients (n,) are indexed by `Coefficient`."""
+
+    assembly: AssemblyWorkspace
+    output_row_values: FloatArray
+    output_jacobian: FloatArray
+    coefficients: FloatArray
+
+
+def make_lagrangian_workspace(arrays: LagrangianArrays) -> LagrangianWorkspace:
+    """Allocate the buffers of the evaluation.
+
+    Parameters
+    ----------
+    arrays
+        The lowered mechanism.
+
+    Returns
+    -------
+    LagrangianWorkspace
+        Buffers of matching sizes.
+    """
+    n_outputs = len(arrays.output_rows.table)
+    return LagrangianWorkspace(
+        assembly=make_assembly_workspace(arrays.assembly),
+        output_row_values=np.zeros((n_outputs, N_ROW_COLUMNS)),
+        output_jacobian=np.zeros((n_outputs, 2, 3)),
+        coefficients=np.zeros(Coefficient.FIRST_LOAD + 2 * arrays.n_loads),
+    )
+
+
+@jit_in_place
+def evaluate_coefficients(arrays: LagrangianArrays, workspace: LagrangianWorkspace, node: FloatArray) -> None:
+    """Fill the coefficients of the workspace from a node (3, 3 bodies): poses, tangent and curvature."""
+    poses, tangents, curvatures = node[0].reshape(-1, 3), node[1].reshape(-1, 3), node[2].reshape(-1, 3)
+    coefficients = workspace.coefficients
+    coefficients[:] = 0.0
+    for k in range(arrays.mass.size):
+        coefficients[Coefficient.INERTIA] += arrays.mass[k] * node[1, k] * node[1, k]
+        coefficients[Coefficient.INERTIA_DERIVATIVE] += 2.0 * arrays.mass[k] * node[1, k] * node[2, k]
+    for k in range(arrays.bodies.size):
+        weight = arrays.bodies[k].mass * arrays.bodies[k].gravity
+        coefficients[Coefficient.POTENTIAL_DERIVATIVE] += weight * tangents[k, 1]
+        coefficients[Coefficient.POTENTIAL_SECOND_DERIVATIVE] += weight * curvatures[k, 1]
+    if arrays.has_centrifugal_forces:
+        _add_spindle_inertia(arrays, poses, tangents, curvatures, coefficients)
+    evaluate_rows(arrays.output_rows, poses, tangents, workspace.output_row_values, workspace.output_jacobian)
+    for k in range(arrays.force_terms.size):
+        _add_force_term(arrays, workspace, k, tangents, curvatures)
+
+
+@jit_in_place
+def _add_spindle_inertia(
+    arrays: LagrangianArrays, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray, coefficients: FloatArray
+) -> None:
+    """Add the moment of inertia of all bodies about the spindle, and its derivatives."""
+    magnitude, length_scale = 0.0, arrays.assembly.pose_scales[0]
+    for k in range(arrays.bodies.size):
+        body, x, angle, tangent = arrays.bodies[k], poses[k, 0], poses[k, 2], tangents[k]
+        mass, moments = body.mass, (body.xx, body.yy, body.xy)
+        coefficients[Coefficient.SPINDLE_INERTIA] += spindle_inertia_jit(mass, body.xx, body.yy, body.xy, body.zz, x, angle)
+        coefficients[Coefficient.SPINDLE_INERTIA_DERIVATIVE] += spindle_inertia_rate_jit(
+            mass, body.xx, body.yy, body.xy, x, angle, tangent[0], tangent[2]
+        )
+        coefficients[Coefficient.SPINDLE_INERTIA_SECOND_DERIVATIVE] += spindle_inertia_second_derivative_jit(
+            mass, moments, x, angle, (tangent[0], tangent[2]), (curvatures[k, 0], curvatures[k, 2])
+        )
+        magnitude += 2.0 * mass * length_scale * abs(tangent[0]) + (abs(body.yy - body.xx) + 2.0 * abs(body.xy)) * abs(tangent[2])
+    if abs(coefficients[Coefficient.SPINDLE_INERTIA_DERIVATIVE]) < CANCELLATION_RATIO * magnitude:
+        coefficients[Coefficient.SPINDLE_INERTIA_DERIVATIVE] = 0.0
+
+
+@jit_in_place
+def _add_force_term(
+    arrays: LagrangianArrays, workspace: LagrangianWorkspace, index: int, tangents: FloatArray, curvatures: FloatArray
+) -> None:
+    """Add one force along an output to the coefficients; the output rows were evaluated with the tangents as velocities."""
+    term, rows, jacobian, coefficients = arrays.force_terms[index], arrays.output_rows, workspace.output_jacobian, workspace.coefficients
+    row, value = term.output_index, workspace.output_row_values[term.output_index, RowColumn.RESIDUAL]
+    derivative = output_rate(rows, jacobian, row, tangents)
+    second_derivative = output_rate(rows, jacobian, row, curvatures) - workspace.output_row_values[row, RowColumn.GAMMA]
+    if rows.table[row].kind == RowKind.DISTANCE and math.isnan(derivative):  # coincident points: no line of action
+        return
+    if term.kind == TermKind.DAMPER:
+        coefficients[Coefficient.DAMPING] += term.coefficients[0] * derivative * derivative
+    elif term.kind == TermKind.LOAD:
+        column = Coefficient.FIRST_LOAD + 2 * int(term.coefficients[0])
+        coefficients[column] += derivative
+        coefficients[column + 1] += second_derivative
+    elif value >= term.slack_below:
+        _, gradient, stiffness = evaluate_potential(term.law, term.coefficients, value)
+        coefficients[Coefficient.POTENTIAL_DERIVATIVE] += gradient * derivative
+        coefficients[Coefficient.POTENTIAL_SECOND_DERIVATIVE] += stiffness * derivative * derivative + gradient * second_derivative
+
+
+@jit
+def evaluate_coefficients_at_nodes(arrays: LagrangianArrays, workspace: LagrangianWorkspace, nodes: FloatArray) -> FloatArray:
+    """Return the coefficients (n, coefficients) at nodes (n, 3, 3 bodies)."""
+    result = np.empty((nodes.shape[0], workspace.coefficients.size))
+    for k in range(nodes.shape[0]):
+        evaluate_coefficients(arrays, workspace, nodes[k])
+        result[k] = workspace.coefficients
+    return result
 
 
 class TableColumn(IntEnum):
@@ -57,55 +219,25 @@ class TableColumn(IntEnum):
     """J."""
     DAMPING = 5
     """Derivative of the dampers' force by q', over I."""
-    FIRST_PROGRAM = 6
-    """From here on the programmed forces at unit input over I, then value and derivative of each output."""
+    FIRST_LOAD = 6
+    """From here on the loads at unit input over I, then value and derivative of each output."""
 
 
 class ReductionArrays(NamedTuple):
-    """A mechanism with one degree of freedom as arrays, from which the columns of its motion table are computed.
+    """A mechanism with one degree of freedom as arrays, from which its motion table is computed.
 
     Attributes
     ----------
-    constraint_rows
-        Rows of the joints, and last the row of the leading coordinate.
-    coordinate_wraps
-        Whether the coordinate is the angle of a line, which is known up to whole turns.
-    free_indices
-        Indices of the coordinates of poses.ravel() that may change.
-    pose_scales
-        Scales of all coordinates; shape (3 bodies,).
-    row_scales
-        Factors that make the residuals of the rows dimensionless; shape (rows,).
-    mass
-        Mass, mass and moment of inertia of each body; shape (3 bodies,).
-    bodies
-        Mass properties; shape (bodies,).
-    has_centrifugal_forces
-        Whether the plane rotates with the spindle and centrifugal forces act.
-    springs
-        Force elements with a potential.
-    dampers
-        Force elements that damp.
-    programmed_force_elements
-        Force elements with a time function.
-    program_indices
-        Indices of their time functions.
-    output_rows
-        Rows of the outputs with forces or limits.
+    lagrangian
+        What determines the Lagrangian coefficients.
     output_scales
-        Their scales; shape (outputs,).
-    output_springs
-        Springs along outputs that both pull and push.
+        Scales of the outputs in the table, which come first in the rows of the outputs; shape (outputs,).
     limits
         Output index, low and high limit; shape (n, 3).
     steady_speed
         Magnitude of a constant spindle speed, rad/s; negative if the speed changes.
-    coordinate_scale
-        Scale of the coordinate, m or rad.
     time_scale
         Characteristic time, s.
-    length_scale
-        Characteristic length, m.
     low
         Lower bound of the coordinate.
     high
@@ -116,284 +248,41 @@ class ReductionArrays(NamedTuple):
         Whether the quadratic and the potential column hold all forces.
     """
 
-    constraint_rows: ConstraintRows
-    coordinate_wraps: bool
-    free_indices: IntArray
-    pose_scales: FloatArray
-    row_scales: FloatArray
-    mass: FloatArray
-    bodies: RecordArray
-    has_centrifugal_forces: bool
-    springs: RecordArray
-    dampers: RecordArray
-    programmed_force_elements: RecordArray
-    program_indices: IntArray
-    output_rows: ConstraintRows
+    lagrangian: LagrangianArrays
     output_scales: FloatArray
-    output_springs: RecordArray
     limits: FloatArray
     steady_speed: float
-    coordinate_scale: float
     time_scale: float
-    length_scale: float
     low: float
     high: float
     full_turn: float
     is_conservative: bool
 
 
-class NodeWorkspace(NamedTuple):
-    """Buffers of the node evaluation; min_pivot (1,) is the smallest pivot of the last solved position."""
-
-    row_values: FloatArray
-    jacobian: FloatArray
-    output_row_values: FloatArray
-    output_jacobian: FloatArray
-    matrix: FloatArray
-    row_order: IntArray
-    rhs: FloatArray
-    pose_change: FloatArray
-    solution: FloatArray
-    dense_row: FloatArray
-    min_pivot: FloatArray
-    generalised_forces: FloatArray
-    zero_velocities: FloatArray
-    inputs: FloatArray
-    plane_motion: FloatArray
-
-
-def make_node_workspace(arrays: ReductionArrays) -> NodeWorkspace:
-    """Allocate the buffers of the node evaluation.
-
-    Parameters
-    ----------
-    arrays
-        The lowered mechanism.
-
-    Returns
-    -------
-    NodeWorkspace
-        Buffers of matching sizes.
-    """
-    n_rows, n_bodies, n_outputs = len(arrays.constraint_rows.table), len(arrays.bodies), len(arrays.output_rows.table)
-    return NodeWorkspace(
-        row_values=np.zeros((n_rows, 5)),
-        jacobian=np.zeros((n_rows, 2, 3)),
-        output_row_values=np.zeros((n_outputs, 5)),
-        output_jacobian=np.zeros((n_outputs, 2, 3)),
-        matrix=np.zeros((n_rows, len(arrays.free_indices))),
-        row_order=np.zeros(n_rows, dtype=np.int64),
-        rhs=np.zeros(n_rows),
-        pose_change=np.zeros(3 * n_bodies),
-        solution=np.zeros(len(arrays.free_indices)),
-        dense_row=np.zeros(3 * n_bodies),
-        min_pivot=np.zeros(1),
-        generalised_forces=np.zeros((n_bodies, 3)),
-        zero_velocities=np.zeros((n_bodies, 3)),
-        inputs=np.zeros(int(np.max(arrays.program_indices, initial=0)) + 1),
-        plane_motion=np.zeros((1, N_PLANE_COLUMNS)),
-    )
-
-
 @jit_in_place
-def _factorise(workspace: NodeWorkspace) -> bool:
-    """Factorise the matrix in place with row pivoting and store its smallest pivot; return whether it is regular."""
-    matrix, row_order, min_pivot = workspace.matrix, workspace.row_order, math.inf
-    n_rows, n_columns = matrix.shape
-    for i in range(n_rows):
-        row_order[i] = i
-    for c in range(n_columns):
-        best = c
-        for i in range(c + 1, n_rows):
-            if abs(matrix[i, c]) > abs(matrix[best, c]):
-                best = i
-        if best != c:
-            row_order[c], row_order[best] = row_order[best], row_order[c]
-            for k in range(n_columns):
-                matrix[c, k], matrix[best, k] = matrix[best, k], matrix[c, k]
-        pivot = matrix[c, c]
-        min_pivot = min(min_pivot, abs(pivot))
-        if not min_pivot > SINGULAR_NODE_PIVOT_RATIO:
-            workspace.min_pivot[0] = 0.0
-            return False
-        for i in range(c + 1, n_rows):
-            factor = matrix[i, c]
-            if factor != 0.0:
-                factor /= pivot
-                matrix[i, c] = factor
-                for k in range(c + 1, n_columns):
-                    matrix[i, k] -= factor * matrix[c, k]
-    workspace.min_pivot[0] = min_pivot
-    return True
-
-
-@jit_in_place
-def _solve_factorised(arrays: ReductionArrays, workspace: NodeWorkspace, pose_change: FloatArray) -> float:
-    """Fill pose_change (3 bodies,) with the solution of the factorised system; return its largest component in pose scales."""
-    matrix, row_order, rhs, solution = workspace.matrix, workspace.row_order, workspace.rhs, workspace.solution
-    n_columns, step_size = arrays.free_indices.size, 0.0
-    for i in range(n_columns):
-        total = rhs[row_order[i]]
-        for k in range(i):
-            total -= matrix[i, k] * solution[k]
-        solution[i] = total
-    for i in range(n_columns - 1, -1, -1):
-        total = solution[i]
-        for k in range(i + 1, n_columns):
-            total -= matrix[i, k] * solution[k]
-        solution[i] = total / matrix[i, i]
-        pose_change[arrays.free_indices[i]] = arrays.pose_scales[arrays.free_indices[i]] * solution[i]
-        step_size = max(step_size, abs(solution[i]))
-    return step_size
-
-
-@jit_in_place
-def _fill_scaled_jacobian(arrays: ReductionArrays, workspace: NodeWorkspace) -> None:
-    """Fill the dimensionless Jacobian (rows, free coordinates); dense_row (3 bodies,) is a buffer of zeros before and after."""
-    row_bodies, pose_scales, dense_row = arrays.constraint_rows.row_bodies, arrays.pose_scales, workspace.dense_row
-    for i in range(row_bodies.shape[0]):
-        for side in range(2):
-            body = row_bodies[i, side]
-            if body >= 0:
-                for c in range(3):
-                    dense_row[3 * body + c] += arrays.row_scales[i] * workspace.jacobian[i, side, c] * pose_scales[3 * body + c]
-        for k in range(arrays.free_indices.size):
-            workspace.matrix[i, k] = dense_row[arrays.free_indices[k]]
-        for side in range(2):
-            body = row_bodies[i, side]
-            if body >= 0:
-                dense_row[3 * body : 3 * body + 3] = 0.0
-
-
-@jit
-def solve_position(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, node: FloatArray) -> bool:
-    """Solve for the poses node[0] at a value of the coordinate from a guess; fill in their two derivatives."""
-    rows, row_scales = arrays.constraint_rows, arrays.row_scales
-    row_values, jacobian, rhs = workspace.row_values, workspace.jacobian, workspace.rhs
-    poses, tangents = node[0].reshape(-1, 3), node[1].reshape(-1, 3)
-    last, previous_step = rhs.size - 1, math.inf
-    for _ in range(MAX_NODE_NEWTON_STEPS):
-        row_values[:, RowColumn.DRIVE_VALUE] = 0.0
-        evaluate_rows(rows, poses, workspace.zero_velocities, row_values, jacobian)
-        row_values[last, RowColumn.RESIDUAL] -= q
-        if arrays.coordinate_wraps:
-            residual = row_values[last, RowColumn.RESIDUAL]
-            row_values[last, RowColumn.RESIDUAL] -= 2.0 * math.pi * math.floor(residual / (2.0 * math.pi) + 0.5)
-        rhs[:] = -row_values[:, RowColumn.RESIDUAL] * row_scales
-        _fill_scaled_jacobian(arrays, workspace)
-        if not _factorise(workspace):
-            return False
-        step = _solve_factorised(arrays, workspace, workspace.pose_change)
-        if not step < NODE_DIVERGENCE_STEP:
-            return False
-        node[0] += workspace.pose_change
-        if step <= NODE_ROUNDING_STEP or (step < NODE_CONVERGENCE_STEP and step >= 0.5 * previous_step):
-            break
-        previous_step = step
-    else:
-        return False
-    rhs[:] = 0.0
-    rhs[last] = row_scales[last]
-    _solve_factorised(arrays, workspace, node[1])
-    row_values[:, RowColumn.DRIVE_ACCELERATION] = 0.0
-    evaluate_rows(rows, poses, tangents, row_values, jacobian)
-    rhs[:] = row_values[:, RowColumn.GAMMA] * row_scales
-    _solve_factorised(arrays, workspace, node[2])
-    return True
-
-
-@jit
-def is_on_branch(arrays: ReductionArrays, poses: FloatArray, guess: FloatArray) -> bool:
-    """Return whether solved poses (3 bodies,) are so near to their guess that they belong to the same branch."""
-    return bool(np.all(np.abs(poses - guess) < MAX_NODE_BRANCH_DISTANCE * arrays.pose_scales))
-
-
-@jit
-def continue_to_coordinate(arrays: ReductionArrays, workspace: NodeWorkspace, q: float, poses: FloatArray) -> bool:
-    """Move poses by continuation to a value of the coordinate.
-
-    Parameters
-    ----------
-    arrays
-        The lowered mechanism.
-    workspace
-        Buffers of the node evaluation.
-    q
-        Requested coordinate, SI.
-    poses
-        Poses that nearly close the joints; changed in place; shape (bodies, 3).
-
-    Returns
-    -------
-    bool
-        Whether the value was reached on the same branch.
-    """
-    node, predicted = np.zeros((3, arrays.pose_scales.size)), np.zeros(arrays.pose_scales.size)
-    node[0] = poses.ravel()
-    workspace.row_values[:] = 0.0
-    evaluate_rows(arrays.constraint_rows, poses, workspace.zero_velocities, workspace.row_values, workspace.jacobian)
-    start = workspace.row_values[arrays.constraint_rows.table.size - 1, RowColumn.RESIDUAL]
-    n_steps = max(1, math.ceil(abs(q - start) / (NODE_CONTINUATION_STEP * arrays.coordinate_scale)))
-    q_reached = start
-    for k in range(n_steps + 1):
-        q_next = start + (q - start) * k / n_steps
-        node[0] += (q_next - q_reached) * node[1]
-        predicted[:] = node[0]
-        if not (solve_position(arrays, workspace, q_next, node) and is_on_branch(arrays, node[0], predicted)):
-            return False
-        q_reached = q_next
-    poses[:] = node[0].reshape(-1, 3)
-    return True
-
-
-@jit_in_place
-def evaluate_columns(arrays: ReductionArrays, workspace: NodeWorkspace, node: FloatArray, columns: FloatArray) -> None:
+def evaluate_columns(arrays: ReductionArrays, workspace: LagrangianWorkspace, node: FloatArray, columns: FloatArray) -> None:
     """Fill the columns of the table from a node (3, 3 bodies): poses, tangent and curvature."""
-    poses, tangents, zero_velocities = node[0].reshape(-1, 3), node[1].reshape(-1, 3), workspace.zero_velocities
-    inputs, plane_motion, forces = workspace.inputs, workspace.plane_motion, workspace.generalised_forces
-    inertia = inertia_derivative = 0.0
-    for k in range(arrays.mass.size):
-        inertia += arrays.mass[k] * node[1, k] * node[1, k]
-        inertia_derivative += 2.0 * arrays.mass[k] * node[1, k] * node[2, k]
-    is_steady = arrays.has_centrifugal_forces and arrays.steady_speed >= 0.0
-    plane_motion[0, PlaneColumn.SPEED] = arrays.steady_speed if is_steady else 0.0
-    evaluate_body_forces(arrays.bodies, plane_motion, 1.0, poses, forces)
-    add_element_forces(arrays.springs, poses, zero_velocities, inputs, forces)
-    rows, springs = arrays.output_rows, arrays.output_springs
-    evaluate_rows(rows, poses, zero_velocities, workspace.output_row_values, workspace.output_jacobian)
-    add_output_forces(rows, springs, zero_velocities, inputs, workspace.output_row_values, workspace.output_jacobian, forces)
-    columns[TableColumn.QUADRATIC] = -0.5 * inertia_derivative / inertia
-    columns[TableColumn.POTENTIAL] = _project_on_tangent(forces, node[1]) / inertia
-    columns[TableColumn.CENTRIFUGAL] = 0.0
+    lagrangian, coefficients = arrays.lagrangian, workspace.coefficients
+    evaluate_coefficients(lagrangian, workspace, node)
+    inverse_inertia = 1.0 / coefficients[Coefficient.INERTIA]
+    centrifugal = 0.5 * coefficients[Coefficient.SPINDLE_INERTIA_DERIVATIVE]
+    columns[TableColumn.QUADRATIC] = -0.5 * coefficients[Coefficient.INERTIA_DERIVATIVE] * inverse_inertia
+    force = -coefficients[Coefficient.POTENTIAL_DERIVATIVE]
+    if arrays.steady_speed >= 0.0:
+        force, centrifugal = force + centrifugal * arrays.steady_speed**2, 0.0
+    columns[TableColumn.POTENTIAL] = force * inverse_inertia
+    columns[TableColumn.CENTRIFUGAL] = centrifugal * inverse_inertia
     if columns.size == TableColumn.INVERSE_INERTIA:
         return
-    if arrays.has_centrifugal_forces and not is_steady:
-        plane_motion[0, PlaneColumn.SPEED] = 1.0
-        evaluate_body_forces(arrays.bodies, plane_motion, 0.0, poses, forces)
-        columns[TableColumn.CENTRIFUGAL] = _project_on_tangent(forces, node[1]) / inertia
-    columns[TableColumn.INVERSE_INERTIA] = 1.0 / inertia
-    columns[TableColumn.SPINDLE_INERTIA] = inertia_of_plane(arrays.bodies, 0, poses, zero_velocities)[0]
-    forces[:] = 0.0
-    add_element_forces(arrays.dampers, poses, tangents, inputs, forces)
-    columns[TableColumn.DAMPING] = _project_on_tangent(forces, node[1]) / inertia
-    column: int = TableColumn.FIRST_PROGRAM
-    for program in arrays.program_indices:
-        forces[:] = 0.0
-        inputs[program] = 1.0
-        add_element_forces(arrays.programmed_force_elements, poses, zero_velocities, inputs, forces)
-        inputs[program] = 0.0
-        columns[column] = _project_on_tangent(forces, node[1]) / inertia
+    columns[TableColumn.INVERSE_INERTIA] = inverse_inertia
+    columns[TableColumn.SPINDLE_INERTIA] = coefficients[Coefficient.SPINDLE_INERTIA]
+    columns[TableColumn.DAMPING] = -coefficients[Coefficient.DAMPING] * inverse_inertia
+    column: int = TableColumn.FIRST_LOAD
+    for k in range(lagrangian.n_loads):
+        columns[column] = coefficients[Coefficient.FIRST_LOAD + 2 * k] * inverse_inertia
         column += 1
-    evaluate_rows(arrays.output_rows, poses, tangents, workspace.output_row_values, workspace.output_jacobian)
-    for k in range(arrays.output_rows.table.size):
+    tangents = node[1].reshape(-1, 3)
+    for k in range(arrays.output_scales.size):
         columns[column] = workspace.output_row_values[k, RowColumn.RESIDUAL]
-        columns[column + 1] = output_rate(arrays.output_rows, workspace.output_jacobian, k, tangents)
+        columns[column + 1] = output_rate(lagrangian.output_rows, workspace.output_jacobian, k, tangents)
         column += 2
-
-
-@jit_in_place
-def _project_on_tangent(forces: FloatArray, tangent: FloatArray) -> float:
-    total = 0.0
-    for k in range(tangent.size):
-        total += forces[k // 3, k % 3] * tangent[k]
-    return total

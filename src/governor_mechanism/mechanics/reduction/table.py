@@ -104,7 +104,7 @@ def allocate_table(arrays: ReductionArrays, capacity: int, q: float, poses: Floa
     PiecewiseTable
         A table without pieces.
     """
-    n_columns, n_bodies = count_columns(arrays), len(arrays.bodies)
+    n_columns, n_bodies = count_columns(arrays), len(arrays.lagrangian.bodies)
     table = PiecewiseTable(
         intervals=np.zeros((capacity, 4)),
         neighbours=np.full((capacity, 2), -1, dtype=np.int64),
@@ -113,7 +113,7 @@ def allocate_table(arrays: ReductionArrays, capacity: int, q: float, poses: Floa
         n_pieces=np.zeros(1, dtype=np.int64),
         end_pieces=np.zeros(2, dtype=np.int64),
         end_reasons=np.zeros(2, dtype=np.int64),
-        next_widths=np.full(2, INITIAL_PIECE_WIDTH * arrays.coordinate_scale),
+        next_widths=np.full(2, INITIAL_PIECE_WIDTH * arrays.lagrangian.assembly.coordinate_scale),
         periodicity=np.array([0.0, q, 1.0, 0.0, 0.0]),
         pose_increment=np.zeros(3 * n_bodies),
         column_scales=np.zeros(n_columns),
@@ -132,10 +132,10 @@ def grow_table(table: PiecewiseTable) -> PiecewiseTable:
 
 def count_columns(arrays: ReductionArrays) -> int:
     """Return the number of columns of the table."""
-    n_outputs = len(arrays.output_rows.table)
+    n_outputs = len(arrays.output_scales)
     if arrays.is_conservative and not n_outputs:
         return TableColumn.INVERSE_INERTIA
-    return TableColumn.FIRST_PROGRAM + len(arrays.program_indices) + 2 * n_outputs
+    return TableColumn.FIRST_LOAD + arrays.lagrangian.n_loads + 2 * n_outputs
 
 
 @jit_in_place

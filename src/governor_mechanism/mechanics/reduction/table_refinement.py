@@ -9,8 +9,8 @@ import math
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowKind
-from governor_mechanism.mechanics.reduction import node_evaluation
-from governor_mechanism.mechanics.reduction.node_evaluation import NodeWorkspace, ReductionArrays, TableColumn
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import is_on_branch, solve_position
+from governor_mechanism.mechanics.reduction.node_evaluation import LagrangianWorkspace, ReductionArrays, TableColumn, evaluate_columns
 from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, PiecewiseTable
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place
@@ -44,7 +44,7 @@ TABLE_CLOSURE_TOLERANCE = 1e-8
 
 
 @jit
-def extend_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, side: int) -> ExtensionStatus:
+def extend_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: PiecewiseTable, side: int) -> ExtensionStatus:
     """Add the next piece to a table; before the first one, find the node at which the table starts.
 
     Parameters
@@ -69,40 +69,40 @@ def extend_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piece
 
 
 @jit
-def _start_table(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable) -> bool:
+def _start_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: PiecewiseTable) -> bool:
     """Solve the initial node of a table and set the scales from it; return whether that was possible."""
     node, columns = table.initial_node, np.zeros(table.column_scales.size)
-    if not node_evaluation.solve_position(arrays, workspace, table.intervals[0, 0], node):
+    if not solve_position(arrays.lagrangian.assembly, workspace.assembly, table.intervals[0, 0], node):
         table.end_reasons[:] = EndReason.AT_SINGULARITY
         return False
-    node_evaluation.evaluate_columns(arrays, workspace, node, columns)
+    evaluate_columns(arrays, workspace, node, columns)
     _set_scales(arrays, table, node, columns)
-    table.periodicity[4] = workspace.min_pivot[0]
+    table.periodicity[4] = workspace.assembly.min_pivot[0]
     return True
 
 
 @jit
 def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray, columns: FloatArray) -> None:
     """Set the scales of columns and poses from the initial node."""
-    column_scales, coordinate_scale, time_scale = table.column_scales, arrays.coordinate_scale, arrays.time_scale
+    column_scales, coordinate_scale, time_scale = table.column_scales, arrays.lagrangian.assembly.coordinate_scale, arrays.time_scale
     column_scales[TableColumn.QUADRATIC] = 1.0 / coordinate_scale
     column_scales[TableColumn.POTENTIAL] = coordinate_scale / time_scale**2
     column_scales[TableColumn.CENTRIFUGAL] = coordinate_scale
-    table.node_scales[0] = arrays.pose_scales
-    table.node_scales[1] = arrays.pose_scales / coordinate_scale
+    table.node_scales[0] = arrays.lagrangian.assembly.pose_scales
+    table.node_scales[1] = arrays.lagrangian.assembly.pose_scales / coordinate_scale
     if columns.size == TableColumn.INVERSE_INERTIA:
         return
     column_scales[TableColumn.INVERSE_INERTIA] = columns[TableColumn.INVERSE_INERTIA]
     column_scales[TableColumn.SPINDLE_INERTIA] = columns[TableColumn.SPINDLE_INERTIA]
     column_scales[TableColumn.DAMPING] = 1.0 / time_scale
-    first_output = TableColumn.FIRST_PROGRAM + arrays.program_indices.size
-    column_scales[TableColumn.FIRST_PROGRAM : first_output] = np.max(np.abs(node[1])) * columns[TableColumn.INVERSE_INERTIA]
+    first_output = TableColumn.FIRST_LOAD + arrays.lagrangian.n_loads
+    column_scales[TableColumn.FIRST_LOAD : first_output] = np.max(np.abs(node[1])) * columns[TableColumn.INVERSE_INERTIA]
     column_scales[first_output::2] = arrays.output_scales
     column_scales[first_output + 1 :: 2] = arrays.output_scales / coordinate_scale
 
 
 @jit_in_place
-def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, side: int) -> ExtensionStatus:
+def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: PiecewiseTable, side: int) -> ExtensionStatus:
     if table.end_reasons[side] != EndReason.NOT_ENDED or table.periodicity[0] > 0.0:
         return ExtensionStatus.TABLE_ENDED
     piece, edge_piece = table.n_pieces[0], table.end_pieces[side]
@@ -110,7 +110,7 @@ def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piecewi
         return ExtensionStatus.TABLE_FULL
     start, direction = table.intervals[edge_piece, side], 1.0 if side == 1 else -1.0
     bound = arrays.high if side == 1 else arrays.low
-    width = min(table.next_widths[side], MAX_PIECE_WIDTH * arrays.coordinate_scale)
+    width = min(table.next_widths[side], MAX_PIECE_WIDTH * arrays.lagrangian.assembly.coordinate_scale)
     while True:
         end, at_bound = start + direction * width, False
         if direction * (end - bound) >= 0.0:
@@ -118,24 +118,32 @@ def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piecewi
         period_end = table.intervals[table.end_pieces[1 - side], 1 - side] + direction * table.periodicity[2] * arrays.full_turn
         if arrays.full_turn > 0.0 and direction * (end - period_end) >= 0.0:
             end, at_bound = period_end, False
-        if abs(end - start) < MIN_PIECE_WIDTH * arrays.coordinate_scale:
+        if abs(end - start) < MIN_PIECE_WIDTH * arrays.lagrangian.assembly.coordinate_scale:
             table.end_reasons[side] = EndReason.AT_BOUND if at_bound else EndReason.AT_SINGULARITY
             return ExtensionStatus.TABLE_ENDED
         residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
         if residual <= 1.0 and rounding < MAX_ROUNDING_RATIO:
-            if rounding > NOISE_LIMIT and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.coordinate_scale and not at_bound:
+            if (
+                rounding > NOISE_LIMIT
+                and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.lagrangian.assembly.coordinate_scale
+                and not at_bound
+            ):
                 end = _reduce_rounding_by_resizing(arrays, workspace, table, piece, edge_piece, start, end, rounding)
                 residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
                 # No step control corrects the error of the table at a change point, and the error estimate would not show it.
-                near_change_point = workspace.min_pivot[0] < CHANGE_POINT_RATIO * table.periodicity[4]
-                if rounding > NOISE_LIMIT and near_change_point and abs(bound - end) > CHANGE_POINT_MARGIN * arrays.coordinate_scale:
+                near_change_point = workspace.assembly.min_pivot[0] < CHANGE_POINT_RATIO * table.periodicity[4]
+                if (
+                    rounding > NOISE_LIMIT
+                    and near_change_point
+                    and abs(bound - end) > CHANGE_POINT_MARGIN * arrays.lagrangian.assembly.coordinate_scale
+                ):
                     table.end_reasons[side] = EndReason.AT_SINGULARITY
                     return ExtensionStatus.TABLE_ENDED
             limit_value, reason = _locate_limit_in_piece(arrays, table, piece, side)
             if reason == EndReason.NOT_ENDED:
                 break
             table.end_reasons[side], end = reason, limit_value  # the last piece ends where a reading reaches its limit
-            if abs(end - start) < MIN_PIECE_WIDTH * arrays.coordinate_scale:
+            if abs(end - start) < MIN_PIECE_WIDTH * arrays.lagrangian.assembly.coordinate_scale:
                 return ExtensionStatus.TABLE_ENDED
             residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
             break
@@ -156,7 +164,7 @@ def _add_piece(arrays: ReductionArrays, workspace: NodeWorkspace, table: Piecewi
 @jit_in_place
 def _reduce_rounding_by_resizing(
     arrays: ReductionArrays,
-    workspace: NodeWorkspace,
+    workspace: LagrangianWorkspace,
     table: PiecewiseTable,
     piece: int,
     neighbour: int,
@@ -178,17 +186,20 @@ def _reduce_rounding_by_resizing(
 
 @jit
 def _fill_piece(
-    arrays: ReductionArrays, workspace: NodeWorkspace, table: PiecewiseTable, piece: int, neighbour: int, start: float, end: float
+    arrays: ReductionArrays, workspace: LagrangianWorkspace, table: PiecewiseTable, piece: int, neighbour: int, start: float, end: float
 ) -> tuple[float, float]:
     """Fill a piece, node by node from the side of its neighbour; return its truncation error and its rounding error.
 
-    workspace.min_pivot becomes the smallest pivot ratio of all nodes.
+    workspace.assembly.min_pivot becomes the smallest pivot ratio of all nodes.
     """
     low, high = min(start, end), max(start, end)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     columns, values = np.empty(table.column_scales.size), np.empty((table.column_scales.size, N_CHEBYSHEV_NODES))
     first, last, direction = (0, N_CHEBYSHEV_NODES - 1, 1) if end > start else (N_CHEBYSHEV_NODES - 1, 0, -1)
-    node, node_before = np.empty((3, arrays.pose_scales.size)), np.empty((3, arrays.pose_scales.size))
+    node, node_before = (
+        np.empty((3, arrays.lagrangian.assembly.pose_scales.size)),
+        np.empty((3, arrays.lagrangian.assembly.pose_scales.size)),
+    )
     node[:], node_before[:] = table.initial_node, table.initial_node
     q = q_before = table.intervals[0, 0]
     if piece > 0:  # the two nearest nodes of its neighbour
@@ -201,15 +212,15 @@ def _fill_piece(
         q_node = middle + half * CHEBYSHEV_NODES[k]
         _extrapolate_poses(arrays, node, node_before, q, q_before, q_node, table.nodes[piece, k])
         guess = table.nodes[piece, k, 0].copy()
-        is_solved = node_evaluation.solve_position(arrays, workspace, q_node, table.nodes[piece, k])
-        if not (is_solved and node_evaluation.is_on_branch(arrays, table.nodes[piece, k, 0], guess)):
+        is_solved = solve_position(arrays.lagrangian.assembly, workspace.assembly, q_node, table.nodes[piece, k])
+        if not (is_solved and is_on_branch(arrays.lagrangian.assembly, table.nodes[piece, k, 0], guess)):
             return math.inf, 0.0
-        min_pivot = min(min_pivot, workspace.min_pivot[0])
-        node_evaluation.evaluate_columns(arrays, workspace, table.nodes[piece, k], columns)
+        min_pivot = min(min_pivot, workspace.assembly.min_pivot[0])
+        evaluate_columns(arrays, workspace, table.nodes[piece, k], columns)
         values[:, k] = columns
         node_before[:], q_before = node, q
         node[:], q = table.nodes[piece, k], q_node
-    workspace.min_pivot[0] = min_pivot
+    workspace.assembly.min_pivot[0] = min_pivot
     _unwrap_line_angles(arrays, table, neighbour if piece > 0 else -1, values, first, direction)
     interval = table.intervals[piece]
     interval[0], interval[1], interval[2], interval[3] = low, high, middle, 1.0 / half
@@ -222,7 +233,7 @@ def _extrapolate_poses(
 ) -> None:
     """Extrapolate the poses by a Taylor polynomial from the last two nodes."""
     displacement, previous_displacement = q_node - q, q - q_before
-    for c in range(arrays.pose_scales.size):
+    for c in range(arrays.lagrangian.assembly.pose_scales.size):
         third_derivative = (node[2, c] - node_before[2, c]) / previous_displacement if previous_displacement != 0.0 else 0.0
         guess[0, c] = node[0, c] + displacement * (node[1, c] + displacement * (0.5 * node[2, c] + displacement / 6.0 * third_derivative))
 
@@ -232,9 +243,9 @@ def _unwrap_line_angles(
     arrays: ReductionArrays, table: PiecewiseTable, neighbour: int, values: FloatArray, first: int, direction: int
 ) -> None:
     """Remove whole turns from outputs that are angles of lines, continuing the neighbouring piece."""
-    for output_index in range(arrays.output_rows.table.size):
-        if arrays.output_rows.table[output_index].kind == RowKind.LINE_ANGLE:
-            column = TableColumn.FIRST_PROGRAM + arrays.program_indices.size + 2 * output_index
+    for output_index in range(arrays.output_scales.size):
+        if arrays.lagrangian.output_rows.table[output_index].kind == RowKind.LINE_ANGLE:
+            column = TableColumn.FIRST_LOAD + arrays.lagrangian.n_loads + 2 * output_index
             last = evaluate_piece(table.coefficients, neighbour, column, float(direction)) if neighbour >= 0 else values[column, first]
             for step in range(N_CHEBYSHEV_NODES):
                 k = first + direction * step
@@ -250,7 +261,7 @@ def _fit_residual(arrays: ReductionArrays, table: PiecewiseTable, piece: int, va
         residual /= FIT_TOLERANCE * max(table.column_scales[c], np.max(np.abs(values[c])))
         worst, worst_rounding = (worst, max(worst_rounding, residual)) if has_stagnated else (max(worst, residual), worst_rounding)
     for order in range(2):
-        for c in range(arrays.pose_scales.size):
+        for c in range(arrays.lagrangian.assembly.pose_scales.size):
             column[:] = table.nodes[piece, :, order, c]
             residual, has_stagnated = fit_piece(column, unused_coefficients)
             residual /= FIT_TOLERANCE * max(table.node_scales[order, c], np.max(np.abs(column)))
@@ -284,7 +295,7 @@ def _locate_limit_in_piece(arrays: ReductionArrays, table: PiecewiseTable, piece
 @jit_in_place
 def _limit_violation(arrays: ReductionArrays, table: PiecewiseTable, piece: int, limit: int, side_index: int, q: float) -> float:
     """Return how far a reading is beyond its low (0) or high (1) limit."""
-    column = TableColumn.FIRST_PROGRAM + arrays.program_indices.size + 2 * int(arrays.limits[limit, 0])
+    column = TableColumn.FIRST_LOAD + arrays.lagrangian.n_loads + 2 * int(arrays.limits[limit, 0])
     value = evaluate_piece(table.coefficients, piece, column, (q - table.intervals[piece, 2]) * table.intervals[piece, 3])
     return float(value - arrays.limits[limit, 2] if side_index == 1 else arrays.limits[limit, 1] - value)
 
@@ -294,16 +305,16 @@ def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
     """Make a table periodic whose ends meet; else let it continue for another turn."""
     low, high = table.end_pieces[0], table.end_pieces[1]
     weights = np.empty(N_CHEBYSHEV_NODES)
-    first, last = np.zeros(arrays.pose_scales.size), np.zeros(arrays.pose_scales.size)
+    first, last = np.zeros(arrays.lagrangian.assembly.pose_scales.size), np.zeros(arrays.lagrangian.assembly.pose_scales.size)
     for end in range(2):
         piece, poses = (low, first) if end == 0 else (high, last)
         barycentric_weights((table.intervals[piece, end] - table.intervals[piece, 2]) * table.intervals[piece, 3], weights)
         for k in range(N_CHEBYSHEV_NODES):
             poses += weights[k] * table.nodes[piece, k, 0]
-    for c in range(arrays.pose_scales.size):
+    for c in range(arrays.lagrangian.assembly.pose_scales.size):
         pose_change = last[c] - first[c]
         whole_turns = 2.0 * math.pi * math.floor(pose_change / (2.0 * math.pi) + 0.5) if c % 3 == 2 else 0.0
-        if abs(pose_change - whole_turns) > TABLE_CLOSURE_TOLERANCE * arrays.pose_scales[c]:
+        if abs(pose_change - whole_turns) > TABLE_CLOSURE_TOLERANCE * arrays.lagrangian.assembly.pose_scales[c]:
             table.periodicity[2] += 1.0
             return
         table.pose_increment[c] = whole_turns
@@ -317,10 +328,10 @@ def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
 @jit_in_place
 def _is_periodic(arrays: ReductionArrays, table: PiecewiseTable, low: int, high: int) -> bool:
     """Return whether all columns have the same values at both ends; angles of lines are exempt, because whole turns do not matter."""
-    first_output_column, is_same = TableColumn.FIRST_PROGRAM + arrays.program_indices.size, True
+    first_output_column, is_same = TableColumn.FIRST_LOAD + arrays.lagrangian.n_loads, True
     for c in range(table.column_scales.size):
         output_index, is_derivative = (c - first_output_column) // 2, (c - first_output_column) % 2 == 1
-        if c >= first_output_column and not is_derivative and arrays.output_rows.table[output_index].kind == RowKind.LINE_ANGLE:
+        if c >= first_output_column and not is_derivative and arrays.lagrangian.output_rows.table[output_index].kind == RowKind.LINE_ANGLE:
             continue
         first, last = evaluate_piece(table.coefficients, low, c, -1.0), evaluate_piece(table.coefficients, high, c, 1.0)
         is_same = is_same and abs(last - first) <= TABLE_CLOSURE_TOLERANCE * max(table.column_scales[c], abs(first), abs(last))

@@ -38,7 +38,7 @@ def _evaluate_forces(
     row_values, side_jacobian = np.zeros((n_outputs, N_ROW_COLUMNS)), np.zeros((n_outputs, 2, 3))
     plane_motion = np.zeros((1, N_PLANE_COLUMNS))
     plane_motion[0, PlaneColumn.SPEED] = spindle_speed
-    evaluate_body_forces(bodies, plane_motion, 1.0, poses, forces)
+    evaluate_body_forces(bodies, plane_motion, poses, forces)
     add_element_forces(force_elements, poses, velocities, inputs, forces)
     evaluate_rows(output_rows, poses, velocities, row_values, side_jacobian)
     add_output_forces(output_rows, output_forces, velocities, inputs, row_values, side_jacobian, forces)

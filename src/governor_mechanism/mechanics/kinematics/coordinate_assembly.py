@@ -1,0 +1,351 @@
+"""Assembly of a mechanism with one degree of freedom at values of its leading coordinate, and derivatives of the poses by it; compiled.
+
+Dense elimination with row pivoting selects independent rows; redundant rows of joints are consistent with them.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
+from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
+from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import LineAngle
+from governor_mechanism.numerics.jit import jit, jit_in_place
+from governor_mechanism.types import BoolArray, FloatArray, IntArray
+
+MAX_NEWTON_STEPS = 16
+"""Largest number of Newton steps."""
+
+DIVERGENCE_STEP = 0.3
+"""Newton step, in length scales and rad, from which the iteration counts as diverged: no solution is near."""
+
+ROUNDING_STEP, CONVERGENCE_STEP = 2e-15, 1e-8
+"""Newton steps, in length scales and rad: one of the first size ends the iteration; one below the second ends it if it does not
+halve the step before it, because only rounding is left.
+"""
+
+CONTINUATION_STEP = 0.1
+"""Continuation step with which a start is reached, in coordinate scales."""
+
+MAX_BRANCH_DISTANCE = 0.05
+"""Distance from the guess, in length scales and rad, beyond which a solution may belong to another branch."""
+
+SINGULAR_PIVOT_RATIO = 1e-11
+"""Pivot of the scaled Jacobian below which it is singular."""
+
+
+class AssemblyArrays(NamedTuple):
+    """The joints of a mechanism with one degree of freedom, and its leading coordinate, as arrays.
+
+    Attributes
+    ----------
+    rows
+        Rows of the joints, and last the row of the leading coordinate.
+    coordinate_wraps
+        Whether the coordinate is the angle of a line, which is known up to whole turns.
+    free_indices
+        Indices of the coordinates of poses.ravel() that may change.
+    pose_scales
+        Scales of all coordinates; shape (3 bodies,).
+    row_scales
+        Factors that make the residuals of the rows dimensionless; shape (rows,).
+    coordinate_scale
+        Scale of the coordinate, m or rad.
+    """
+
+    rows: ConstraintRows
+    coordinate_wraps: bool
+    free_indices: IntArray
+    pose_scales: FloatArray
+    row_scales: FloatArray
+    coordinate_scale: float
+
+
+class AssemblyWorkspace(NamedTuple):
+    """Buffers of the assembly; min_pivot (1,) is the smallest pivot of the last solved position."""
+
+    row_values: FloatArray
+    jacobian: FloatArray
+    matrix: FloatArray
+    row_order: IntArray
+    rhs: FloatArray
+    pose_change: FloatArray
+    solution: FloatArray
+    dense_row: FloatArray
+    min_pivot: FloatArray
+    zero_velocities: FloatArray
+
+
+def lower_assembly(mechanism: Mechanism) -> AssemblyArrays:
+    """Return the joints of a mechanism and its leading coordinate as arrays.
+
+    Parameters
+    ----------
+    mechanism
+        Mechanism without drives.
+
+    Returns
+    -------
+    AssemblyArrays
+        Rows, free coordinates and scales.
+    """
+    joint_rows, output_rows = make_constraint_table(mechanism).rows, make_output_rows(mechanism, [mechanism.coordinate], {})
+    table, coordinate_scale = np.concatenate([joint_rows.table, output_rows.table]), mechanism.output_scale(mechanism.coordinate)
+    return AssemblyArrays(
+        rows=ConstraintRows(table, bodies_of_rows(table), joint_rows.curve_segments),
+        coordinate_wraps=isinstance(mechanism.reading(mechanism.coordinate), LineAngle),
+        free_indices=np.flatnonzero(np.array([body.moves for body in mechanism.bodies]).ravel()),
+        pose_scales=np.array([mechanism.length_scale, mechanism.length_scale, 1.0] * len(mechanism.bodies)),
+        row_scales=np.array([*(1 / mechanism.length_scale,) * len(joint_rows.table), 1 / coordinate_scale]),
+        coordinate_scale=coordinate_scale,
+    )
+
+
+def make_assembly_workspace(arrays: AssemblyArrays) -> AssemblyWorkspace:
+    """Allocate the buffers of the assembly.
+
+    Parameters
+    ----------
+    arrays
+        The lowered mechanism.
+
+    Returns
+    -------
+    AssemblyWorkspace
+        Buffers of matching sizes.
+    """
+    n_rows, n_coordinates = len(arrays.rows.table), len(arrays.pose_scales)
+    return AssemblyWorkspace(
+        row_values=np.zeros((n_rows, N_ROW_COLUMNS)),
+        jacobian=np.zeros((n_rows, 2, 3)),
+        matrix=np.zeros((n_rows, len(arrays.free_indices))),
+        row_order=np.zeros(n_rows, dtype=np.int64),
+        rhs=np.zeros(n_rows),
+        pose_change=np.zeros(n_coordinates),
+        solution=np.zeros(len(arrays.free_indices)),
+        dense_row=np.zeros(n_coordinates),
+        min_pivot=np.zeros(1),
+        zero_velocities=np.zeros((n_coordinates // 3, 3)),
+    )
+
+
+@jit_in_place
+def _factorise(workspace: AssemblyWorkspace) -> bool:
+    """Factorise the matrix in place with row pivoting and store its smallest pivot; return whether it is regular."""
+    matrix, row_order, min_pivot = workspace.matrix, workspace.row_order, math.inf
+    n_rows, n_columns = matrix.shape
+    if n_rows < n_columns:
+        return False
+    for i in range(n_rows):
+        row_order[i] = i
+    for c in range(n_columns):
+        best = c
+        for i in range(c + 1, n_rows):
+            if abs(matrix[i, c]) > abs(matrix[best, c]):
+                best = i
+        if best != c:
+            row_order[c], row_order[best] = row_order[best], row_order[c]
+            for k in range(n_columns):
+                matrix[c, k], matrix[best, k] = matrix[best, k], matrix[c, k]
+        pivot = matrix[c, c]
+        min_pivot = min(min_pivot, abs(pivot))
+        if not min_pivot > SINGULAR_PIVOT_RATIO:
+            workspace.min_pivot[0] = 0.0
+            return False
+        for i in range(c + 1, n_rows):
+            factor = matrix[i, c]
+            if factor != 0.0:
+                factor /= pivot
+                matrix[i, c] = factor
+                for k in range(c + 1, n_columns):
+                    matrix[i, k] -= factor * matrix[c, k]
+    workspace.min_pivot[0] = min_pivot
+    return True
+
+
+@jit_in_place
+def _solve_factorised(arrays: AssemblyArrays, workspace: AssemblyWorkspace, pose_change: FloatArray) -> float:
+    """Fill pose_change (3 bodies,) with the solution of the factorised system; return its largest component in pose scales."""
+    matrix, row_order, rhs, solution = workspace.matrix, workspace.row_order, workspace.rhs, workspace.solution
+    n_columns, step_size = arrays.free_indices.size, 0.0
+    for i in range(n_columns):
+        total = rhs[row_order[i]]
+        for k in range(i):
+            total -= matrix[i, k] * solution[k]
+        solution[i] = total
+    for i in range(n_columns - 1, -1, -1):
+        total = solution[i]
+        for k in range(i + 1, n_columns):
+            total -= matrix[i, k] * solution[k]
+        solution[i] = total / matrix[i, i]
+        pose_change[arrays.free_indices[i]] = arrays.pose_scales[arrays.free_indices[i]] * solution[i]
+        step_size = max(step_size, abs(solution[i]))
+    return step_size
+
+
+@jit_in_place
+def _fill_scaled_jacobian(arrays: AssemblyArrays, workspace: AssemblyWorkspace) -> None:
+    """Fill the dimensionless Jacobian (rows, free coordinates); dense_row (3 bodies,) is a buffer of zeros before and after."""
+    row_bodies, pose_scales, dense_row = arrays.rows.row_bodies, arrays.pose_scales, workspace.dense_row
+    for i in range(row_bodies.shape[0]):
+        for side in range(2):
+            body = row_bodies[i, side]
+            if body >= 0:
+                for c in range(3):
+                    dense_row[3 * body + c] += arrays.row_scales[i] * workspace.jacobian[i, side, c] * pose_scales[3 * body + c]
+        for k in range(arrays.free_indices.size):
+            workspace.matrix[i, k] = dense_row[arrays.free_indices[k]]
+        for side in range(2):
+            body = row_bodies[i, side]
+            if body >= 0:
+                dense_row[3 * body : 3 * body + 3] = 0.0
+
+
+@jit
+def solve_position(arrays: AssemblyArrays, workspace: AssemblyWorkspace, q: float, node: FloatArray) -> bool:
+    """Solve for the poses node[0] at a value of the coordinate from a guess; fill in their two derivatives."""
+    rows, row_scales = arrays.rows, arrays.row_scales
+    row_values, jacobian, rhs = workspace.row_values, workspace.jacobian, workspace.rhs
+    poses, tangents = node[0].reshape(-1, 3), node[1].reshape(-1, 3)
+    last, previous_step = rhs.size - 1, math.inf
+    for _ in range(MAX_NEWTON_STEPS):
+        row_values[:, RowColumn.DRIVE_VALUE] = 0.0
+        evaluate_rows(rows, poses, workspace.zero_velocities, row_values, jacobian)
+        row_values[last, RowColumn.RESIDUAL] -= q
+        if arrays.coordinate_wraps:
+            residual = row_values[last, RowColumn.RESIDUAL]
+            row_values[last, RowColumn.RESIDUAL] -= 2.0 * math.pi * math.floor(residual / (2.0 * math.pi) + 0.5)
+        rhs[:] = -row_values[:, RowColumn.RESIDUAL] * row_scales
+        _fill_scaled_jacobian(arrays, workspace)
+        if not _factorise(workspace):
+            return False
+        step = _solve_factorised(arrays, workspace, workspace.pose_change)
+        if not step < DIVERGENCE_STEP:
+            return False
+        node[0] += workspace.pose_change
+        if step <= ROUNDING_STEP or (step < CONVERGENCE_STEP and step >= 0.5 * previous_step):
+            break
+        previous_step = step
+    else:
+        return False
+    rhs[:] = 0.0
+    rhs[last] = row_scales[last]
+    _solve_factorised(arrays, workspace, node[1])
+    row_values[:, RowColumn.DRIVE_ACCELERATION] = 0.0
+    evaluate_rows(rows, poses, tangents, row_values, jacobian)
+    rhs[:] = row_values[:, RowColumn.GAMMA] * row_scales
+    _solve_factorised(arrays, workspace, node[2])
+    return True
+
+
+@jit
+def is_on_branch(arrays: AssemblyArrays, poses: FloatArray, guess: FloatArray) -> bool:
+    """Return whether solved poses (3 bodies,) are so near to their guess that they belong to the same branch."""
+    return bool(np.all(np.abs(poses - guess) < MAX_BRANCH_DISTANCE * arrays.pose_scales))
+
+
+@jit
+def continue_to_coordinate(arrays: AssemblyArrays, workspace: AssemblyWorkspace, q: float, poses: FloatArray) -> bool:
+    """Move poses by continuation to a value of the coordinate.
+
+    Parameters
+    ----------
+    arrays
+        The lowered mechanism.
+    workspace
+        Buffers of the assembly.
+    q
+        Requested coordinate, SI.
+    poses
+        Poses that nearly close the joints; changed in place; shape (bodies, 3).
+
+    Returns
+    -------
+    bool
+        Whether the value was reached on the same branch.
+    """
+    node, predicted = np.zeros((3, arrays.pose_scales.size)), np.zeros(arrays.pose_scales.size)
+    node[0] = poses.ravel()
+    workspace.row_values[:] = 0.0
+    evaluate_rows(arrays.rows, poses, workspace.zero_velocities, workspace.row_values, workspace.jacobian)
+    start = workspace.row_values[arrays.rows.table.size - 1, RowColumn.RESIDUAL]
+    n_steps = max(1, math.ceil(abs(q - start) / (CONTINUATION_STEP * arrays.coordinate_scale)))
+    q_reached = start
+    for k in range(n_steps + 1):
+        q_next = start + (q - start) * k / n_steps
+        node[0] += (q_next - q_reached) * node[1]
+        predicted[:] = node[0]
+        if not (solve_position(arrays, workspace, q_next, node) and is_on_branch(arrays, node[0], predicted)):
+            return False
+        q_reached = q_next
+    poses[:] = node[0].reshape(-1, 3)
+    return True
+
+
+@jit
+def solve_positions(arrays: AssemblyArrays, workspace: AssemblyWorkspace, values: FloatArray, nodes: FloatArray) -> BoolArray:
+    """Solve for the poses at values (n,) of the coordinate from guesses; return which were found on the branch of their guess (n,).
+
+    nodes (n, 3, 3 bodies) holds the guesses, and on return the poses and their two derivatives by the coordinate.
+    """
+    is_solved, guess = np.zeros(values.size, dtype=np.bool_), np.empty(arrays.pose_scales.size)
+    for k in range(values.size):
+        guess[:] = nodes[k, 0]
+        is_solved[k] = solve_position(arrays, workspace, values[k], nodes[k]) and is_on_branch(arrays, nodes[k, 0], guess)
+    return is_solved
+
+
+class CoordinateSolver(PositionSolver):
+    """Assemble one mechanism with one degree of freedom at many values of its leading coordinate."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        super().__init__(mechanism)
+        self._arrays = lower_assembly(mechanism)
+        self._workspace = make_assembly_workspace(self._arrays)
+
+    @property
+    def initial_coordinate(self) -> float:
+        """Value of the leading coordinate at the initial guess, SI."""
+        return float(evaluate_output_value(self.mechanism, self.mechanism.coordinate, self.initial_guess))
+
+    def try_solve_nodes(self, guesses: FloatArray, values: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Return nodes as `solve_nodes` does, and which of them (n,) were found on the branch of their guess."""
+        nodes = np.zeros((len(values), 3, *guesses.shape[1:]))
+        nodes[:, 0] = guesses
+        is_solved = solve_positions(self._arrays, self._workspace, values, nodes.reshape(len(values), 3, -1))
+        return nodes, is_solved
+
+    def solve_nodes(self, guesses: FloatArray, values: FloatArray) -> FloatArray:
+        """Return poses at values (n,) of the coordinate and their two derivatives by it, on the branches of guesses (n, bodies, 3).
+
+        Parameters
+        ----------
+        guesses
+            Poses near the solutions; shape (n, bodies, 3).
+        values
+            Values of the leading coordinate, SI; shape (n,).
+
+        Returns
+        -------
+        FloatArray
+            Poses, first and second derivatives; shape (n, 3, bodies, 3).
+
+        Raises
+        ------
+        MechanismError
+            Where the mechanism cannot be assembled (the message names the joint that stays open), or where the coordinate is at a
+            turning point and does not determine the poses.
+        """
+        nodes, is_solved = self.try_solve_nodes(guesses, values)
+        for k in np.flatnonzero(~is_solved):
+            poses = self.solve_at_coordinate(float(values[k]), guesses[k])
+            nodes[k : k + 1], is_regular = self.try_solve_nodes(poses[np.newaxis], values[k : k + 1])
+            if not is_regular[0]:
+                raise MechanismError(f"{self.mechanism.coordinate!r} is at a turning point there and does not determine the poses")
+        return nodes
