@@ -11,8 +11,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
-from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.continuation import PathContinuation
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.range_of_motion import RANGE_END_MARGIN, find_range_of_motion, trace_range_of_motion
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments

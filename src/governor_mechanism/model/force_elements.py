@@ -31,6 +31,11 @@ class ForceElement:
         """Outputs along which the force or its components act."""
         raise NotImplementedError
 
+    @property
+    def loads(self) -> tuple[InputFunction, ...]:
+        """Given force or moment, or components of it, one for each displacement; empty for springs and dampers."""
+        return tuple(value for value in vars(self).values() if isinstance(value, InputFunction))
+
     def __post_init__(self) -> None:
         first, second = self.bodies
         if first == second:
@@ -74,11 +79,6 @@ class Spring(_PointToPointElement):
 
     stiffness: float = measured("N/m", positive=True)
     free_length: float = measured("m", default=0.0)
-
-    @property
-    def free_displacement(self) -> float:
-        """Displacement at zero force: the free length."""
-        return self.free_length
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,11 +130,6 @@ class TorsionSpring(_RotationalElement):
 
     stiffness: float = measured("N m/rad", positive=True)
     free_angle: float = measured("rad", default=0.0)
-
-    @property
-    def free_displacement(self) -> float:
-        """Displacement at zero moment: the free angle."""
-        return self.free_angle
 
 
 @dataclass(frozen=True, kw_only=True)

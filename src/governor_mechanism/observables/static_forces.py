@@ -6,7 +6,7 @@ from functools import cache, partial
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.force_laws import spring_force
+from governor_mechanism.mechanics.dynamics.force_elements import element_law
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output_value
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.force_elements import Spring
@@ -78,5 +78,6 @@ def _spring_force(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatAr
         spring_names = [load.name for load in mechanism.force_elements if isinstance(load, Spring)]
         raise MechanismError(f"there is no spring {name!r} among the force elements; springs are {spring_names}")
     length = OutputDerivatives(mechanism, spring.displacements[0], poses).value
-    force: FloatArray = spring_force(spring.stiffness, spring.free_length, length)
+    law, coefficients = element_law(spring)
+    force: FloatArray = -law.force(coefficients, length, 0.0)
     return force

@@ -9,7 +9,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.force_elements import make_force_element_table
 from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function, output_of_reading
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.effect import OutputForce
@@ -202,7 +201,7 @@ def loads_of(scene: Scene) -> tuple[InputFunction, ...]:
     tuple[InputFunction, ...]
         Loads in the order of the inputs of a system.
     """
-    element_loads = make_force_element_table(scene.mechanism, {}, 0)[1]
+    element_loads = [load for element in scene.mechanism.force_elements for load in element.loads]
     return (*element_loads, *(contact.friction for contact in contacts_of(scene) if contact.friction is not None))
 
 

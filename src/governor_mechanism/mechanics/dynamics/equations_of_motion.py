@@ -9,7 +9,6 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics import force_laws
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, assemble_schur_band, subtract_minv_jt
-from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces
 from governor_mechanism.mechanics.dynamics.inputs import evaluate_inputs, output_rate
 from governor_mechanism.mechanics.dynamics.lowering import PlaneColumn, System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind, add_output_forces
@@ -72,10 +71,9 @@ def evaluate_accelerations(
         if system.planes[p].has_reaction:
             motion = workspace.plane_motion[p]
             forces[system.planes[p].shaft, 2] -= motion[PlaneColumn.INERTIA_RATE] * motion[PlaneColumn.SPEED]
-    power = add_element_forces(system.force_elements, poses, velocities, workspace.inputs, forces)
     output_rows, values, jacobian = system.output_rows, workspace.output_row_values, workspace.output_jacobian
-    dissipated_power = add_output_forces(output_rows, system.output_forces, velocities, workspace.inputs, values, jacobian, forces)
-    power -= dissipated_power
+    dissipated_power = -add_output_forces(output_rows, system.output_forces, velocities, workspace.inputs, values, jacobian, forces)
+    power = add_output_forces(output_rows, system.force_elements, velocities, workspace.inputs, values, jacobian, forces) - dissipated_power
     assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, workspace.inverse_mass, workspace.band)
     pivot_ratio = solve_constrained_system(system, workspace, forces, 1.0, result)
     for i in range(workspace.multipliers.size):

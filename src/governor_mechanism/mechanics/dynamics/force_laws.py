@@ -153,49 +153,6 @@ def spindle_inertia_rate(mass: float, xx: float, yy: float, xy: float, x: Any, a
     return 2 * mass * x * x_rate + ((yy - xx) * np.sin(2 * angle) - 2 * xy * np.cos(2 * angle)) * angular_velocity
 
 
-def spring_force(stiffness: float, free_length: float, length: Any) -> Any:
-    """Return the tension of a linear spring, or the restoring moment of a torsion spring.
-
-    Parameters
-    ----------
-    stiffness
-        Stiffness, N/m or N m/rad.
-    free_length
-        Length or angle of the free spring, m or rad.
-    length
-        Length or angle, m or rad.
-
-    Returns
-    -------
-    Any
-        Tension, N, or moment, N m; negative in compression.
-    """
-    return stiffness * (length - free_length)
-
-
-def spring_energy(stiffness: float, free_length: float, length: Any) -> Any:
-    """Return the potential energy (J) of a linear spring with the arguments of `spring_force`."""
-    return 0.5 * stiffness * (length - free_length) ** 2
-
-
-def damper_force(damping: float, rate: Any) -> Any:
-    """Return the tension of a linear damper.
-
-    Parameters
-    ----------
-    damping
-        Damping coefficient, N s/m or N m s/rad.
-    rate
-        Rate of its length or angle, m/s or rad/s.
-
-    Returns
-    -------
-    Any
-        Tension, N, or moment, N m.
-    """
-    return damping * rate
-
-
 def spindle_inertia_second_derivative(
     mass: float, second_moments: tuple[float, float, float], x: Any, angle: Any, tangent: tuple[Any, Any], curvature: tuple[Any, Any]
 ) -> Any:

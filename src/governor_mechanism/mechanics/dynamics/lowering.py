@@ -11,7 +11,7 @@ from governor_mechanism.mechanics.dynamics import contacts, output_forces
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.constraint_solver import bandwidth_reducing_order, find_coupled_rows
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, once_per_scene
-from governor_mechanism.mechanics.dynamics.force_elements import make_force_element_table
+from governor_mechanism.mechanics.dynamics.force_elements import lower_force_elements
 from governor_mechanism.mechanics.dynamics.inputs import make_input_terms, output_of_reading
 from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
@@ -69,7 +69,7 @@ class System(NamedTuple):
     constraint_rows
         Rows of the joints and of held outputs.
     force_elements
-        Records of `FORCE_ELEMENT_DTYPE`.
+        Forces of the force elements, records of `OUTPUT_FORCE_DTYPE`.
     row_pairs
         Pairs of rows that share a body, see `find_coupled_rows`; shape (pairs, 4).
     bandwidth
@@ -86,7 +86,7 @@ class System(NamedTuple):
     planes
         Records of `PLANE_DTYPE`.
     output_rows
-        Rows of the outputs along which effects act.
+        Rows of the outputs along which effects act or on which loads depend, then of those along which force elements act.
     output_forces
         Records of `OUTPUT_FORCE_DTYPE`.
     event_functions
@@ -194,12 +194,14 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     rows.table["drive"] += np.where(rows.table["drive"] >= 0, len(speeds), 0)
     row_pairs = find_coupled_rows(rows.row_bodies)
     first_load = len(speeds) + len(constraint_table.motions)
-    loads, (force_elements, element_loads) = contacts.loads_of(scene), make_force_element_table(mechanism, origins, first_load)
-    n_frictions, first_friction_input = len(loads) - len(element_loads), first_load + len(element_loads)
+    element_rows, force_elements = lower_force_elements(mechanism, mechanism.force_elements, origins, len(output_names), first_load)
+    loads, n_frictions = contacts.loads_of(scene), sum(contact.friction is not None for contact in contacts_of(scene))
+    first_friction_input = first_load + len(loads) - n_frictions
     input_terms, lags, n_further_inputs = make_input_terms(output_names, mode.segments, first_load, loads, n_frictions)
     inputs: list[InputFunction | PrescribedMotion] = [speed.speed_function for speed in speeds]
     inputs += [*constraint_table.motions, *loads, *(InputFunction(),) * n_further_inputs]
     inertia, stand_in_inertia = _make_inertia(mechanism, origins)
+    all_rows = np.concatenate([output_rows.table, element_rows])
     system = System(
         constraint_rows=rows,
         force_elements=force_elements,
@@ -210,7 +212,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
         stand_in_inertia=stand_in_inertia,
         has_stand_in_inertia=bool(stand_in_inertia.any()),
         planes=_make_plane_records(scene, speeds),
-        output_rows=output_rows,
+        output_rows=ConstraintRows(all_rows, bodies_of_rows(all_rows), output_rows.curve_segments),
         output_forces=_make_output_forces(scene, mode, first_friction_input),
         event_functions=_make_event_functions(scene, mode, first_friction_input, held_rows),
         input_terms=input_terms,
@@ -337,8 +339,9 @@ def _make_output_forces(scene: Scene, mode: ContactMode, friction_input: int) ->
     ]
     for contact, sign in zip(contacts_of(scene), mode.sliding_signs, strict=True):
         if sign:
-            coefficients = (float(sign), *(0.0,) * (output_forces.MAX_COEFFICIENTS - 1))
-            records.append((output_forces.SLIDING_FRICTION, output_names.index(contact.output_name), True, friction_input, coefficients))
+            coefficients = output_forces.pad_coefficients((float(sign),))
+            output = output_names.index(contact.output_name)
+            records.append((output_forces.SLIDING_FRICTION, output, True, friction_input, -math.inf, coefficients))
         friction_input += contact.friction is not None
     return np.array(records, dtype=output_forces.OUTPUT_FORCE_DTYPE)
 

@@ -3,6 +3,7 @@
 An output row is a constraint row whose residual is the value of an output variable (see `output_rows`).
 """
 
+import math
 from collections.abc import Callable, Sequence
 from enum import IntEnum
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.mechanics.dynamics.inputs import output_rate
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, RowKind
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, RecordArray, record_dtype
@@ -18,17 +19,26 @@ from governor_mechanism.types import FloatArray, RecordArray, record_dtype
 MAX_COEFFICIENTS = 4
 """Largest number of coefficients of a force law along an output."""
 
-SLIDING_FRICTION = len(FORCE_LAWS)
-"""Index of Coulomb friction among the laws of output forces; its coefficient is the sign of sliding."""
+SLIDING_FRICTION, LOAD = len(FORCE_LAWS), len(FORCE_LAWS) + 1
+"""Indices of Coulomb friction, whose coefficient is the sign of sliding, and of a given load among the laws of output forces."""
 
 OUTPUT_FORCE_DTYPE = np.dtype(
-    [*((name, "i8") for name in ("law", "output_index", "dissipates", "input_index")), ("coefficients", "f8", (MAX_COEFFICIENTS,))]
+    [
+        *((name, "i8") for name in ("law", "output_index", "has_power", "input_index")),
+        ("slack_below", "f8"),
+        ("coefficients", "f8", (MAX_COEFFICIENTS,)),
+    ]
 )
-"""One force along an output row: index in `FORCE_LAWS` or `SLIDING_FRICTION`, index of the row, whether it dissipates energy,
-the input of a friction force, or -1, and its coefficients."""
+"""One force along an output row: index in `FORCE_LAWS`, `SLIDING_FRICTION` or `LOAD`, index of the row, whether it has no potential, the
+input of a friction force or load, or -1, value of the output below which it is slack, and its coefficients."""
 
 
-def output_force_record(effect: OutputForce, output_index: int) -> tuple[int, int, bool, int, tuple[float, ...]]:
+def pad_coefficients(coefficients: Sequence[float]) -> tuple[float, ...]:
+    """Return coefficients of a law with zeros up to the number in a record."""
+    return (*coefficients, *(0.0,) * (MAX_COEFFICIENTS - len(coefficients)))
+
+
+def output_force_record(effect: OutputForce, output_index: int) -> tuple[int, int, bool, int, float, tuple[float, ...]]:
     """Return the record of an effect with a force law along an output.
 
     Parameters
@@ -40,11 +50,11 @@ def output_force_record(effect: OutputForce, output_index: int) -> tuple[int, in
 
     Returns
     -------
-    tuple[int, int, bool, int, tuple[float, ...]]
+    tuple[int, int, bool, int, float, tuple[float, ...]]
         Record of `OUTPUT_FORCE_DTYPE`.
     """
-    coefficients = (*effect.coefficients, *(0.0,) * (MAX_COEFFICIENTS - len(effect.coefficients)))
-    return FORCE_LAWS.index(type(effect)), output_index, effect.dissipates, -1, coefficients
+    coefficients = pad_coefficients(effect.coefficients)
+    return FORCE_LAWS.index(type(effect)), output_index, effect.dissipates, -1, effect.slack_below, coefficients
 
 
 @jit_in_place
@@ -115,23 +125,27 @@ def add_output_forces(
     jacobian: FloatArray,
     result: FloatArray,
 ) -> float:
-    """Add the generalised forces of all output forces to result (bodies, 3) and return the power (W) they dissipate.
+    """Add the generalised forces of all output forces to result (bodies, 3) and return the power (W) of those without a potential.
 
-    The output rows were evaluated at the state.
+    The output rows were evaluated at the state. Between coincident points a force has no line of action and is left out.
     """
-    dissipated_power = 0.0
+    power = 0.0
     for i in range(output_forces.size):
         output_force = output_forces[i]
         k = output_force.output_index
-        rate = output_rate(output_rows, jacobian, k, velocities) if output_force.dissipates else 0.0
+        if output_rows.table[k].kind == RowKind.DISTANCE and math.isnan(jacobian[k, 1, 0]):
+            continue
+        rate = output_rate(output_rows, jacobian, k, velocities) if output_force.has_power else 0.0
         if output_force.law == SLIDING_FRICTION:
             force = -(output_force.coefficients[0] * inputs[output_force.input_index])
+        elif output_force.law == LOAD:
+            force = inputs[output_force.input_index]
         else:
             force = evaluate_force_law(output_force.law, output_force.coefficients, row_values[k, RowColumn.RESIDUAL], rate)
-        dissipated_power -= force * rate
+        power += force * rate
         for side in range(2):
             body = output_rows.row_bodies[k, side]
             if body >= 0:
                 for c in range(3):
                     result[body, c] += force * jacobian[k, side, c]
-    return dissipated_power
+    return power

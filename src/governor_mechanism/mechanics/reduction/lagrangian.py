@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.contacts import loads_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.kinematics.range_of_motion import RangeOfMotion, find_range_of_motion
@@ -122,10 +122,10 @@ class SingleDofReduction:
             )
         effects = [effect for effect in output_forces_of(scene) if not effect.dissipates]
         outputs = list(dict.fromkeys(effect.reading for effect in effects))
-        self._arrays, load_inputs = lower_lagrangian(scene, "", scene.part, outputs, effects)
+        self._arrays = lower_lagrangian(scene, "", scene.part, outputs, effects)
         self._workspace = make_lagrangian_workspace(self._arrays)
-        loads = loads_of(scene)
-        self._loads = np.array([CubicTimeFunction(loads[k - 1])(np.zeros(1))[0] for k in load_inputs])  # at a discontinuity the right limit
+        loads = [load for element in self.mechanism.force_elements for load in element.loads]
+        self._loads = np.array([CubicTimeFunction(load)(np.zeros(1))[0] for load in loads])  # at a discontinuity the right limit
         self.coordinate_scale = self.mechanism.output_scale(self.mechanism.coordinate)
         """SI value of a radian, or of a length scale, of the coordinate."""
         self.free_spindle_inertia = scene.spindle.inertia if isinstance(scene.spindle, FreeSpindle) else 0.0

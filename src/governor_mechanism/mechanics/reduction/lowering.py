@@ -7,22 +7,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.effects.registry import FORCE_LAWS
-from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of, loads_of, make_contact_table, one_sided_forces_of, output_forces_of
-from governor_mechanism.mechanics.dynamics.force_elements import make_force_element_table
+from governor_mechanism.mechanics.dynamics.force_elements import element_law, lower_force_elements
 from governor_mechanism.mechanics.dynamics.inputs import make_input_terms
 from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
-from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, output_force_record
+from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, OUTPUT_FORCE_DTYPE, output_force_record
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import lower_assembly
-from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows, rows_of_readings
-from governor_mechanism.mechanics.reduction.node_evaluation import FORCE_TERM_DTYPE, LagrangianArrays, ReductionArrays, TermKind
+from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
+from governor_mechanism.mechanics.reduction.node_evaluation import LagrangianArrays, ReductionArrays
 from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
 from governor_mechanism.model.effect import OutputForce
-from governor_mechanism.model.force_elements import Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
+from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import Part, Spindle
 from governor_mechanism.model.scene import Scene
@@ -31,21 +29,6 @@ from governor_mechanism.types import FloatArray, RecordArray
 
 UNBOUNDED_RANGE = 1e9
 """Bound of the coordinate where the scene sets none, in coordinate scales."""
-
-
-SPRING_LAW = FORCE_LAWS.index(OutputSpring)
-"""Index of the law of a linear spring, which those of force elements share."""
-
-ForceTerm = tuple[TermKind, int, int, float, tuple[float, ...]]
-"""Kind, output, law, value below which it is slack, and coefficients of a force: a record of `FORCE_TERM_DTYPE`."""
-
-_ELEMENT_TERMS: dict[type[ForceElement], TermKind] = {
-    Spring: TermKind.POTENTIAL,
-    TorsionSpring: TermKind.POTENTIAL,
-    Damper: TermKind.DAMPER,
-    TorsionDamper: TermKind.DAMPER,
-}
-"""How force elements without an input enter the coefficients."""
 
 
 class ReducedForces(NamedTuple):
@@ -133,9 +116,7 @@ class ForceParameter(IntEnum):
     """Number of outputs in the table."""
 
 
-def lower_lagrangian(
-    scene: Scene, prefix: str, part: Part, outputs: Sequence[str], effects: Sequence[OutputForce]
-) -> tuple[LagrangianArrays, list[int]]:
+def lower_lagrangian(scene: Scene, prefix: str, part: Part, outputs: Sequence[str], effects: Sequence[OutputForce]) -> LagrangianArrays:
     """Lower a part with one degree of freedom to the arrays of its Lagrangian coefficients.
 
     Parameters
@@ -153,45 +134,28 @@ def lower_lagrangian(
 
     Returns
     -------
-    arrays : LagrangianArrays
+    LagrangianArrays
         What determines the coefficients.
-    load_inputs : list[int]
-        Input of each load, counted from 1 over the inputs of all force elements of the scene.
     """
     mechanism, plane = part.mechanism, next(iter(scene.system.planes), None)
     has_centrifugal_forces = plane is not None and plane.is_loaded
     output_rows = make_output_rows(mechanism, [name.removeprefix(prefix) for name in outputs], {}).table
-    element_rows, terms, load_inputs = _lower_force_elements(scene, prefix, part, len(outputs))
-    for effect in effects:
-        law, output, _, _, coefficients = output_force_record(effect, outputs.index(effect.reading))
-        terms.append((TermKind.POTENTIAL, output, law, effect.slack_below, coefficients))
+    own_elements = [element for element in scene.mechanism.force_elements if not _is_elsewhere(element, prefix, part)]
+    element_rows, element_forces = lower_force_elements(scene.mechanism, own_elements, {}, len(outputs), 0)
+    first_body = scene.mechanism.body_index(prefix + mechanism.bodies[0].name)
+    for side in ("first", "second"):
+        element_rows[side] -= np.where(element_rows[side] >= 0, first_body, 0)
+    effect_records = [output_force_record(effect, outputs.index(effect.reading)) for effect in effects]
     rows = np.concatenate([output_rows, element_rows])
-    arrays = LagrangianArrays(
+    return LagrangianArrays(
         assembly=lower_assembly(mechanism),
         mass=np.array([[body.mass, body.mass, body.planar_inertia] for body in mechanism.bodies]).ravel(),
         bodies=np.array([make_body_record(body, part.gravity, has_centrifugal_forces - 1) for body in mechanism.bodies], dtype=BODY_DTYPE),
         has_centrifugal_forces=has_centrifugal_forces,
         output_rows=ConstraintRows(rows, bodies_of_rows(rows), np.zeros((0, 2))),
-        force_terms=np.array(terms, dtype=FORCE_TERM_DTYPE),
-        n_loads=len(load_inputs),
+        forces=np.concatenate([np.array(effect_records, dtype=OUTPUT_FORCE_DTYPE), element_forces]),
+        n_loads=sum(len(element.loads) for element in own_elements),
     )
-    return arrays, load_inputs
-
-
-def _lower_force_elements(scene: Scene, prefix: str, part: Part, first_row: int) -> tuple[RecordArray, list[ForceTerm], list[int]]:
-    """Return the output rows of the force elements on a part, from `first_row` on, their terms, and the input of each load."""
-    elements, first_body = _elements_of_part(scene, prefix, part), scene.mechanism.body_index(prefix + part.mechanism.bodies[0].name)
-    rows = rows_of_readings(scene.mechanism, [output for element, _ in elements for output in element.displacements], {}).table
-    for side in ("first", "second"):
-        rows[side] -= np.where(rows[side] >= 0, first_body, 0)
-    terms, load_inputs = list[ForceTerm](), list[int]()
-    for element, record in elements:
-        for input_index in (int(record["input_index"]), int(record["input_index_y"]))[: len(element.displacements)]:
-            values = (float(len(load_inputs)), 0.0) if input_index >= 0 else (float(record["coefficient"]), float(record["free_value"]))
-            kind = TermKind.LOAD if input_index >= 0 else _ELEMENT_TERMS[type(element)]
-            terms.append((kind, first_row + len(terms), SPRING_LAW, -math.inf, (*values, *(0.0,) * (MAX_COEFFICIENTS - len(values)))))
-            load_inputs += [input_index] if input_index >= 0 else []
-    return rows, terms, load_inputs
 
 
 def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, tuple[InputFunction, ...]]:
@@ -219,7 +183,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
     forced_outputs = [name for name in forced_output_names(scene) if name not in shaft_angles]
     names = list(dict.fromkeys([*forced_outputs, *(prefix + limit.reading for limit in limits)]))
     tabulated = [effect for effect in output_forces_of(scene) if _is_tabulated(effect)]
-    lagrangian, load_inputs = lower_lagrangian(scene, prefix, part, names, tabulated)
+    lagrangian = lower_lagrangian(scene, prefix, part, names, tabulated)
     low, high = _coordinate_bounds(mechanism)
     is_steady = not (plane and plane.shaft) and spindle.speed_function.is_constant and not spindle.speed_fluctuation
     arrays = ReductionArrays(
@@ -240,9 +204,9 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
     one_sided_springs = [
         (names.index(one.reading), one.slack_below, scene.mechanism.output_scale(one.reading)) for one in one_sided_forces_of(scene)
     ]
-    shaft_elements = _shaft_elements(scene, prefix, part, train)
+    shaft_elements, first_load_input = _shaft_elements(scene, prefix, part, train)
     forces = ReducedForces(
-        parameters=_make_parameters(scene, arrays, train, shaft_elements, next(iter(load_inputs), 1)),
+        parameters=_make_parameters(scene, arrays, train, shaft_elements, first_load_input),
         one_sided_springs=np.array(one_sided_springs).reshape(-1, 3),
         output_forces=_output_forces(scene, names),
         contacts=make_contact_table(scene, names, first_friction_input),
@@ -254,19 +218,21 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
     return arrays, forces, inputs
 
 
-def _elements_of_part(scene: Scene, prefix: str, part: Part, *, others: bool = False) -> list[tuple[ForceElement, RecordArray]]:
-    """Return the force elements on a part, or all others, with their records for inputs counted from 1."""
-    own_bodies, mechanism = {prefix + body.name for body in part.mechanism.bodies}, scene.mechanism
-    elements = zip(mechanism.force_elements, make_force_element_table(mechanism, {}, 1)[0], strict=True)
-    return [(element, record) for element, record in elements if own_bodies.isdisjoint(element.bodies) == others]
+def _is_elsewhere(element: ForceElement, prefix: str, part: Part) -> bool:
+    """Return whether a force element acts on no body of a part."""
+    return {prefix + body.name for body in part.mechanism.bodies}.isdisjoint(element.bodies)
 
 
-def _shaft_elements(scene: Scene, prefix: str, part: Part, train: ShaftTrain) -> list[tuple[int, float, float]]:
-    """Return input, relative ratio and damping of the force elements on the shaft."""
-    return [
-        (int(record["input_index"]), train.ratio(element.bodies[1]) - train.ratio(element.bodies[0]), float(record["coefficient"]))
-        for element, record in _elements_of_part(scene, prefix, part, others=True)
-    ]
+def _shaft_elements(scene: Scene, prefix: str, part: Part, train: ShaftTrain) -> tuple[list[tuple[int, float, float]], int]:
+    """Return input (-1 for a damper), relative ratio and damping of the force elements on the shaft, and the first input of the others."""
+    shaft_elements, next_input, first_own_input = list[tuple[int, float, float]](), 1, 1
+    for element in scene.mechanism.force_elements:
+        ratio = train.ratio(element.bodies[1]) - train.ratio(element.bodies[0])
+        if _is_elsewhere(element, prefix, part):
+            shaft_elements.append((next_input, ratio, 0.0) if element.loads else (-1, ratio, element_law(element)[1][0]))
+            first_own_input += len(element.loads) if first_own_input == next_input else 0
+        next_input += len(element.loads)
+    return shaft_elements, first_own_input
 
 
 def _coordinate_bounds(mechanism: Mechanism) -> tuple[float, float]:
@@ -285,7 +251,7 @@ def _output_forces(scene: Scene, names: list[str]) -> FloatArray:
     """Return the force laws that the table does not contain, as in `ReducedForces`."""
     one_sided, n_contacts, rows = one_sided_forces_of(scene), len(contacts_of(scene)), []
     for effect in (effect for effect in output_forces_of(scene) if not _is_tabulated(effect)):
-        law, output_index, dissipates, _, coefficients = output_force_record(effect, names.index(effect.reading))
+        law, output_index, dissipates, _, _, coefficients = output_force_record(effect, names.index(effect.reading))
         mode_index = 1 + n_contacts + one_sided.index(effect) if effect in one_sided else -1
         rows.append((output_index, law, dissipates, mode_index, *coefficients))
     return np.array(rows, dtype=float).reshape(-1, OutputForceColumn.FIRST_COEFFICIENT + MAX_COEFFICIENTS)

@@ -11,7 +11,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics import force_laws
 from governor_mechanism.mechanics.dynamics.inputs import output_rate
-from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, evaluate_potential
+from governor_mechanism.mechanics.dynamics.output_forces import LOAD, evaluate_force_law, evaluate_potential
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, RowKind, evaluate_rows
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import AssemblyArrays, AssemblyWorkspace, make_assembly_workspace
 from governor_mechanism.numerics.jit import jit, jit_in_place
@@ -23,24 +23,6 @@ CANCELLATION_RATIO = 1e-15
 spindle_inertia_jit = jit_in_place(force_laws.spindle_inertia)
 spindle_inertia_rate_jit = jit_in_place(force_laws.spindle_inertia_rate)
 spindle_inertia_second_derivative_jit = jit_in_place(force_laws.spindle_inertia_second_derivative)
-
-
-class TermKind(IntEnum):
-    """How a force along an output enters the coefficients."""
-
-    POTENTIAL = 0
-    """A law with a potential."""
-    DAMPER = 1
-    """A linear damper; its first coefficient is the damping."""
-    LOAD = 2
-    """A load given from outside; its first coefficient is the index of its input among those of the mechanism."""
-
-
-FORCE_TERM_DTYPE = np.dtype(
-    [*((name, "i8") for name in ("kind", "output_index", "law")), ("slack_below", "f8"), ("coefficients", "f8", (MAX_COEFFICIENTS,))]
-)
-"""One force: its `TermKind`, the row of the output along which it acts, index of its law in `FORCE_LAWS`, value of the output below which
-it is slack, coefficients of the law."""
 
 
 class Coefficient(IntEnum):
@@ -81,8 +63,8 @@ class LagrangianArrays(NamedTuple):
         Whether the plane rotates with the spindle and centrifugal forces act.
     output_rows
         Rows of the outputs of the table, then those along which force elements act.
-    force_terms
-        Forces along the outputs, records of `FORCE_TERM_DTYPE`.
+    forces
+        Forces along the outputs that are tabulated, records of `OUTPUT_FORCE_DTYPE`; the input of a load is its number.
     n_loads
         Number of inputs of force elements.
     """
@@ -92,7 +74,7 @@ class LagrangianArrays(NamedTuple):
     bodies: RecordArray
     has_centrifugal_forces: bool
     output_rows: ConstraintRows
-    force_terms: RecordArray
+    forces: RecordArray
     n_loads: int
 
 
@@ -143,8 +125,8 @@ def evaluate_coefficients(arrays: LagrangianArrays, workspace: LagrangianWorkspa
     if arrays.has_centrifugal_forces:
         _add_spindle_inertia(arrays, poses, tangents, curvatures, coefficients)
     evaluate_rows(arrays.output_rows, poses, tangents, workspace.output_row_values, workspace.output_jacobian)
-    for k in range(arrays.force_terms.size):
-        _add_force_term(arrays, workspace, k, tangents, curvatures)
+    for k in range(arrays.forces.size):
+        _add_force(arrays, workspace, k, tangents, curvatures)
 
 
 @jit_in_place
@@ -169,24 +151,22 @@ def _add_spindle_inertia(
 
 
 @jit_in_place
-def _add_force_term(
-    arrays: LagrangianArrays, workspace: LagrangianWorkspace, index: int, tangents: FloatArray, curvatures: FloatArray
-) -> None:
+def _add_force(arrays: LagrangianArrays, workspace: LagrangianWorkspace, index: int, tangents: FloatArray, curvatures: FloatArray) -> None:
     """Add one force along an output to the coefficients; the output rows were evaluated with the tangents as velocities."""
-    term, rows, jacobian, coefficients = arrays.force_terms[index], arrays.output_rows, workspace.output_jacobian, workspace.coefficients
-    row, value = term.output_index, workspace.output_row_values[term.output_index, RowColumn.RESIDUAL]
+    force, rows, jacobian, coefficients = arrays.forces[index], arrays.output_rows, workspace.output_jacobian, workspace.coefficients
+    row, value = force.output_index, workspace.output_row_values[force.output_index, RowColumn.RESIDUAL]
     derivative = output_rate(rows, jacobian, row, tangents)
     second_derivative = output_rate(rows, jacobian, row, curvatures) - workspace.output_row_values[row, RowColumn.GAMMA]
     if rows.table[row].kind == RowKind.DISTANCE and math.isnan(derivative):  # coincident points: no line of action
         return
-    if term.kind == TermKind.DAMPER:
-        coefficients[Coefficient.DAMPING] += term.coefficients[0] * derivative * derivative
-    elif term.kind == TermKind.LOAD:
-        column = Coefficient.FIRST_LOAD + 2 * int(term.coefficients[0])
+    if force.law == LOAD:
+        column = Coefficient.FIRST_LOAD + 2 * force.input_index
         coefficients[column] += derivative
         coefficients[column + 1] += second_derivative
-    elif value >= term.slack_below:
-        _, gradient, stiffness = evaluate_potential(term.law, term.coefficients, value)
+    elif force.has_power:
+        coefficients[Coefficient.DAMPING] -= evaluate_force_law(force.law, force.coefficients, value, derivative) * derivative
+    elif value >= force.slack_below:
+        _, gradient, stiffness = evaluate_potential(force.law, force.coefficients, value)
         coefficients[Coefficient.POTENTIAL_DERIVATIVE] += gradient * derivative
         coefficients[Coefficient.POTENTIAL_SECOND_DERIVATIVE] += stiffness * derivative * derivative + gradient * second_derivative
 

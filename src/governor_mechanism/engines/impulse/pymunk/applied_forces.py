@@ -8,9 +8,10 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of, loads_of, once_per_scene, output_forces_of
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_body_forces, inertia_of_plane
-from governor_mechanism.mechanics.dynamics.force_elements import add_element_forces, make_force_element_table
+from governor_mechanism.mechanics.dynamics.force_elements import lower_force_elements
 from governor_mechanism.mechanics.dynamics.lowering import N_PLANE_COLUMNS, PlaneColumn, System, forced_output_names, make_system
 from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION, add_output_forces, evaluate_force_law
+from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.mechanics.kinematics.points import Origins
@@ -39,9 +40,9 @@ def _evaluate_forces(
     plane_motion = np.zeros((1, N_PLANE_COLUMNS))
     plane_motion[0, PlaneColumn.SPEED] = spindle_speed
     evaluate_body_forces(bodies, plane_motion, poses, forces)
-    add_element_forces(force_elements, poses, velocities, inputs, forces)
     evaluate_rows(output_rows, poses, velocities, row_values, side_jacobian)
     add_output_forces(output_rows, output_forces, velocities, inputs, row_values, side_jacobian, forces)
+    add_output_forces(output_rows, force_elements, velocities, inputs, row_values, side_jacobian, forces)
     jacobian = np.zeros((n_outputs, *poses.shape))
     for k in range(n_outputs):
         for side in range(2):
@@ -58,7 +59,7 @@ def _evaluate_dissipated_power(output_forces: RecordArray, values: FloatArray, r
         force, k = output_forces[i], output_forces[i].output_index
         if force.law == SLIDING_FRICTION:
             power += force.coefficients[0] * inputs[force.input_index] * rates[k]
-        elif force.dissipates:
+        elif force.has_power:
             power -= evaluate_force_law(force.law, force.coefficients, values[k], rates[k]) * rates[k]
     return power
 
@@ -102,8 +103,12 @@ class AppliedForces:
         self._turning_bodies = bodies.copy()
         self._turning_bodies["plane"] = 0
         bodies["plane"][[_is_on_spindle_axis(mechanism, body) for body in mechanism.bodies]] = -1
-        force_elements = make_force_element_table(mechanism, origins, self.first_load)[0]
-        output_rows = make_output_rows(mechanism, forced_output_names(scene), origins)
+        output_table = make_output_rows(mechanism, forced_output_names(scene), origins).table
+        element_rows, force_elements = lower_force_elements(
+            mechanism, mechanism.force_elements, origins, len(output_table), self.first_load
+        )
+        rows = np.concatenate([output_table, element_rows])
+        output_rows = ConstraintRows(rows, bodies_of_rows(rows), np.zeros((0, 2)))
         self.system = system._replace(bodies=bodies, force_elements=force_elements, output_rows=output_rows)
         self.output_forces = system.output_forces
         self.dissipated_energy, self._previous_step = 0.0, (np.zeros(0), np.zeros(0))
