@@ -15,14 +15,14 @@ COMPILE = """
 import governor_mechanism as gm
 
 for engine in {!r}:
-    run = gm.run("porter_dry_friction", engine=engine, times=[0.1], certify=False)
+    run = gm.run("porter_cyclic", engine=engine, times=[0.3], certify=False)
     if engine == "impulse":
-        gm.run("hartung_dubois", engine=engine, times=[0.1], certify=False)
+        gm.run("hartung_corrected", engine=engine, times=[5.0], certify=False)
         gm.sweep("porter", {{"dimensions.arm": [0.3]}}, ["max arm_angle"])
         gm.linearise("haug_governor")
         run.reactions.items()
 """
-"""Runs of some engines, and after those of `impulse` what else has kernels of its own."""
+"""Runs of some engines that slip and stick, and after those of `impulse` impacts and what else has kernels of its own."""
 
 
 @pytest.hookimpl(optionalhook=True)
