@@ -8,7 +8,7 @@ import sys
 import pytest
 from hypothesis import settings
 
-settings.register_profile("suite", deadline=None)  # no test looks at the clock
+settings.register_profile("suite", deadline=None, max_examples=50)  # no test looks at the clock
 settings.load_profile("suite")
 
 COMPILE = """
