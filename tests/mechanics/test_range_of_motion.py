@@ -35,7 +35,7 @@ def test_a_given_limit_is_used():
     assert (motion_range.low_message, motion_range.high_message) == (limit.low_message, limit.high_message)
 
 
-@settings(max_examples=12)
+@settings(max_examples=25)
 @example(seed=448698)  # the balls reach the axis just after the change point
 @given(seed=st.integers(0, 2**32 - 1))
 def test_the_traced_range_of_a_governor_ends_where_its_geometry_ends(seed):
