@@ -1,13 +1,14 @@
 # make run      sets up .venv, simulates the shipped Porter governor, checks it against the closed form, films it
 # make test     sets up .venv and passes every test
 # make gallery  renders every shipped scene into renders/ (the only target that touches tracked files)
+# make certificates compares the error estimates of every engine with true errors over 300 random scenes
 # make benchmark measures speed and accuracy, as ratios within one run
 
 VENV := .venv
 BIN := $(VENV)/bin
 CANDIDATES := python3 python3.13 python3.12 python3.11
 
-.PHONY: run test check gallery benchmark clean
+.PHONY: run test check gallery certificates benchmark clean
 
 run: $(VENV)/installed
 	$(BIN)/governor-mechanism run porter --out renders/latest
@@ -25,6 +26,9 @@ check: $(VENV)/installed-test
 
 gallery: $(VENV)/installed
 	$(BIN)/python renders/gallery.py
+
+certificates: $(VENV)/installed-test
+	$(BIN)/python benchmarks/certificates.py --no-figure
 
 benchmark: $(VENV)/installed-test
 	$(BIN)/python benchmarks/impulse.py

@@ -1,5 +1,7 @@
 """Validity of certificates: error estimates against true errors, over random scenes of every machine, effect and engine.
 
+The exit status is 1 if an estimate is below a third of the true error.
+
 Usage: python benchmarks/certificates.py --scenes 300 --seed 20261124
 """
 
@@ -38,12 +40,13 @@ class TooLongError(Exception):
     """A certificate that takes longer than the time limit."""
 
 
-def main() -> None:
-    """Print the tables and draw the picture."""
+def main() -> int:
+    """Print the tables, draw the picture and return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scenes", type=int, default=SCENES)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--no-figure", action="store_true")
     arguments = parser.parse_args()
     jobs = (delayed(check_random_scene)(number, arguments.seed) for number in range(arguments.scenes))
     results: list[tuple[int, list[CertificateCheck]]] = []
@@ -56,8 +59,11 @@ def main() -> None:
     print(f"{arguments.scenes} scenes of {len(MACHINES)} machines, seed {arguments.seed}; {refused} more were refused\n")
     print_error_ratios(checks)
     print_unjudged_runs(checks)
-    print_violations(checks)
-    draw_distribution([one for one in checks if one.is_judged], FIGURE_PATH)
+    violations = find_violations(checks)
+    print_violations(violations, checks)
+    if not arguments.no_figure:
+        draw_distribution([one for one in checks if one.is_judged], FIGURE_PATH)
+    return 1 if violations else 0
 
 
 def check_random_scene(number: int, seed: int) -> tuple[int, list[CertificateCheck]]:
@@ -139,11 +145,13 @@ def print_unjudged_runs(checks: Sequence[CertificateCheck]) -> None:
     print(f"| of these, by more than 3 estimates | {' | '.join(str(counts[engine]) for engine in ENGINES)} |\n")
 
 
-def print_violations(checks: Sequence[CertificateCheck]) -> None:
-    """Print every run with a larger error than allowed, with the data to repeat it."""
-    violations = sorted(
-        (one for one in checks if one.is_judged and MAX_ERROR_RATIO * one.overestimation < 1), key=lambda one: one.overestimation
-    )
+def find_violations(checks: Sequence[CertificateCheck]) -> list[CertificateCheck]:
+    """Return the runs with a larger error than allowed, the worst first."""
+    return sorted((one for one in checks if one.is_judged and MAX_ERROR_RATIO * one.overestimation < 1), key=lambda one: one.overestimation)
+
+
+def print_violations(violations: Sequence[CertificateCheck], checks: Sequence[CertificateCheck]) -> None:
+    """Print every violation with the data to repeat it, and what could not be judged."""
     print(f"{len(violations)} runs have an error of more than {MAX_ERROR_RATIO:g} times their estimate:\n")
     if violations:
         print("| scene | engine | accuracy | outcome | estimate | true error | scene description |\n|---|---|---|---|---|---|---|")
@@ -231,4 +239,4 @@ def draw_distribution(judged: Sequence[CertificateCheck], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

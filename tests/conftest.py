@@ -8,21 +8,22 @@ import sys
 import pytest
 from hypothesis import settings
 
-settings.register_profile("suite", deadline=None)  # no test looks at the clock
+settings.register_profile("suite", deadline=None, max_examples=50)  # no test looks at the clock
 settings.load_profile("suite")
 
 COMPILE = """
 import governor_mechanism as gm
 
 for engine in {!r}:
-    run = gm.run("porter_dry_friction", engine=engine, times=[0.1], certify=False)
-    if engine == "impulse":
-        gm.run("hartung_dubois", engine=engine, times=[0.1], certify=False)
+    run = gm.run("porter_cyclic", engine=engine, times=[0.3], certify=False)
+    if engine == "reduced":
         gm.sweep("porter", {{"dimensions.arm": [0.3]}}, ["max arm_angle"])
+    if engine == "impulse":
+        gm.run("hartung_corrected", engine=engine, times=[5.0], certify=False)
         gm.linearise("haug_governor")
         run.reactions.items()
 """
-"""Runs of some engines, and after those of `impulse` what else has kernels of its own."""
+"""Runs of some engines that slip and stick, and what else has kernels of its own."""
 
 
 @pytest.hookimpl(optionalhook=True)

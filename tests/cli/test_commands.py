@@ -8,6 +8,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -16,7 +17,8 @@ from typer.testing import CliRunner
 
 import governor_mechanism
 from governor_mechanism.cli.console import InterruptHandler
-from governor_mechanism.cli.main import app
+from governor_mechanism.cli.main import app, main
+from governor_mechanism.cli.summary import format_run
 from governor_mechanism.scenes.library import shipped_scenes
 
 MODELS = Path(__file__).parents[2] / "models"
@@ -25,6 +27,22 @@ COMMAND = [sys.executable, "-m", "governor_mechanism.cli.main"]
 
 def call(*words: str):
     return CliRunner().invoke(app, list(words))
+
+
+def call_main(monkeypatch, capfd, *words: str) -> tuple[int, str, str]:
+    """Return exit status, output and messages of the whole command, also what is not written by Python."""
+    monkeypatch.setattr(sys, "argv", ["governor-mechanism", *words])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    return stop.value.code, *capfd.readouterr()
+
+
+@pytest.fixture
+def one_timing(monkeypatch):
+    """Let studies time everything once, not until a quiet machine shows the shortest time."""
+    monkeypatch.setattr("governor_mechanism.studies.work_precision.study.MIN_REPEATS", 1)
+    monkeypatch.setattr("governor_mechanism.studies.work_precision.study.MIN_TIMING_DURATION", 0.0)
+    monkeypatch.setattr("governor_mechanism.studies.effect_ablation.N_TIMED_RUNS", 1)
 
 
 def short_scene(folder: Path, **changes: str) -> Path:
@@ -58,24 +76,22 @@ def told(stderr):
     return [line for line in stderr.splitlines() if not line.startswith("compiling kernels")]
 
 
-def test_a_run_lists_the_events_that_the_scene_names_before_others(tmp_path):
+def test_a_run_lists_the_events_that_the_scene_names_before_others():
     """The valve passes many turning points before the second of its two turns."""
-    result = call("run", "slide_valve_30", "--no-film", "--out", str(tmp_path / "out"))
-    assert result.exit_code == 0, result.output
-    listed = result.stdout[: result.stdout.index("more events")]
+    listed, _ = format_run(governor_mechanism.run("slide_valve_30")).split("more events")
     assert listed.count("crossing") == 3
 
 
-def test_run_as_json_prints_one_object_and_nothing_else(tmp_path):
-    scene = short_scene(tmp_path)
-    words = [*COMMAND, "run", str(scene), "--no-film", "--json", "--accuracy", "1e-7", "--out", str(tmp_path / "out")]
-    answer = subprocess.run(words, capture_output=True, text=True, check=True)
-    summary = json.loads(answer.stdout)
+def test_run_as_json_prints_one_object_and_nothing_else(tmp_path, monkeypatch, capfd):
+    words = ["run", str(short_scene(tmp_path)), "--no-film", "--json", "--accuracy", "1e-7", "--out", str(tmp_path / "out")]
+    status, printed, said = call_main(monkeypatch, capfd, *words)
+    summary = json.loads(printed)
+    assert status == 0
     assert summary["outcome"] == "done"
     assert summary["error_estimate"] <= 1e-7 == summary["settings"]["asked_accuracy"]
     assert summary["document"]["dimensions"]["arm"] == "300 mm"
     assert all(Path(path).is_file() for path in summary["files"])
-    assert not told(answer.stderr)
+    assert not told(said)
 
 
 def test_crosscheck_ends_with_0_where_all_agree_and_tells_it_as_json():
@@ -88,7 +104,7 @@ def test_crosscheck_ends_with_0_where_all_agree_and_tells_it_as_json():
 
 def test_a_run_that_leaves_its_range_ends_with_1_and_keeps_what_it_has(tmp_path):
     scene = short_scene(tmp_path, **{'"120 rpm"': '"2000 rpm"'})
-    result = call("run", str(scene), "--out", str(tmp_path / "out"))
+    result = call("run", str(scene), "--no-film", "--out", str(tmp_path / "out"))
     assert result.exit_code == 1
     assert "90 degrees" in result.stderr
     record = json.loads((tmp_path / "out" / "short.json").read_text(encoding="utf-8"))
@@ -146,10 +162,10 @@ def test_the_version_is_told():
     assert (result.exit_code, result.stdout.strip()) == (0, governor_mechanism.__version__)
 
 
-def test_usage_errors_are_one_object_too_where_json_is_asked_for():
-    answer = subprocess.run([*COMMAND, "run", "--json"], capture_output=True, text=True, check=False)
-    assert answer.returncode == 2
-    assert json.loads(answer.stdout)["outcome"] == "bad_input"
+def test_usage_errors_are_one_object_too_where_json_is_asked_for(monkeypatch, capfd):
+    status, printed, _ = call_main(monkeypatch, capfd, "run", "--json")
+    assert status == 2
+    assert json.loads(printed)["outcome"] == "bad_input"
 
 
 def test_an_interrupt_that_a_finaliser_swallows_is_not_reported(monkeypatch):
@@ -264,7 +280,7 @@ def test_equilibria_at_a_speed_that_is_none_are_refused(tmp_path):
     assert result.stderr.startswith("--speed is an angular speed")
 
 
-def test_the_bill_of_the_effects_is_told_drawn_and_given_as_json(tmp_path):
+def test_the_bill_of_the_effects_is_told_drawn_and_given_as_json(tmp_path, one_timing):
     result = call("effects", "porter_dry_friction", "--out", str(tmp_path), "--json")
     answer = json.loads(result.stdout)
     assert result.exit_code == 0
@@ -276,7 +292,7 @@ def test_the_bill_of_the_effects_is_told_drawn_and_given_as_json(tmp_path):
     assert "not tried, because they need parameters: rods, spring, dashpot, stops, clearance" in plain.stdout
 
 
-def test_accuracy_is_measured_told_drawn_and_given_as_json(tmp_path):
+def test_accuracy_is_measured_told_drawn_and_given_as_json(tmp_path, one_timing):
     scene, out = str(short_scene(tmp_path)), tmp_path / "out"
     result = call("accuracy", scene, "--for", "1e-6", "--longest", "0.02", "--out", str(out))
     assert result.exit_code == 0, result.output
@@ -290,7 +306,7 @@ def test_accuracy_is_measured_told_drawn_and_given_as_json(tmp_path):
     assert [Path(path).suffix for path in answer["files"]] == [".csv", ".json"]
 
 
-def test_an_error_less_than_can_be_told_is_answered_after_all_that_was_found(tmp_path):
+def test_an_error_less_than_can_be_told_is_answered_after_all_that_was_found(tmp_path, one_timing):
     """A scene whose name has a point in it keeps all of its name."""
     scene = short_scene(tmp_path).rename(tmp_path / "my.v1.toml")
     result = call("accuracy", str(scene), "--for", "1e-15", "--longest", "0.02", "--out", str(tmp_path / "out"))
@@ -368,26 +384,48 @@ def whole_sweep(tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("workers", ["1", "2"])
-def test_an_interrupted_sweep_goes_on_where_it_was(workers, tmp_path, whole_sweep):
-    scene, out = short_scene(tmp_path, **SHORT), tmp_path / "out"
-    words = ["sweep", str(scene), *SWEEP]
-    journal = out / "short_sweep.part"
-    # A session of its own, so that the signal reaches the processes of the sweep too, as a terminal's Ctrl-C does.
-    first = [*COMMAND, *words, "--out", str(out), "--workers", workers]
-    with subprocess.Popen(first, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+def interrupt_process(happened, *words: str) -> tuple[int, str]:
+    """Return exit status and messages of a command with processes of its own that is interrupted when something has happened."""
+    # A session of its own, so that the signal reaches the processes of the command too, as a terminal's Ctrl-C does.
+    with subprocess.Popen([*COMMAND, *words], stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
         try:
-            wait_until(lambda: journal.exists() and journal.read_bytes().count(b"\n") > 3)
+            wait_until(happened)
             os.killpg(process.pid, signal.SIGINT)
             _, said = process.communicate(timeout=60)
         finally:
             process.kill()
-    assert process.returncode == 130
+    return process.returncode, said
+
+
+def interrupt_call(happened, *words: str) -> tuple[int, str]:
+    """Return exit status and messages of a command that is interrupted in this process when something has happened."""
+    has_ended = threading.Event()
+
+    def interrupt():
+        wait_until(lambda: happened() or has_ended.is_set())
+        if not has_ended.is_set():
+            os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    result = call(*words)
+    has_ended.set()
+    thread.join()
+    return result.exit_code, result.stderr
+
+
+@pytest.mark.parametrize(("workers", "interrupt"), [("1", interrupt_call), ("2", interrupt_process)], ids=["1", "2"])
+def test_an_interrupted_sweep_goes_on_where_it_was(workers, interrupt, tmp_path, whole_sweep):
+    scene, out = short_scene(tmp_path, **SHORT), tmp_path / "out"
+    words = ["sweep", str(scene), *SWEEP, "--out", str(out)]
+    journal = out / "short_sweep.part"
+    status, said = interrupt(lambda: journal.exists() and journal.read_bytes().count(b"\n") > 3, *words, "--workers", workers)
+    assert status == 130
     kept = journal.read_bytes().count(b"\n") - 1
     assert 3 <= kept < 60
     assert said.splitlines()[0] == f"{kept} of 60 rows are in {journal}; the same command continues from there"
     assert len(told(said)) == 2
     assert listing(out) == [journal.name]
-    assert call(*words, "--out", str(out)).exit_code == 0  # it goes on with one worker, however many it had
+    assert call(*words).exit_code == 0  # it goes on with one worker, however many it had
     for name in ("short_sweep.csv", "short_sweep.json"):
         assert (out / name).read_bytes() == (whole_sweep / name).read_bytes()

@@ -110,10 +110,10 @@ def error_ratios(scene, name: str, steps=(2e-3, 1e-3, 5e-4)):
         porter(ARM_BRAKE),
         porter(dry_friction(10.0)),
         porter(dry_friction(2.0, "arm_angle"), BRAKE),
-        porter(dry_friction(10.0), duration=2.0),
+        porter(dry_friction(10.0), duration=1.5),
         porter(STOPS),
         porter(SLACK),
-        porter(dry_friction(6.0), SPRING, BRAKE, replace(STOPS, low=0.55, high=0.72)),
+        porter(dry_friction(6.0), SPRING, BRAKE, replace(STOPS, low=0.55, high=0.72), duration=0.5),
     ],
     ids=lambda scene: "+".join(f"{type(effect).__name__} on {effect.reading}" for effect in scene.output_effects),
 )
@@ -167,7 +167,7 @@ def test_friction_holds_up_to_the_speeds_of_the_formula(ends, sign, expected):
 
 
 def test_a_sticking_contact_does_not_creep():
-    scene = porter(dry_friction(40.0), angle=math.radians(30.0), rate=0.0, duration=200.0, output_interval=1.0)
+    scene = porter(dry_friction(40.0), angle=math.radians(30.0), rate=0.0, duration=100.0, output_interval=1.0)
     run = ImpulseEngine(step=0.02, runs=1).run(scene, certify=False)
     assert run.readings["sleeve_lift"][-1] == pytest.approx(run.readings["sleeve_lift"][0], abs=2e-13)  # rounding
     assert run.energy.dissipated_energy[-1] < 2e-11
@@ -236,7 +236,7 @@ def test_a_governor_comes_to_rest_on_its_stop_and_leaves_it():
 def test_the_estimate_of_random_governors_with_friction_holds():
     random = np.random.default_rng(5)
     is_honest = []
-    while len(is_honest) < 8:
+    while len(is_honest) < 6:
         dimensions, angle = random_governor(random)
         masses = dimensions["ball_mass"], dimensions.get("sleeve_mass", 0.0)
         speed = math.sqrt(9.81 * (1 + masses[1] / masses[0]) / (dimensions["arm"] * math.cos(angle)))
@@ -248,7 +248,7 @@ def test_the_estimate_of_random_governors_with_friction_holds():
         if true.outcome is not Outcome.DONE or run.outcome is not Outcome.DONE:
             continue
         is_honest.append(errors_of(run, true) <= 3 * run.error_estimate)
-    assert sum(is_honest) >= 7
+    assert sum(is_honest) >= 5
 
 
 def test_a_slip_with_a_small_excess_force_is_followed():
@@ -270,12 +270,12 @@ def test_a_slip_with_a_small_excess_force_is_followed():
 
 
 def test_only_the_force_laws_of_the_scene_are_counted():
-    run = ImpulseEngine(step=1e-3).run(porter(SPRING, BRAKE, dry_friction(10.0)))
+    run = ImpulseEngine(step=1e-3).run(porter(SPRING, BRAKE, dry_friction(10.0), duration=0.2))
     assert run.cost.evaluations["springs on readings"] == run.cost.steps
     assert run.cost.evaluations["dashpots"] == run.cost.steps
     assert run.cost.evaluations["dry friction"] == run.cost.steps
     assert run.cost.method
-    bare = ImpulseEngine(step=1e-3).run(porter())
+    bare = ImpulseEngine(step=1e-3).run(porter(duration=0.2))
     assert bare.cost.evaluations.keys() == {"gravity", "centrifugal"}
     assert np.all(bare.energy.dissipated_energy == 0.0)
 
@@ -324,7 +324,7 @@ def test_the_slip_time_of_a_held_rod_converges_with_order_two():
     scene = draw_scene(167, 20261124).scene
     times = [event.time for event in gm.run(scene, "multibody", accuracy=1e-10).events if event.kind == "slips"]
     errors = []
-    for step in (5e-3, 2.5e-3, 1.25e-3, 6.25e-4):
+    for step in (5e-3, 2.5e-3, 6.25e-4):
         run = ImpulseEngine(step=step, runs=1).run(scene, certify=False)
         slips = [event.time for event in run.events if event.kind == "slips"]
         assert len(slips) == len(times) == 1

@@ -39,7 +39,7 @@ def test_porter_open_matches_the_reference_after_two_seconds(accuracy):
 def test_the_estimate_is_not_below_the_true_error_in_random_governors():
     random = np.random.default_rng(20260921)
     n_underestimated, compared = 0, 0
-    while compared < 40:
+    while compared < 20:
         dimensions, middle = random_governor(random)
         governor = closed.PendulumGovernor(**dimensions)
         speed = float(closed.equilibrium_speed(governor, arm_angle=middle))
@@ -55,7 +55,7 @@ def test_the_estimate_is_not_below_the_true_error_in_random_governors():
         assert true <= scene.run.accuracy
         n_underestimated += true > run.error_estimate
         compared += 1
-    assert n_underestimated <= 2  # 5 %: the reliability of a difference of two extrapolated runs
+    assert n_underestimated <= 1  # 5 %: the reliability of a difference of two extrapolated runs
 
 
 @pytest.mark.parametrize(
@@ -78,11 +78,11 @@ def test_the_error_falls_with_the_stated_order(machine, settings, certify, order
         angle, rate = (0.9, 1.5) if machine == "point masses" else (0.65, 0.5)
         scene = governor_scene(dimensions, speed=speed, angle=angle, rate=rate)
         reference = integrate_one_coordinate
-    times = np.linspace(0.1, 0.6, 6)  # the largest error over many times has no accidental zero
+    times = np.linspace(0.1, 0.4, 4)  # the largest error over many times has no accidental zero
     expected, _ = reference(scene, times)
     # Fine enough for the leading error to lead, coarse enough to stay above rounding (4e-13).
     coarsest = {1: 256, 2: 16, 3: 8, 4: 4}[1 if settings.get("plain") else order]
-    steps = 0.1 / (coarsest * 2 ** np.arange(4))
+    steps = 0.1 / (coarsest * 2 ** np.arange(3))
     errors = []
     for step in steps:
         engine = ImpulseEngine(step=step, iterations=160, **settings)
@@ -91,16 +91,16 @@ def test_the_error_falls_with_the_stated_order(machine, settings, certify, order
     assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(order, abs=scatter)
 
 
+SMOOTH = Spindle(times=(0.0, 0.3, 0.7, 1.5), speeds=(1.0, 1.03, 0.99, 1.05))
+STEP = Spindle(times=(0.0, 0.237, 0.237, 1.0), speeds=(1.0, 1.0, 1.05, 1.05))
+RAMP = Spindle(times=(0.2, 0.9), speeds=(0.99, 1.06))
+
+
 @pytest.mark.parametrize(
-    "program",
-    [
-        Spindle(times=(0.0, 0.3, 0.7, 1.5), speeds=(1.0, 1.03, 0.99, 1.05)),
-        Spindle(times=(0.0, 0.237, 0.237, 1.0), speeds=(1.0, 1.0, 1.05, 1.05)),
-        Spindle(times=(0.2, 0.9), speeds=(0.99, 1.06)),
-    ],
-    ids=["smooth", "step", "ramp"],
+    ("dimensions", "program"),
+    [(PORTER, SMOOTH), (PORTER, RAMP), (WATT, STEP), (CROSSED, RAMP), (EXTENDED, STEP), (UNCROSSED_LINKS, SMOOTH)],
+    ids=["porter-smooth", "porter-ramp", "watt-step", "crossed-ramp", "extended-step", "uncrossed links-smooth"],
 )
-@pytest.mark.parametrize("dimensions", [PORTER, WATT, CROSSED, EXTENDED, UNCROSSED_LINKS])
 def test_a_varying_spindle_speed_is_followed(dimensions, program):
     factor = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=0.75))
     spindle = Spindle(times=program.times, speeds=tuple(factor * speed for speed in program.speeds))

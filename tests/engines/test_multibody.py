@@ -59,10 +59,10 @@ def test_open_porter_governor_agrees_with_the_reference_to_nine_digits(engine):
 
 @cache
 def random_scenes():
-    """Return 30 scenes of random governors with their accuracies."""
+    """Return 20 scenes of random governors with their accuracies."""
     random = np.random.default_rng(20261121)
     found = []
-    for _ in range(30):
+    for _ in range(20):
         dimensions, middle = random_governor(random)
         speed = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=middle))
         accuracy = 10 ** random.uniform(-11, -4)
@@ -104,11 +104,11 @@ def test_error_of_random_governors_is_within_accuracy_and_estimate(engine):
 COARSER = {
     "slider_crank_torque": (1e-6, 0.6),
     "four_bar_chain": (1e-6, 0.6),
-    "andrews_squeezer": (1e-6, 0.03),
-    "haug_governor_open": (1e-6, 4.0),
-    "pendulum_iftomm": (1e-6, 5.0),
+    "andrews_squeezer": (1e-5, 0.03),
+    "haug_governor_open": (1e-6, 2.0),
+    "pendulum_iftomm": (1e-6, 3.0),
     "porter_heavy_rods": (1e-6, 1.0),
-    "quick_return": (1e-6, 1.0),
+    "quick_return": (1e-6, 0.5),
 }
 
 
@@ -124,7 +124,7 @@ BOTH = [name for name in shipped_scenes() if shared(name)]
 @pytest.mark.parametrize("name", BOTH)
 def test_engines_agree_on_every_shipped_scene(name):
     scene = gm.load(name)
-    accuracy, end = COARSER.get(name, (1e-7, scene.run.duration))
+    accuracy, end = COARSER.get(name, (1e-6, min(scene.run.duration, 5.0)))
     times = np.linspace(0.0, end, 101)
     fine, coarse = (gm.run(scene, engine=engine, accuracy=accuracy, times=times) for engine in ("multibody", "impulse"))
     assert fine.outcome is coarse.outcome is Outcome.DONE
@@ -134,18 +134,26 @@ def test_engines_agree_on_every_shipped_scene(name):
         assert difference <= allowed * fine.scales[reading], reading
 
 
+SMOOTH = Spindle(times=(0.0, 0.3, 0.7, 1.5), speeds=(1.0, 1.03, 0.99, 1.05))
+STEP = Spindle(times=(0.0, 0.237, 0.237, 1.0), speeds=(1.0, 1.0, 1.05, 1.05))
+RAMP = Spindle(times=(0.2, 0.9), speeds=(0.99, 1.06))
+RAMP_BEGUN_BEFORE = Spindle(times=(-1.0, 0.5), speeds=(0.97, 1.03))
+
+
 @FINE
 @pytest.mark.parametrize(
-    "program",
+    ("dimensions", "program"),
     [
-        Spindle(times=(0.0, 0.3, 0.7, 1.5), speeds=(1.0, 1.03, 0.99, 1.05)),
-        Spindle(times=(0.0, 0.237, 0.237, 1.0), speeds=(1.0, 1.0, 1.05, 1.05)),
-        Spindle(times=(0.2, 0.9), speeds=(0.99, 1.06)),
-        Spindle(times=(-1.0, 0.5), speeds=(0.97, 1.03)),
+        (PORTER, SMOOTH),
+        (PORTER, RAMP),
+        (WATT, STEP),
+        (WATT, RAMP_BEGUN_BEFORE),
+        (CROSSED, RAMP),
+        (EXTENDED, STEP),
+        (EXTENDED, SMOOTH),
+        (UNCROSSED_LINKS, RAMP_BEGUN_BEFORE),
     ],
-    ids=["smooth", "step", "ramp", "ramp begun before"],
 )
-@pytest.mark.parametrize("dimensions", [PORTER, WATT, CROSSED, EXTENDED, UNCROSSED_LINKS])
 def test_variable_spindle_speed(engine, dimensions, program):
     factor = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=0.75))
     spindle = Spindle(times=program.times, speeds=tuple(factor * speed for speed in program.speeds))
@@ -296,12 +304,13 @@ def test_compilation_is_announced_without_a_cache(tmp_path, capsys, monkeypatch)
     assert capsys.readouterr().err == ""
 
 
-@FINE
-def test_impulse_agrees_on_the_governor_with_rigid_links(engine):
+def test_impulse_agrees_on_the_governor_with_rigid_links():
     scene, _ = porter_with_rods(speed=13.0, angle=0.9, rate=1.5)
-    fine, coarse = engine().run(scene, accuracy=1e-8), ImpulseEngine().run(scene, accuracy=1e-7)
-    assert fine.outcome is coarse.outcome is Outcome.DONE
-    np.testing.assert_allclose(fine.readings["arm_angle"], coarse.readings["arm_angle"], atol=1e-7)
+    coarse = ImpulseEngine().run(scene, accuracy=1e-7)
+    for engine in (MultibodyEngine, ReducedEngine):
+        fine = engine().run(scene, accuracy=1e-8)
+        assert fine.outcome is coarse.outcome is Outcome.DONE
+        np.testing.assert_allclose(fine.readings["arm_angle"], coarse.readings["arm_angle"], atol=1e-7)
 
 
 @FINE
@@ -315,9 +324,9 @@ def test_inaccurate_runs_have_an_estimate(engine, accuracy):
     assert error <= run.error_estimate <= accuracy
 
 
-@pytest.mark.parametrize("engine", ["multibody", "reduced", "impulse"])
+@pytest.mark.parametrize("engine", [MultibodyEngine, ReducedEngine, ImpulseEngine])
 def test_unreachable_time_ends_with_a_named_outcome(engine):
-    run = gm.run("pendulum_iftomm", engine=engine, times=[1e9])
+    run = gm.run("pendulum_iftomm", engine=engine(max_steps=5000), times=[1e9])
     assert run.outcome is Outcome.STEP_LIMIT
     assert len(run.times) == 0
 

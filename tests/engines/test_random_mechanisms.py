@@ -21,7 +21,7 @@ from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.observables.evaluation import time_scale
 
-COUNT, SEED = 30, 20261121
+COUNT, SEED = 18, 20261121
 KINDS = ("four-bar", "slider-crank", "inverted")
 
 Derivatives = tuple[complex, complex, complex]

@@ -157,9 +157,9 @@ def test_the_reference_motion(damping: float, rows: list[tuple[float, ...]]) -> 
 
 def test_the_motion_in_si_units_ends_in_the_cycle() -> None:
     engine = GovernedEngine(arm_damping=reference.HUNTING_DAMPING)
-    times = np.linspace(100, 104, 4001)
+    times = np.linspace(60, 64, 4001)
     angle, _, speed = engine.trajectory(times, reference.LOADS, reference.STEP_TIME)
     cycle = reference.HUNTING_CYCLE
     found = [angle.max(), angle.min(), speed.max(), speed.min()]
-    # extremes among samples 1 ms apart: 1e-6 of curvature; the start has decayed to 1e-9
+    # extremes among samples 1 ms apart: 1e-6 of curvature; the start has decayed to 4e-6
     assert_allclose(found, [cycle["highest"], cycle["lowest"], cycle["fastest"], cycle["slowest"]], rtol=3e-5)

@@ -260,8 +260,11 @@ def words_of(run, slow=1.0):
     return [(text.get_text(), text.get_window_extent(renderer)) for text in texts if text.get_text().strip()]
 
 
-@pytest.mark.parametrize("title", ["", "A title\nof two lines", 40 * "a long title "])
-@pytest.mark.parametrize(("readings", "duration", "slow"), [(0, 2.0, 1.0), (7, 0.03, 200.0), (4, 1e6, 1e-5)])
+@pytest.mark.parametrize(
+    ("title", "readings", "duration", "slow"),
+    [("", 4, 1e6, 1e-5), ("A title\nof two lines", 0, 2.0, 1.0), (40 * "a long title ", 7, 0.03, 200.0)],
+    ids=["no title", "two lines", "long title"],
+)
 def test_no_words_overlap_whatever_title_and_readings(title, readings, duration, slow):
     run = fake_machine_run("four-bar", duration=duration, readings=readings, title=title)
     boxes = words_of(run, slow)

@@ -55,9 +55,8 @@ def upright_words(figure):
     return [text for text in [*figure.texts, *labels] if text.get_rotation() % 180 == 0]
 
 
-@pytest.mark.parametrize("name", ["porter", "watt_improved"])
-def test_the_plate_is_a_png_and_equal_for_equal_scenes(tmp_path, name):
-    first, second = (isochronous_figure(load_scene(name)).save_png(tmp_path / file) for file in ("a.png", "b.png"))
+def test_the_plate_is_a_png_and_equal_for_equal_scenes(tmp_path):
+    first, second = (isochronous_figure(load_scene("watt_improved")).save_png(tmp_path / file) for file in ("a.png", "b.png"))
     with Image.open(first) as image:
         assert image.format == "PNG"
         assert image.size == (1560, 1032)

@@ -22,7 +22,7 @@ TITLES = ("without the dashpot", "with the dashpot")
 
 @pytest.fixture(scope="module")
 def pair():
-    return [fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, output_interval=0.05, amplitude=swing) for swing in (8.0, 3.0)]
+    return [fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.3, output_interval=0.05, amplitude=swing) for swing in (8.0, 3.0)]
 
 
 @pytest.fixture(scope="module")
@@ -31,14 +31,14 @@ def pair_film(tmp_path_factory, pair):
 
 
 def side_by_side(runs, titles=TITLES):
-    data = [[FrameData(run, run.scene.part, (0.0, 2.0), np.linspace(0, 2, 51))] for run in runs]
+    data = [[FrameData(run, run.scene.part, (0.0, 1.3), np.linspace(0, 1.3, 26))] for run in runs]
     return SideBySidePainter(runs, titles, data, 480)
 
 
 def test_the_film_has_the_duration_of_its_runs(tmp_path, pair_film):
-    runs = [fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.13, output_interval=0.1, amplitude=swing) for swing in (8.0, 3.0)]
+    runs = [fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.03, output_interval=0.1, amplitude=swing) for swing in (8.0, 3.0)]
     odd_film = gm.film(runs, tmp_path / "a.gif", titles=TITLES, frames_per_second=20)
-    for path, duration in ((pair_film, 2.0), (odd_film, 1.13)):
+    for path, duration in ((pair_film, 1.3), (odd_film, 1.03)):
         assert sum(decode_film(path)[1]) == pytest.approx(duration, abs=1e-9)
     with Image.open(pair_film) as image:
         assert image.size == (960, 480)
@@ -46,9 +46,9 @@ def test_the_film_has_the_duration_of_its_runs(tmp_path, pair_film):
 
 
 def test_equal_runs_are_shown_twice(tmp_path):
-    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0, output_interval=0.05)
-    shown, _ = decode_film(gm.film([run, run], tmp_path / "a.gif"))
-    alone = np.array(paint_frames(run))
+    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=0.2, output_interval=0.05)
+    shown, _ = decode_film(gm.film([run, run], tmp_path / "a.gif", slow_down=1))
+    alone = np.array(paint_frames(run, slow_down=1))
     assert len(shown) == len(alone)
     for half in (shown[:, :, :480], shown[:, :, 480:]):
         difference = np.abs(half.astype(int) - alone).max(axis=3)
@@ -84,14 +84,14 @@ def test_the_frames_of_both_move(pair_film):
 def test_wrong_pairs_are_refused(tmp_path, pair):
     first, second = pair
     longer = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=3.0, output_interval=0.05)
-    denser = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, output_interval=0.02)
+    denser = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.3, output_interval=0.02)
     early = dataclasses.replace(
-        second, outcome=Outcome.LEFT_RANGE, **{name: getattr(second, name)[:30] for name in ("times", "poses", "velocities")}
+        second, outcome=Outcome.LEFT_RANGE, **{name: getattr(second, name)[:20] for name in ("times", "poses", "velocities")}
     )
     for other, message in (
-        (longer, r"41 times from 0 to 2 s, the second 61 times from 0 to 3 s; use the same"),
-        (denser, "101 times"),
-        (early, r"30 times from 0 to 1\.45 s and ended early"),
+        (longer, r"27 times from 0 to 1\.3 s, the second 61 times from 0 to 3 s; use the same"),
+        (denser, "66 times"),
+        (early, r"20 times from 0 to 0\.95 s and ended early"),
         (dataclasses.replace(second, times=second.times[:0]), "the second none"),
     ):
         with pytest.raises(MechanismError, match=message):

@@ -223,12 +223,18 @@ def test_shown_is_as_a_scene_file_would_write_it() -> None:
     assert [format_value(value) for value in ("a\nb", True, 1.5, "x" * 80)] == ['"a\\nb"', "true", "1.5", f'"{"x" * 57}..."']
 
 
+@pytest.fixture(scope="module")
+def registry() -> pint.UnitRegistry:
+    """Return pint's own units, in decimals."""
+    return pint.UnitRegistry(non_int_type=Decimal)
+
+
 @pytest.mark.parametrize(
     ("unit", "si_unit"), [*USUAL_FACTORS, *((kind.si_unit, kind.si_unit) for kind in QUANTITY_KINDS.values() if kind.units)]
 )
-def test_usual_units_are_those_of_pint(unit: str, si_unit: str) -> None:
+def test_usual_units_are_those_of_pint(unit: str, si_unit: str, registry: pint.UnitRegistry) -> None:
     """To the last digit, also in quantities of all kinds with that unit."""
-    factor = pint.UnitRegistry(non_int_type=Decimal).Quantity(Decimal(1), unit).to(si_unit).magnitude
+    factor = registry.Quantity(Decimal(1), unit).to(si_unit).magnitude
     assert USUAL_FACTORS.get((unit, si_unit), Decimal(1)) == factor
     for name, kind in QUANTITY_KINDS.items():
         if kind.si_unit == si_unit:
