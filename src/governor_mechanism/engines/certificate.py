@@ -9,6 +9,7 @@ from governor_mechanism.engines.base import Engine, Runner, RunRequest
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult
@@ -19,6 +20,9 @@ TOLERANCE_SAFETY_FACTOR = 100.0
 
 COMPARISON_TOLERANCE_RATIO = 10.0
 """Ratio of the comparison run's tolerance to that of the certified run."""
+
+JOINTS_OF_FIXED_WORK = 4
+"""Number of joints whose equations take as long as the rest of an evaluation."""
 
 MIN_STEP_TOLERANCE = 1e-15
 """Smallest tolerance that is tried: double precision allows no less."""
@@ -44,6 +48,8 @@ class ErrorControlSettings:
         Step limit from a monitor time to a time before the next one: a handful suffices, except into a change point.
     max_stagnant_runs
         Successive refinements without improvement after which the best run is accepted; a single one may be chance.
+    max_step_work
+        Default of `max_steps`, times the number of joints plus `JOINTS_OF_FIXED_WORK`: a certified run ends within some 20 s.
     """
 
     max_step_ratio: float = 2.5
@@ -52,6 +58,7 @@ class ErrorControlSettings:
     monitor_interval_ratio: float = 0.25
     max_interpolation_steps: int = 100
     max_stagnant_runs: int = 4
+    max_step_work: float = 3e6
 
 
 def initial_tolerance(accuracy: float) -> float:
@@ -79,13 +86,13 @@ class ErrorControlledEngine(Engine):
     tolerance
         Error of one step relative to the scales; None chooses it from the accuracy.
     max_steps
-        Largest number of steps of one run.
+        Largest number of steps of one run; None chooses it from the size of the mechanism.
     settings
         Numerical settings.
     """
 
     tolerance: float | None = None
-    max_steps: int = 1_000_000
+    max_steps: int | None = None
     settings: ErrorControlSettings = field(default_factory=ErrorControlSettings)
 
     def __post_init__(self) -> None:
@@ -93,8 +100,12 @@ class ErrorControlledEngine(Engine):
         name = type(self).__name__
         if self.tolerance is not None and not MIN_STEP_TOLERANCE <= self.tolerance < 1:
             raise MechanismError(f"{name}.tolerance must lie between {MIN_STEP_TOLERANCE:g} and 1; got {self.tolerance!r}")
-        if self.max_steps < 1:
+        if self.max_steps is not None and self.max_steps < 1:
             raise MechanismError(f"{name}.max_steps must be at least 1; got {self.max_steps!r}")
+
+    def step_limit(self, scene: Scene) -> int:
+        """Return the largest number of steps of one run of a scene."""
+        return self.max_steps or int(self.settings.max_step_work / (JOINTS_OF_FIXED_WORK + len(scene.mechanism.joints)))
 
 
 class CertifiedRunner(Runner):
@@ -102,7 +113,7 @@ class CertifiedRunner(Runner):
 
     def __init__(self, engine: ErrorControlledEngine, request: RunRequest, evaluator: ReadingEvaluator) -> None:
         super().__init__(engine.name, asdict(engine), request, evaluator)
-        self.engine = engine
+        self.engine, self.max_steps = engine, engine.step_limit(evaluator.scene)
 
     @abstractmethod
     def run_once(self, tolerance: float, is_comparison: bool = False) -> RunResult:
@@ -131,12 +142,15 @@ class CertifiedRunner(Runner):
         accuracy, n_stagnant = self.request.accuracy, 0
         tolerance = initial_tolerance(accuracy)
         best = self.run_certified(tolerance)
+        if best.outcome is Outcome.STEP_LIMIT:
+            return best
         # After enough runs without improvement the error is rounding, not discretisation.
         while (error := best.error_estimate or 0.0) > accuracy and n_stagnant < self.engine.settings.max_stagnant_runs:
-            # With a smaller reduction the estimate may fail to improve merely by the chance of the step sizes.
-            tolerance *= min(max(0.5 * accuracy / error, 1e-3), 1 / COMPARISON_TOLERANCE_RATIO)
-            if tolerance < MIN_STEP_TOLERANCE:
+            if tolerance == MIN_STEP_TOLERANCE:
                 break
+            # With a smaller reduction the estimate may fail to improve merely by the chance of the step sizes.
+            reduction = min(max(0.5 * accuracy / error, 1e-3), 1 / COMPARISON_TOLERANCE_RATIO)
+            tolerance = max(reduction * tolerance, MIN_STEP_TOLERANCE)
             better = self.run_certified(tolerance)
             is_improvement = (better.error_estimate or error) < error and better.n_reached >= best.n_reached
             best, n_stagnant = (better, 0) if is_improvement else (best, n_stagnant + 1)
@@ -159,4 +173,6 @@ def describe_end(status: IntegrationStatus, time_text: str, max_steps: int) -> t
         return None, ""
     if status in (IntegrationStatus.STIFF, IntegrationStatus.STALLED):
         return Outcome.STIFF if status == IntegrationStatus.STIFF else Outcome.STALLED, f"at {time_text}"
+    if status == IntegrationStatus.OUT_OF_RANGE:
+        return Outcome.LEFT_RANGE, f"a body flies away, at {time_text}"
     return Outcome.STEP_LIMIT, f"max_steps = {max_steps} reached at {time_text}"

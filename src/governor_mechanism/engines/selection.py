@@ -46,7 +46,10 @@ class ReducedWithFallback(ReducedEngine):
     """The reduced engine, replaced by multibody where its coordinate cannot continue or its accuracy is missed."""
 
     def _run(self, scene: Scene, request: RunRequest) -> Trajectory:
-        reduced_result = super()._run(scene, request)
+        try:
+            reduced_result = super()._run(scene, request)
+        except MechanismError as error:
+            return MultibodyEngine().run(scene, **vars(request) | {"reason": str(error)})
         if reduced_result.outcome not in FALLBACK_OUTCOMES:
             return reduced_result
         fallback_reason = f"reduced could not complete the run: {reduced_result.message}"

@@ -31,8 +31,10 @@ therefore placed so that the change point falls into the widest gap between stag
 the change point is repeated with another length.
 """
 
-BELOW_DOMAIN, ABOVE_DOMAIN, FAR_OUTSIDE_DOMAIN = -1.0, -2.0, -3.0
-"""Qualities of a stage that leaves the domain of the equation, and of one so far outside that a shorter step may stay inside."""
+BELOW_DOMAIN, ABOVE_DOMAIN, FAR_OUTSIDE_DOMAIN, OUT_OF_RANGE = -1.0, -2.0, -3.0, -4.0
+"""Qualities of a stage that leaves the domain of the equation, of one so far outside that a shorter step may stay inside, and of the end of
+a step at which the integration ends.
+"""
 
 STAGE_GAP_FRACTION = 0.466
 """Middle of the widest gap between the stage nodes, as a fraction of the step."""
@@ -237,6 +239,8 @@ def make_dop853(functions: EquationFunctions[Equation]) -> Integration[Equation]
             copy_array(state[:n_integrated], stages.next_state[:n_integrated])
             copy_array(stages.derivatives[:, 0], stages.next_derivative[:, 0])
             t = t_next
+            if next_quality < 0.0:
+                return _domain_status(next_quality), step, n_reached, t
             if fraction <= 1.0:
                 return IntegrationStatus.EVENT, step, n_reached, t
             if has_events:
@@ -257,6 +261,8 @@ def make_dop853(functions: EquationFunctions[Equation]) -> Integration[Equation]
 @jit_in_place
 def _domain_status(quality: float) -> IntegrationStatus:
     """Return how an integration ends at a stage outside the domain."""
+    if quality == OUT_OF_RANGE:
+        return IntegrationStatus.OUT_OF_RANGE
     return IntegrationStatus.BELOW_TABLE if quality == BELOW_DOMAIN else IntegrationStatus.ABOVE_TABLE
 
 

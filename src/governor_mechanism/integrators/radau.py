@@ -34,6 +34,8 @@ class RadauIntegrator:
         Scale of every component of the state, as in `integrate_multibody`.
     constraint_tolerance
         Largest constraint violation, m.
+    max_distance
+        Distance from the origin beyond which a body has flown away, m.
 
     Attributes
     ----------
@@ -43,8 +45,10 @@ class RadauIntegrator:
         Number of accepted steps.
     """
 
-    def __init__(self, system: System, workspace: SystemWorkspace, error_scale: FloatArray, constraint_tolerance: float) -> None:
-        self._system, self._workspace = system, workspace
+    def __init__(
+        self, system: System, workspace: SystemWorkspace, error_scale: FloatArray, constraint_tolerance: float, max_distance: float
+    ) -> None:
+        self._system, self._workspace, self._max_distance = system, workspace, max_distance
         self._error_scale, self._constraint_tolerance = error_scale, constraint_tolerance
         self._n_bodies = len(system.bodies)
         self.n_evaluations = self.n_steps = 0
@@ -88,6 +92,8 @@ class RadauIntegrator:
                 t, step = solver.t, solver.step_size or step
                 state[:] = self._expand_state(t, solver.y)
                 self._poses = state[: 3 * self._n_bodies].reshape(-1, 3).copy()
+                if np.max(np.abs(self._poses[:, :2])) > self._max_distance:
+                    return IntegrationStatus.OUT_OF_RANGE, step, n_reached
                 if self._is_ill_conditioned():
                     break
         return IntegrationStatus.DONE, step, n_reached

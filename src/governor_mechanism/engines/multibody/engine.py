@@ -61,7 +61,7 @@ class MultibodyRunner(CertifiedRunner):
     def __init__(self, engine: MultibodyEngine, scene: Scene, request: RunRequest) -> None:
         initial_motion = initial_state(scene)
         super().__init__(engine, request, ReadingEvaluator(scene, initial_motion[0]))
-        self.integrator = ConstrainedIntegrator(self.evaluator, initial_motion, request.times, engine.max_steps, engine.settings)
+        self.integrator = ConstrainedIntegrator(self.evaluator, initial_motion, request.times, self.max_steps, engine.settings)
 
     def run_once(self, tolerance: float, is_comparison: bool = False) -> RunResult:
         """Run once; a comparison run may take steps twice as long."""
@@ -75,7 +75,7 @@ class MultibodyRunner(CertifiedRunner):
         n_kept = len(history.times)
         if status == IntegrationStatus.DONE and len(time_grid.reported_indices) < len(self.request.times):
             status = IntegrationStatus.STEP_LIMIT
-        outcome, detail = describe_end(status, f"t = {time_grid.monitor_times[n_kept - 1]:.6g} s", self.engine.max_steps)
+        outcome, detail = describe_end(status, f"t = {time_grid.monitor_times[n_kept - 1]:.6g} s", self.max_steps)
         range_exit = self.evaluator.find_first_out_of_range(history.poses)
         if range_exit is not None:
             n_kept, outcome = range_exit[0], Outcome.LEFT_RANGE

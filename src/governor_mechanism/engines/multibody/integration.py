@@ -2,7 +2,14 @@
 
 from typing import NamedTuple
 
-from governor_mechanism.integrators.dop853 import NEAR_SINGULAR_QUALITY, EquationFunctions, StepBuffers, StepLimits, make_dop853
+from governor_mechanism.integrators.dop853 import (
+    NEAR_SINGULAR_QUALITY,
+    OUT_OF_RANGE,
+    EquationFunctions,
+    StepBuffers,
+    StepLimits,
+    make_dop853,
+)
 from governor_mechanism.integrators.event_location import EventStep
 from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.status import IntegrationStatus
@@ -33,6 +40,8 @@ class MultibodyEquation(NamedTuple):
         Local cubics of the input functions and their integrals; shape (functions, 5).
     constraint_tolerance
         Largest constraint violation left by the projection, m.
+    max_distance
+        Distance from the origin beyond which a body has flown away, m.
     derivative
         Buffer; shape (components,).
     projected_state
@@ -45,6 +54,7 @@ class MultibodyEquation(NamedTuple):
     workspace: SystemWorkspace
     input_cubics: FloatArray
     constraint_tolerance: float
+    max_distance: float
     derivative: FloatArray
     projected_state: FloatArray
     counts: IntArray
@@ -84,7 +94,11 @@ def _finish_step(equation: MultibodyEquation, local_time: float, quality: float,
     copy_array(stages.next_state, stages.end)
     is_regular = quality > NEAR_SINGULAR_QUALITY
     _project_to(equation, local_time, stages.next_state, 1.0 if is_regular else SINGULAR_CONSTRAINT_TOLERANCE_RATIO)
-    return _evaluate(equation, local_time, stages.next_state, stages.next_derivative, 0)
+    quality = _evaluate(equation, local_time, stages.next_state, stages.next_derivative, 0)
+    for k in range(equation.system.bodies.size):
+        if not abs(stages.next_state[3 * k]) + abs(stages.next_state[3 * k + 1]) <= equation.max_distance:
+            return OUT_OF_RANGE
+    return quality
 
 
 @jit_in_place

@@ -1,5 +1,6 @@
 """Integrate one scene over its monitor times at a given tolerance: explicitly, and implicitly once it becomes stiff."""
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -40,6 +41,10 @@ class MultibodySettings(ErrorControlSettings):
     ----------
     constraint_tolerance_ratio
         Constraint tolerance of the projection as a fraction of the length scale: rounding.
+    max_distance_ratio
+        Distance from the origin, in length scales, beyond which a body has flown away: rounding exceeds the accuracy there.
+    implicit_step_cost
+        Number of explicit steps that take as long as an implicit one, in the count of `max_steps`.
     max_exit_bisections
         Bisections between two monitor times to locate where a motion leaves its range: to rounding.
     restart_step_ratio
@@ -51,6 +56,8 @@ class MultibodySettings(ErrorControlSettings):
     """
 
     constraint_tolerance_ratio: float = 1e-14
+    max_distance_ratio: float = 1e6
+    implicit_step_cost: float = 30.0
     max_exit_bisections: int = 40
     restart_step_ratio: float = 0.04
     event_time_tolerance: float = 1e-13
@@ -92,6 +99,7 @@ class ConstrainedIntegrator:
         self.output_force_counts = np.zeros(SLIDING_FRICTION + 1, dtype=np.int64)
         """Evaluations of output forces by law, as in `count_output_forces`."""
         self.constraint_tolerance = settings.constraint_tolerance_ratio * evaluator.mechanism.length_scale
+        self.max_distance = settings.max_distance_ratio * evaluator.mechanism.length_scale
         self.initial_state = self._make_initial_state(*lowering.from_mass_centres(self.system, *initial_motion))
         self.error_scale = self._make_error_scale()
         self.scene_contacts, self._min_stiff_steps = None, MIN_STEPS_TO_SWITCH + MIN_STEPS_TO_SWITCH_PER_STATE * self.error_scale.size
@@ -120,17 +128,18 @@ class ConstrainedIntegrator:
             contacts.start(state, self.input_cubics(0.0))
         run, status = ExplicitRun(self, limits, state, 0.0, times), IntegrationStatus.DONE
         radau: RadauIntegrator | None = None
+        max_implicit_steps = math.ceil(self.max_steps / self.settings.implicit_step_cost)
         for start, end in pairwise(self.breakpoints.tolist()):
             run.time = start
             if radau is None:
                 status = run.integrate(end)
             if status == IntegrationStatus.STIFF:
-                radau = RadauIntegrator(*self.model, self.error_scale, self.constraint_tolerance)
+                radau = RadauIntegrator(*self.model, self.error_scale, self.constraint_tolerance, self.max_distance)
                 self.stiffness_onset, status = min(self.stiffness_onset, run.time), IntegrationStatus.DONE
             if radau is not None:
                 rows, span = run.rows_until(end), (run.time, end)
                 status, run.step, n_reached = radau.integrate(
-                    self.input_cubics(start), span, start, times[rows], state, tolerance, self.max_steps, run.states[rows]
+                    self.input_cubics(start), span, start, times[rows], state, tolerance, max_implicit_steps, run.states[rows]
                 )
                 run.n_filled += n_reached
             if status != IntegrationStatus.DONE:
@@ -253,7 +262,7 @@ class ExplicitRun:
         n_states, event_tolerances = len(self.state), system.event_functions["tolerance"].copy()
         buffers = make_step_buffers(n_states, n_states, context.error_scale, event_tolerances, self.counts)
         cubics, gap = context.input_cubics(self.time), context.constraint_tolerance
-        equation = MultibodyEquation(system, workspace, cubics, gap, *self._buffers, self.counts)
+        equation = MultibodyEquation(system, workspace, cubics, gap, context.max_distance, *self._buffers, self.counts)
         limits, outputs = self._limits._replace(step=self.step, max_step=max_step), self.states[rows]
         status, self.step, n_reached, self.time = integrate_multibody(
             equation, buffers, (self.time, end), self._output_times[rows], self.state, limits, outputs

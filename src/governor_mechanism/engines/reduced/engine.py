@@ -93,7 +93,7 @@ class ReducedRunner(CertifiedRunner):
     def __init__(self, engine: ReducedEngine, scene: Scene, request: RunRequest) -> None:
         initial_motion, self.settings = initial_state(scene), engine.settings
         super().__init__(engine, request, ReadingEvaluator(scene, initial_motion[0]))
-        self._make_run = partial(ReducedRun, self.evaluator, initial_motion, engine.max_steps, engine.settings)
+        self._make_run = partial(ReducedRun, self.evaluator, initial_motion, self.max_steps, engine.settings)
         self._reduced_runs: dict[float, ReducedRun] = {}
 
     def compile_kernels(self) -> None:
@@ -124,7 +124,7 @@ class ReducedRunner(CertifiedRunner):
         self.setup_time = sum(one.motion_table.setup_time for one in self._reduced_runs.values())
         reported_states = reduced_run.state_history(solution)
         time_text = f"t = {solution.end_time:.9g} s"
-        outcome, detail = describe_end(solution.status, time_text, self.engine.max_steps)
+        outcome, detail = describe_end(solution.status, time_text, self.max_steps)
         if solution.status == IntegrationStatus.TABLE_ENDED:
             is_at_limit, message = reduced_run.motion_table.end_message(solution.side)
             outcome = Outcome.LEFT_RANGE if is_at_limit else Outcome.DEAD_CENTRE

@@ -27,6 +27,9 @@ ASSEMBLY_TOLERANCE = 1e-13
 TURNING_POINT_OFFSET = 1e-3
 """Distance from a turning point of an output, in length scales and rad, below which the guess is moved off it, and by how much."""
 
+MAX_ACCELERATION_RESIDUAL = 1e-6
+"""Part of the accelerations that the joints demand and cannot have, relative to them, above which the velocities lie on no branch."""
+
 MAX_NEWTON_STEP = 0.3
 """Largest Newton step, in length scales and rad; near a turning point longer steps can cycle without converging."""
 
@@ -179,7 +182,21 @@ class PositionSolver:
         rhs_scale = max(float(np.max(np.abs(rhs), initial=0.0)), 1e-300)
         if np.max(np.abs(residual), initial=0.0) > 1e-9 * rhs_scale:
             raise MechanismError(self._contradiction_message(residual, list(rates)))
-        return self.expand_free(free_velocities)
+        velocities = self.expand_free(free_velocities)
+        self._require_accelerations(poses, velocities)
+        return velocities
+
+    def _require_accelerations(self, poses: FloatArray, velocities: FloatArray) -> None:
+        """Raise an error if no accelerations keep the joints closed at velocities (bodies, 3), as on no branch at a change point."""
+        scaled_jacobian, gamma = self.scaled_joint_jacobian(poses), self.equations.gamma(poses, velocities, self.time)
+        gamma /= self.mechanism.length_scale
+        residual = scaled_jacobian @ least_norm_solution(scaled_jacobian, gamma) - gamma
+        if np.max(np.abs(residual), initial=0.0) > MAX_ACCELERATION_RESIDUAL * np.max(np.abs(gamma), initial=0.0):
+            name = self.equations.joints[self.equations.joint_indices[int(np.argmax(np.abs(residual)))]].name
+            raise MechanismError(
+                f"the start is a change point, where motion branches, and joint {name!r} would open on the motion that the rates of the "
+                "start begin; give rates of more readings, so that they choose a branch, or start beside the change point"
+            )
 
     def _move_off_turning_point(self, poses: FloatArray, values: Mapping[str, float]) -> FloatArray:
         """Return poses slightly moved along the motion if the only output to be changed is at a turning point there."""
