@@ -62,12 +62,12 @@ def timer():
 
 @pytest.fixture(scope="module")
 def study(timer):
-    return run_accuracy_study(shortened("porter", 1.0), max_time=0.15, timer=timer)
+    return run_accuracy_study(shortened("porter", 1.0), max_time=0.08, timer=timer)
 
 
 @pytest.fixture(scope="module")
 def frictional(timer):
-    return run_accuracy_study(shortened("porter_dry_friction", 1.0), max_time=0.15, timer=timer)
+    return run_accuracy_study(shortened("porter_dry_friction", 1.0), max_time=0.08, timer=timer)
 
 
 def test_every_variant_of_every_engine_is_measured_with_errors_and_times(study):
@@ -249,7 +249,7 @@ def test_a_scene_that_ends_early_is_compared_as_closely_as_any(timer):
 
 def test_a_stiff_joint_solver_gets_more_iterations_before_it_is_given_up(timer):
     """Seven bodies and ten pins: twenty iterations never close them, whatever the step."""
-    squeezer = run_accuracy_study(gm.load("andrews_squeezer"), 0.15, timer=timer)
+    squeezer = run_accuracy_study(gm.load("andrews_squeezer"), 0.08, timer=timer)
     staggered = squeezer.variant("impulse staggered")
     assert staggered.best_point.max_error < 0.1
     assert "iterations" in staggered.best_point.setting
