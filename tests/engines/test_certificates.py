@@ -44,7 +44,7 @@ MAX_ERROR_RATIO = 3.0
 MAX_UNJUDGED = {"reduced": 2, "multibody": 3}
 """Largest number of runs in a group whose references disagree; in all scenes they are 2 and 3."""
 
-N_SMOOTH_SCENES = 38
+N_SMOOTH_SCENES = 28
 """Number of scenes of which impulse runs those without contacts: with contacts it takes seconds, sometimes minutes."""
 
 PLAIN_SCENE, IMPACT_SCENE = 0, 16

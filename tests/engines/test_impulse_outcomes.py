@@ -182,7 +182,7 @@ def test_joints_that_do_not_close_end_the_run():
 
 
 def test_an_accuracy_out_of_reach_is_not_claimed():
-    run = ImpulseEngine(max_steps=20_000).run(porter(), accuracy=1e-15)
+    run = ImpulseEngine(max_steps=5_000).run(porter(), accuracy=1e-15)
     assert run.outcome is Outcome.ACCURACY_MISSED
     assert run.error_estimate > 1e-15
 

@@ -50,7 +50,7 @@ def test_torque_of_a_speed_ramp_raises_the_arms_and_accelerates_the_parts(engine
 @pytest.mark.parametrize("engine", ENGINES)
 def test_velocities_at_a_jump_of_the_speed_are_correct(engine):
     jump = Spindle(times=(0.0, 0.5, 0.5), speeds=(12.0, 12.0, 14.0))
-    run = engine().run(governor_scene(PORTER, speed=jump, angle=0.7, output_interval=0.25, accuracy=1e-8))
+    run = engine().run(governor_scene(PORTER, speed=jump, angle=0.7, duration=1.0, output_interval=0.25, accuracy=1e-8))
     _, rates = integrate_one_coordinate(run.scene, run.times)
     assert run.times[2] == 0.5
     assert run.outcome is Outcome.DONE

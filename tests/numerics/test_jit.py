@@ -21,6 +21,7 @@ import gc, json
 import governor_mechanism as gm
 from numba.core.runtime import rtsys
 
+gc.freeze()  # what is loaded by now need not be searched
 counts = {}
 for model in ("porter_dry_friction", "slider_crank_torque", "four_bar_chain"):
     for engine in ("reduced", "multibody", "impulse"):

@@ -94,8 +94,10 @@ def test_only_listed_effects_are_drawn(name):
     assert bare - shown == ({"link"} if "rod" in expected_roles else set())
 
 
-@pytest.mark.parametrize("case", ["porter", "crossed", "extended", "uncrossed links"])
-@pytest.mark.parametrize("name", ["all", *LISTED])
+CASES = ("porter", "crossed", "extended", "uncrossed links")
+
+
+@pytest.mark.parametrize(("name", "case"), [*itertools.product(["all"], CASES), *zip(LISTED, itertools.cycle(CASES), strict=False)])
 def test_all_shapes_stay_within_the_view_and_keep_their_types(case, name):
     effects = EVERYTHING if name == "all" else LISTED[name][0]
     impacts = [Event(time=0.3, kind="strikes its stop", subject=each.reading) for each in effects

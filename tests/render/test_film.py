@@ -141,28 +141,23 @@ def test_a_gif_shows_the_frames(shown_and_painted):
 
 def test_equal_runs_give_equal_films(tmp_path):
     first, second = (fake_run(GOVERNOR_DIMENSIONS["crossed"], duration=0.2) for _ in range(2))
-    for one, other in zip(paint_frames(first, slow_down=1), paint_frames(second, slow_down=1), strict=True):
-        assert_array_equal(one, other)
     write_film(first, tmp_path / "first.gif", slow_down=1)
     write_film(second, tmp_path / "second.gif", slow_down=1)
     assert (tmp_path / "first.gif").read_bytes() == (tmp_path / "second.gif").read_bytes()
 
 
-@pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
-def test_an_exception_leaves_no_file_and_keeps_the_old_one(tmp_path, porter, error):
+@pytest.mark.parametrize(("error", "old"), [(KeyboardInterrupt, None), (RuntimeError, b"old")])
+def test_an_exception_leaves_no_file_and_keeps_the_old_one(tmp_path, porter, error, old):
     def stop(done, total):
         if done > total // 2:
             raise error
 
+    path = tmp_path / "a.gif"
+    if old:
+        path.write_bytes(old)
     with pytest.raises(error):
-        write_film(porter, tmp_path / "new.gif", frames_per_second=5, progress=stop)
-    assert list(tmp_path.iterdir()) == []
-    old = tmp_path / "old.gif"
-    old.write_bytes(b"old")
-    with pytest.raises(error):
-        write_film(porter, old, frames_per_second=5, progress=stop)
-    assert [path.name for path in tmp_path.iterdir()] == ["old.gif"]
-    assert old.read_bytes() == b"old"
+        write_film(porter, path, frames_per_second=5, progress=stop)
+    assert [one.read_bytes() for one in tmp_path.iterdir()] == ([old] if old else [])
 
 
 def test_films_do_not_import_pyplot():

@@ -30,7 +30,7 @@ def as_unknown(part: Part) -> Part:
 @pytest.fixture(scope="module", params=[(name, known) for name in GOVERNOR_DIMENSIONS for known in (True, False)], ids=str)
 def drawn(request):
     name, known = request.param
-    run = fake_run(GOVERNOR_DIMENSIONS[name], duration=2.0, output_interval=0.02, mean_angle=30.0)
+    run = fake_run(GOVERNOR_DIMENSIONS[name], duration=2.0, output_interval=0.05, mean_angle=30.0)
     part = run.scene.part
     return run, drawing_of(run, part if known else as_unknown(part))
 
@@ -125,7 +125,8 @@ def test_the_pointer_shows_the_lift_on_the_scale(name):
 def test_nothing_passes_over_the_scale(name, middle, swing):
     run = fake_run(
         GOVERNOR_DIMENSIONS[name] | ({"link": 0.45} if "link" in GOVERNOR_DIMENSIONS[name] else {}),
-        duration=4.0,
+        duration=2.0,
+        output_interval=0.02,
         mean_angle=middle,
         amplitude=swing,
     )

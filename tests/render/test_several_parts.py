@@ -82,14 +82,14 @@ def test_every_part_has_a_panel_and_its_first_reading_a_plot(run):
 
 
 def test_a_film_of_one_part_is_as_wide_as_any_other(run, tmp_path):
-    frames, _ = decode_film(gm.film(run, tmp_path / "one.gif", part="governor", stop=0.1))
+    frames, _ = decode_film(gm.film(run, tmp_path / "one.gif", part="governor", stop=0.1, slow_down=1))
     assert frames.shape[1:] == (480, 480, 3)
     with pytest.raises(MechanismError, match="Did you mean 'governor'"):
         gm.film(run, tmp_path / "none.gif", part="govenor")
 
 
 def test_two_runs_of_several_parts_share_their_panels(run, tmp_path):
-    path = gm.film([run, run], tmp_path / "two.gif", titles=("a", "b"), stop=0.1)
+    path = gm.film([run, run], tmp_path / "two.gif", titles=("a", "b"), stop=0.1, slow_down=1)
     assert path.stat().st_size > 0
     alone = gm.run("porter", accuracy=1e-4, certify=False, times=run.times)
     with pytest.raises(MechanismError, match="equally many parts"):

@@ -62,12 +62,12 @@ def timer():
 
 @pytest.fixture(scope="module")
 def study(timer):
-    return run_accuracy_study(shortened("porter", 2.0), max_time=0.3, timer=timer)
+    return run_accuracy_study(shortened("porter", 1.0), max_time=0.08, timer=timer)
 
 
 @pytest.fixture(scope="module")
 def frictional(timer):
-    return run_accuracy_study(shortened("porter_dry_friction", 2.0), max_time=0.3, timer=timer)
+    return run_accuracy_study(shortened("porter_dry_friction", 1.0), max_time=0.08, timer=timer)
 
 
 def test_every_variant_of_every_engine_is_measured_with_errors_and_times(study):
@@ -135,7 +135,7 @@ def test_an_order_is_fitted_to_decreasing_errors_above_the_resolution(study):
 def test_a_measured_error_is_that_of_a_repeated_run(study):
     """The engine of a point, run as anyone runs it, against multibody at its own tight tolerance."""
     point = study.variant("impulse staggered").points[0]
-    times = np.linspace(0.0, 2.0, study.n_samples)
+    times = np.linspace(0.0, 1.0, study.n_samples)
     scene = study.scene
     again = gm.run(scene, point.engine, times=times, certify=False)
     true = MultibodyEngine(tolerance=1e-13).run(scene, times=times, certify=False)
@@ -249,7 +249,7 @@ def test_a_scene_that_ends_early_is_compared_as_closely_as_any(timer):
 
 def test_a_stiff_joint_solver_gets_more_iterations_before_it_is_given_up(timer):
     """Seven bodies and ten pins: twenty iterations never close them, whatever the step."""
-    squeezer = run_accuracy_study(gm.load("andrews_squeezer"), 0.3, timer=timer)
+    squeezer = run_accuracy_study(gm.load("andrews_squeezer"), 0.08, timer=timer)
     staggered = squeezer.variant("impulse staggered")
     assert staggered.best_point.max_error < 0.1
     assert "iterations" in staggered.best_point.setting

@@ -26,6 +26,12 @@ def zehnder(arm_angle, arm, offset, ball_mass, sleeve_mass, gravity):
     return math.sqrt(gravity * load * math.tan(arm_angle) / (offset + arm * math.sin(arm_angle)))
 
 
+def shortened(name):
+    """Return a shipped scene, of which 4 s are compared: a few oscillations, or two turns."""
+    scene = gm.load(name)
+    return replace(scene, run=replace(scene.run, duration=min(scene.run.duration, 4.0)))
+
+
 CHECKED = [name for name in shipped_scenes() if gm.load(name).parts[0].machine in CHECKS]
 
 # Free spindles have no equilibrium speed; with clearance, friction or stops motion has no closed form, and with a program of
@@ -46,7 +52,7 @@ FEWER = {
 
 @pytest.mark.parametrize("name", CHECKED)
 def test_every_shipped_scene_agrees_with_its_closed_form(name):
-    report = gm.crosscheck(name)
+    report = gm.crosscheck(shortened(name))
     assert report.passed, str(report)
     assert len(report.rows) >= FEWER.get(name, 8)
 

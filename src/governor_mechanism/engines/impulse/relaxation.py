@@ -83,8 +83,7 @@ def relax_to_equilibrium(scene: Scene, start: float, settings: RelaxationSetting
     poses = PositionSolver(mechanism).solve_at_coordinate(start)
     follow_springs(poses)
     model.start(poses, np.zeros_like(poses), time_inputs.start_inputs(h))
-    inputs = time_inputs.constant_inputs(h)
-    max_energy, steps_since_stop = 0.0, 0
+    inputs, max_energy, steps_since_stop = time_inputs.constant_inputs(h), 0.0, 0
     for _ in range(settings.max_steps):
         energy = model.kinetic_energy()
         if steps_since_stop > N_JOINT_RECOVERY_STEPS and energy < max_energy:  # just past the maximum, which is at the equilibrium
@@ -98,7 +97,8 @@ def relax_to_equilibrium(scene: Scene, start: float, settings: RelaxationSetting
         if steps_since_stop >= N_JOINT_RECOVERY_STEPS:
             max_energy = max(max_energy, energy)
         steps_since_stop += 1
-        follow_springs(present_poses())
+        if one_sided:
+            follow_springs(present_poses())
         model.step(inputs)
     raise RunFailed(
         f"released at {mechanism.coordinate} = {start:.6g}, the mechanism did not come to rest; "
