@@ -141,12 +141,10 @@ class CertifiedRunner(Runner):
         """
         accuracy, n_stagnant = self.request.accuracy, 0
         tolerance = initial_tolerance(accuracy)
-        best = self.run_certified(tolerance)
-        if best.outcome is Outcome.STEP_LIMIT:
-            return best
+        best = better = self.run_certified(tolerance)
         # After enough runs without improvement the error is rounding, not discretisation.
         while (error := best.error_estimate or 0.0) > accuracy and n_stagnant < self.engine.settings.max_stagnant_runs:
-            if tolerance == MIN_STEP_TOLERANCE:
+            if tolerance == MIN_STEP_TOLERANCE or better.outcome is Outcome.STEP_LIMIT:
                 break
             # With a smaller reduction the estimate may fail to improve merely by the chance of the step sizes.
             reduction = min(max(0.5 * accuracy / error, 1e-3), 1 / COMPARISON_TOLERANCE_RATIO)

@@ -57,7 +57,7 @@ class MultibodySettings(ErrorControlSettings):
 
     constraint_tolerance_ratio: float = 1e-14
     max_distance_ratio: float = 1e6
-    implicit_step_cost: float = 30.0
+    implicit_step_cost: float = 100.0
     max_exit_bisections: int = 40
     restart_step_ratio: float = 0.04
     event_time_tolerance: float = 1e-13

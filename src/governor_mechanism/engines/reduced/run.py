@@ -51,6 +51,7 @@ class ReducedSettings(ErrorControlSettings):
         Distance from the end of the table at which it is reached, relative to the coordinate and to its scale: rounding.
     """
 
+    max_step_work: float = 3e7
     comparison_width_ratio: float = 0.7
     max_monitor_travel: float = 0.5
     max_monitor_times: int = 200_000
