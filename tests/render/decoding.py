@@ -28,3 +28,10 @@ def paint_frames(run, slow_down=None):
     data = [FrameData(run, part, span, times, slow_factor) for part in run.scene.parts]
     painter = SideBySidePainter([run], None, [data], 480)
     return [painter.paint(k)[..., :3] for k in range(len(times))]
+
+
+def pixel_of(view, x, y):
+    """Return column and row of the point (x, y) (m) in a view; whole numbers are the middles of pixels, row 0 is the top."""
+    left, top, right, bottom = view.rect
+    column, row = (left + right) / 2 - 0.5, (top + bottom) / 2 - 0.5
+    return column + (x - view.x) * view.scale, row - (y - view.y) * view.scale

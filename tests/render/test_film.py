@@ -20,7 +20,7 @@ from governor_mechanism.render.film.layout import ELEVATION_RECT
 from governor_mechanism.render.film.writer import schedule_frames, write_film
 from governor_mechanism.render.number_format import format_closing_lines
 from governor_mechanism.render.style import FILM_COLOURS, PAPER, ROLE_STYLES, parse_rgb
-from render.decoding import decode_film, paint_frames
+from render.decoding import decode_film, paint_frames, pixel_of
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 
@@ -89,7 +89,7 @@ def test_the_ball_is_drawn_at_its_position(name):
     times, _ = schedule_frames(0.0, 1.0, 5)
     painter = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 1.0), times)])
     view = painter.view
-    middle = round(view.pixel_of(0.0, 0.0)[0])
+    middle = round(pixel_of(view, 0.0, 0.0)[0])
     colours = [
         parse_rgb(colour)
         for role in ("ball", "ball shine")
@@ -101,7 +101,7 @@ def test_the_ball_is_drawn_at_its_position(name):
         differences = [np.abs(machine.astype(int) - colour).max(axis=2) for colour in colours]
         rows, columns = np.nonzero(np.min(differences, axis=0) < 32)  # blended edges too
         x, y = run.poses[round(times[k] / 0.04), 0, :2]
-        column, row = view.pixel_of(x, y)
+        column, row = pixel_of(view, x, y)
         # Half of the mask belongs to the left ball.
         right = columns > middle
         assert np.hypot(columns[right].mean() - column, rows[right].mean() - row) < 1.5

@@ -19,6 +19,7 @@ from governor_mechanism.render.geometry.outlines import make_bar, make_hatching
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, TextShape, bounding_box, drawn_ball_radius, round_step
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.registry import MACHINE_DRAWINGS, drawing_of
+from render.decoding import pixel_of
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run, sleeve_height
 
 
@@ -55,12 +56,12 @@ def test_the_view_fits_the_extent_into_its_rectangle_without_distortion():
     view = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 1.0), run.times)]).view
     left, top, right, bottom = view.rect
     x0, x1, y0, y1 = drawing_of(run, run.scene.part).bounds
-    corners = [view.pixel_of(x, y) for x in (x0, x1) for y in (y0, y1)]
+    corners = [pixel_of(view, x, y) for x in (x0, x1) for y in (y0, y1)]
     # Pixel numbers count middles of pixels, so the edge of a rectangle is half a pixel beyond the last one.
     assert all(left - 0.5 - 1e-9 <= column <= right - 0.5 + 1e-9 for column, _ in corners)
     assert all(top - 0.5 - 1e-9 <= row <= bottom - 0.5 + 1e-9 for _, row in corners)
-    across, upward = view.pixel_of(1.0, 0.0)[0] - view.pixel_of(0.0, 0.0)[0], view.pixel_of(0.0, 0.0)[1]
-    assert across == pytest.approx(upward - view.pixel_of(0.0, 1.0)[1])
+    across, upward = pixel_of(view, 1.0, 0.0)[0] - pixel_of(view, 0.0, 0.0)[0], pixel_of(view, 0.0, 0.0)[1]
+    assert across == pytest.approx(upward - pixel_of(view, 0.0, 1.0)[1])
 
 
 def test_shapes_keep_their_kinds_and_roles_at_every_pose(drawn):

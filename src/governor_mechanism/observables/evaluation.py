@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_forces_of, potential_derivatives
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.force_elements import spring_potential_energy as spring_potential
 from governor_mechanism.mechanics.dynamics.force_laws import gravitational_energy, spindle_inertia, spindle_inertia_rate
 from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
@@ -252,7 +252,8 @@ class ReadingEvaluator:
             potential += gravitational_energy(body.mass, self.scene.system.gravity[index], history.poses[:, index, 1])
         potential += spring_potential(self.mechanism, history.poses)
         for effect in output_forces_of(self.scene):
-            potential += potential_derivatives(effect, evaluate_output_value(self.mechanism, effect.reading, history.poses))[0]
+            value = evaluate_output_value(self.mechanism, effect.reading, history.poses)
+            potential += np.where(value < effect.slack_below, 0.0, effect.potential(effect.coefficients, value)[0])
         for index, plane in enumerate(self.planes):
             if plane.is_loaded:
                 own_inertia = self.mechanism.bodies[self._shaft_indices[index]].planar_inertia if plane.has_reaction else 0.0

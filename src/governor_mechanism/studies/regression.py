@@ -42,9 +42,9 @@ def run_uncertified(scene: Scene) -> Trajectory:
     return run
 
 
-def fit_slope(x: FloatArray, y: FloatArray, covariate: FloatArray | None = None) -> FittedParameter:
-    """Return the slope of a least-squares line y(x), shape (n,) each, optionally with a multiple of a covariate (n,)."""
-    design_matrix = np.column_stack([x, np.ones_like(x), *([] if covariate is None else [covariate])])
+def fit_slope(x: FloatArray, y: FloatArray) -> FittedParameter:
+    """Return the slope of a least-squares line y(x), shape (n,) each."""
+    design_matrix = np.column_stack([x, np.ones_like(x)])
     degrees_of_freedom = len(x) - design_matrix.shape[1]
     if degrees_of_freedom < 1:
         return FittedParameter(value=math.nan, standard_error=math.nan)

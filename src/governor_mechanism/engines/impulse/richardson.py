@@ -15,7 +15,6 @@ from governor_mechanism.engines.impulse.run import integrate_over_grid
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.engines.initial_state import part_initial_state
 from governor_mechanism.integrators.time_grid import TimeGrid, make_time_grid
-from governor_mechanism.mechanics.dynamics.characteristic_scales import max_fluctuation_rate
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome
@@ -70,9 +69,10 @@ class RichardsonRefinement(Runner):
         settings, times, time_scale = self.settings, self.request.times, self.evaluator.time_scale
         step, max_step = settings.step, math.inf  # a given step is used as it is
         if step is None:
-            # A step as long as cycles of an input would not see it.
-            fluctuation_rate = max_fluctuation_rate(self.evaluator.scene)
-            max_step = min(settings.monitor_interval * time_scale, 1 / fluctuation_rate if fluctuation_rate else math.inf)
+            # A step as long as a cycle of the spindle speed would not see it.
+            speeds = [plane.given_speed for plane in self.evaluator.planes if plane.given_speed and plane.given_speed.speed_fluctuation]
+            rates = [max(map(abs, speed.speeds)) * speed.cycles_per_turn for speed in speeds]
+            max_step = min(settings.monitor_interval * time_scale, *(1 / rate for rate in rates if rate), math.inf)
             step = min(time_scale * (self.request.accuracy / ERROR_AT_UNIT_STEP) ** (1 / 3), max_step)
             # No run within max_steps gets further, so the grid needs no monitor times there.
             times = times[times <= max_step * self._max_coarse_steps()]

@@ -58,23 +58,6 @@ def max_step_scale(scene: Scene) -> float:
     return min(1 / (_max_other_rate(scene) or 1.0), MAX_STEP_SCALE_RATIO * motion_time_scale)
 
 
-def max_fluctuation_rate(scene: Scene) -> float:
-    """Return the largest angular frequency of the fluctuations of given spindle speeds.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    float
-        Angular frequency, rad/s; 0 if no speed fluctuates.
-    """
-    given_speeds = [plane.given_speed for plane in scene.system.planes if plane.given_speed and plane.given_speed.speed_fluctuation]
-    return max((one.cycles_per_turn * max(map(abs, one.speeds)) for one in given_speeds), default=0.0)
-
-
 def _max_spindle_rate(scene: Scene) -> float:
     """Return the largest spindle speed (rad/s), or 0 without centrifugal forces."""
     planes = [plane for plane in scene.system.planes if plane.is_loaded]

@@ -293,25 +293,6 @@ def has_contacts(scene: Scene) -> bool:
     return initial_mode(scene) != ContactMode() or bool(scene.system.breaking_gears)
 
 
-def potential_derivatives(effect: OutputForce, value: FloatArray) -> FloatArray:
-    """Return the potential energy of an effect along a reading, and its derivatives by the reading.
-
-    Parameters
-    ----------
-    effect
-        Effect with a force law.
-    value
-        Values of the reading, m or rad; shape (n,).
-
-    Returns
-    -------
-    FloatArray
-        Energy (J), first and second derivative; zeros where the effect is slack; shape (3, n).
-    """
-    derivatives: FloatArray = np.where(value < effect.slack_below, 0.0, np.array(effect.potential(effect.coefficients, value)))
-    return derivatives
-
-
 def initial_lags(scene: Scene, poses: FloatArray, velocities: FloatArray) -> FloatArray:
     """Return the states of the lags at the start: each lag begins at the value that it follows.
 

@@ -61,7 +61,7 @@ def lower_force_elements(
         if not element.loads and type(element) not in _ELEMENT_LAWS:
             raise TypeError(f"no force law is defined for force elements of type {type(element).__name__}")
         for _ in element.loads:
-            records.append((LOAD, first_row + len(records), True, first_input, -math.inf, pad_coefficients(())))
+            records.append((LOAD, first_row + len(records), True, first_input, -math.inf, pad_coefficients((-1.0,))))
             first_input += 1
         if not element.loads:
             law, coefficients = element_law(element)

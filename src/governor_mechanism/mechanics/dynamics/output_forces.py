@@ -6,6 +6,7 @@ An output row is a constraint row whose residual is the value of an output varia
 import math
 from collections.abc import Callable, Sequence
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,9 @@ MAX_COEFFICIENTS = 4
 """Largest number of coefficients of a force law along an output."""
 
 SLIDING_FRICTION, LOAD = len(FORCE_LAWS), len(FORCE_LAWS) + 1
-"""Indices of Coulomb friction, whose coefficient is the sign of sliding, and of a given load among the laws of output forces."""
+"""Indices of Coulomb friction and of a given load among the laws of output forces. Both are -coefficient * input: that of friction is the
+sign of sliding, that of a load -1.
+"""
 
 OUTPUT_FORCE_DTYPE = np.dtype(
     [
@@ -57,45 +60,27 @@ def output_force_record(effect: OutputForce, output_index: int) -> tuple[int, in
     return FORCE_LAWS.index(type(effect)), output_index, effect.dissipates, -1, effect.slack_below, coefficients
 
 
-@jit_in_place
-def _no_force(law: int, coefficients: FloatArray, value: float, rate: float) -> float:
-    return 0.0
+def _compile_laws(functions: Sequence[Callable[..., Any]]) -> Callable[..., Any]:
+    """Return a kernel that calls the function of a law by its index: a chain of comparisons, which the compiler inlines."""
+    call_first = jit_in_place(functions[0])
+
+    def call_last(law: int, *arguments: Any) -> Any:
+        return call_first(*arguments)
+
+    if len(functions) == 1:
+        return jit_in_place(call_last)
+    call_others = _compile_laws(functions[1:])
+
+    def call(law: int, *arguments: Any) -> Any:
+        return call_first(*arguments) if law == 0 else call_others(law - 1, *arguments)
+
+    return jit_in_place(call)
 
 
-def _compile_force_laws(laws: Sequence[type[OutputForce]]) -> Callable[[int, FloatArray, float, float], float]:
-    """Return a kernel that evaluates the law of an index: a chain of comparisons, which the compiler inlines."""
-    if not laws:
-        return _no_force
-    evaluate_first, evaluate_others = jit_in_place(laws[0].force), _compile_force_laws(laws[1:])
-
-    def evaluate(law: int, coefficients: FloatArray, value: float, rate: float) -> float:
-        return float(evaluate_first(coefficients, value, rate)) if law == 0 else evaluate_others(law - 1, coefficients, value, rate)
-
-    return jit_in_place(evaluate)
-
-
-evaluate_force_law = _compile_force_laws(FORCE_LAWS)
+evaluate_force_law: Callable[[int, FloatArray, float, float], float] = _compile_laws([law.force for law in FORCE_LAWS])
 """Force (N or N m) of a law by its index in `FORCE_LAWS`, its coefficients, and value and rate of the output."""
 
-
-@jit_in_place
-def _no_potential(law: int, coefficients: FloatArray, value: float) -> tuple[float, float, float]:
-    return 0.0, 0.0, 0.0
-
-
-def _compile_potentials(laws: Sequence[type[OutputForce]]) -> Callable[[int, FloatArray, float], tuple[float, float, float]]:
-    """Return a kernel that evaluates the potential of the law of an index."""
-    if not laws:
-        return _no_potential
-    evaluate_first, evaluate_others = jit_in_place(laws[0].potential), _compile_potentials(laws[1:])
-
-    def evaluate(law: int, coefficients: FloatArray, value: float) -> tuple[float, float, float]:
-        return evaluate_first(coefficients, value) if law == 0 else evaluate_others(law - 1, coefficients, value)
-
-    return jit_in_place(evaluate)
-
-
-evaluate_potential = _compile_potentials(FORCE_LAWS)
+evaluate_potential: Callable[[int, FloatArray, float], tuple[float, float, float]] = _compile_laws([law.potential for law in FORCE_LAWS])
 """Energy (J) of a law by its index in `FORCE_LAWS`, its coefficients and value of the output, and the derivatives by that value."""
 
 
@@ -136,10 +121,8 @@ def add_output_forces(
         if output_rows.table[k].kind == RowKind.DISTANCE and math.isnan(jacobian[k, 1, 0]):
             continue
         rate = output_rate(output_rows, jacobian, k, velocities) if output_force.has_power else 0.0
-        if output_force.law == SLIDING_FRICTION:
+        if output_force.law in (SLIDING_FRICTION, LOAD):
             force = -(output_force.coefficients[0] * inputs[output_force.input_index])
-        elif output_force.law == LOAD:
-            force = inputs[output_force.input_index]
         else:
             force = evaluate_force_law(output_force.law, output_force.coefficients, row_values[k, RowColumn.RESIDUAL], rate)
         power += force * rate

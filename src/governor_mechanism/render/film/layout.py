@@ -44,12 +44,6 @@ class PixelView:
     x: float
     y: float
 
-    def pixel_of(self, x: float, y: float) -> tuple[float, float]:
-        """Return column and row of the point (x, y) (m); whole numbers are the middles of pixels, row 0 is the top."""
-        left, top, right, bottom = self.rect
-        column, row = (left + right) / 2 - 0.5, (top + bottom) / 2 - 0.5
-        return column + (x - self.x) * self.scale, row - (y - self.y) * self.scale
-
     @property
     def box(self) -> BoundingBox:
         """Return the bounding box (m) that the whole rectangle shows: left, right, bottom, top."""

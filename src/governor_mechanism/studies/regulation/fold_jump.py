@@ -93,11 +93,6 @@ class FoldJumpStudy:
         return fit_slope(np.log(self.ramp_rates), np.log(self.falling_delay))
 
     @property
-    def falling_exponent_limit(self) -> FittedParameter:
-        """The exponent in the limit of small ramp rates: inertia adds a relative order of rate^(1/3)."""
-        return fit_slope(np.log(self.ramp_rates), np.log(self.falling_delay), np.cbrt(self.ramp_rates))
-
-    @property
     def rising_exponent(self) -> FittedParameter:
         """Exponent of the rising delay in the ramp rate; below 1, because the jump takes a time of order ln(1 / rate)."""
         return fit_slope(np.log(self.ramp_rates), np.log(self.rising_delay))

@@ -95,12 +95,8 @@ class SweepTask(AxisGrid):
             return None
         given_dimensions = validate(dimensions_table_model(machine_class), self.document["dimensions"]).given_values()
         names = [name for name in dict.fromkeys(reading_names) if name]
-        return (
-            scene,
-            machine_class,
-            given_dimensions,
-            ReducedBatch(scene, names, initial_tolerance(accuracy), ReducedEngine().step_limit(scene)),
-        )
+        batch = ReducedBatch(scene, names, initial_tolerance(accuracy), ReducedEngine().step_limit(scene))
+        return scene, machine_class, given_dimensions, batch
 
 
 def make_task(
