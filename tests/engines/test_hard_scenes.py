@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from governor_mechanism.engines import MultibodyEngine
+from governor_mechanism.engines.multibody.run import MultibodySettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 
@@ -178,6 +180,14 @@ def test_a_fluctuation_faster_than_the_motion_is_not_missed_by_fixed_steps(run_s
     for name, scale in run.scales.items():
         error = np.max(np.abs(run.readings[name] - reference.readings[name])) / scale
         assert error <= 3 * run.error_estimate, name
+
+
+def test_the_default_number_of_steps_falls_with_the_number_of_joints():
+    engine = MultibodyEngine(settings=MultibodySettings(max_step_work=1e4))
+    run = gm.run("pendulum_iftomm", engine=engine, times=[1e9])
+    assert run.outcome is Outcome.STEP_LIMIT
+    assert "max_steps = 2000 reached" in run.message  # one joint, and the fixed work of four
+    assert engine.step_limit(gm.load("four_bar_chain")) < 1000
 
 
 def test_a_higher_accuracy_returns_no_worse_a_run():

@@ -270,7 +270,7 @@ def test_random_governors_agree_with_multibody(seed):
 
 def test_the_estimate_is_no_less_than_the_true_error():
     random, short = np.random.default_rng(20261122), []
-    for _ in range(30):
+    for _ in range(60):
         dimensions, middle = random_governor(random)
         speed = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=middle))
         angle, rate = middle + random.uniform(-0.1, 0.1), random.uniform(-0.3, 0.3)
@@ -288,7 +288,7 @@ def test_the_estimate_is_no_less_than_the_true_error():
         )
         assert error <= max(accuracy, 1e-11)  # rounding of the reference
         short.append(error / (run.error_estimate + 1e-13))
-    assert np.sum(np.array(short) > 1) <= 1  # 97 percent
+    assert np.sum(np.array(short) > 1) <= 1  # 98 percent
     assert max(short) < 3
 
 

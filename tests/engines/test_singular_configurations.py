@@ -12,9 +12,9 @@ from governor_mechanism.model.events import EventKind
 from governor_scenes import PORTER, governor_scene
 
 
-@pytest.mark.parametrize(("engine", "accuracy", "allowed"), [("multibody", 1e-6, 1e-7), ("reduced", 1e-6, 1e-7), ("impulse", 1e-5, 2e-6)])
-def test_crank_passes_the_dead_centres_of_its_slider(engine, accuracy, allowed):
-    run = gm.run("slider_crank_torque", engine=engine, accuracy=accuracy, times=np.linspace(0.0, 0.85, 171))
+@pytest.mark.parametrize(("engine", "allowed"), [("multibody", 1e-7), ("reduced", 1e-7), ("impulse", 1e-6)])
+def test_crank_passes_the_dead_centres_of_its_slider(engine, allowed):
+    run = gm.run("slider_crank_torque", engine=engine, accuracy=1e-6, times=np.linspace(0.0, 0.85, 171))
     found = [event for event in run.events if event.kind == EventKind.TURNING_POINT]
     assert [event.subject for event in found] == ["slider_x"] * 3
     fine = gm.run("slider_crank_torque", engine="multibody", accuracy=1e-10, times=[0.0, *(e.time for e in found)])
