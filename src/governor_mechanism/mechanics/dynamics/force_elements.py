@@ -9,6 +9,7 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.mechanics.dynamics.output_forces import LOAD, OUTPUT_FORCE_DTYPE, pad_coefficients
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives
 from governor_mechanism.mechanics.kinematics.points import Origins
@@ -26,30 +27,30 @@ _ELEMENT_LAWS: dict[type[ForceElement], tuple[type[OutputForce], tuple[str, ...]
 """Law of each type of force elements, and the attributes that are its coefficients; the others are loads."""
 
 
-def lower_force_elements(
-    mechanism: Mechanism, elements: Sequence[ForceElement], origins: Origins, first_row: int, first_input: int
-) -> tuple[RecordArray, RecordArray]:
-    """Return force elements as output rows and as the forces along them.
+def lower_outputs(
+    mechanism: Mechanism, names: Sequence[str], elements: Sequence[ForceElement], origins: Origins, first_input: int
+) -> tuple[ConstraintRows, RecordArray]:
+    """Return the rows of the outputs along which effects and force elements act, and the forces of the force elements.
 
     Parameters
     ----------
     mechanism
-        Mechanism with their bodies.
+        Mechanism with its readings and bodies.
+    names
+        Names of the readings.
     elements
-        The force elements.
+        Force elements of the mechanism.
     origins
         Origin of each body by name, in body axes (m), to which the poses refer; the mass centre if left out.
-    first_row
-        Index of their first row among the output rows.
     first_input
-        Index of their first load among the inputs.
+        Index of the first load of the force elements among the inputs.
 
     Returns
     -------
-    rows : RecordArray
-        Records of `CONSTRAINT_ROW_DTYPE`.
+    rows : ConstraintRows
+        A row for each name, then one for each displacement of the force elements.
     forces : RecordArray
-        Records of `OUTPUT_FORCE_DTYPE`, one for each row.
+        Records of `OUTPUT_FORCE_DTYPE`, one for each displacement.
 
     Raises
     ------
@@ -61,14 +62,14 @@ def lower_force_elements(
         if not element.loads and type(element) not in _ELEMENT_LAWS:
             raise TypeError(f"no force law is defined for force elements of type {type(element).__name__}")
         for _ in element.loads:
-            records.append((LOAD, first_row + len(records), True, first_input, -math.inf, pad_coefficients((-1.0,))))
+            records.append((LOAD, len(names) + len(records), True, first_input, -math.inf, pad_coefficients((-1.0,))))
             first_input += 1
         if not element.loads:
             law, coefficients = element_law(element)
-            row = first_row + len(records)
+            row = len(names) + len(records)
             records.append((FORCE_LAWS.index(law), row, law.dissipates, -1, -math.inf, pad_coefficients(coefficients)))
-    rows = rows_of_readings(mechanism, [output for element in elements for output in element.displacements], origins).table
-    return rows, np.array(records, dtype=OUTPUT_FORCE_DTYPE)
+    readings = [*map(mechanism.reading, names), *(output for element in elements for output in element.displacements)]
+    return rows_of_readings(mechanism, readings, origins), np.array(records, dtype=OUTPUT_FORCE_DTYPE)
 
 
 def element_law(element: ForceElement) -> tuple[type[OutputForce], tuple[float, ...]]:

@@ -11,7 +11,7 @@ from governor_mechanism.mechanics.dynamics import contacts, output_forces
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.constraint_solver import bandwidth_reducing_order, find_coupled_rows
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, once_per_scene
-from governor_mechanism.mechanics.dynamics.force_elements import lower_force_elements
+from governor_mechanism.mechanics.dynamics.force_elements import lower_outputs
 from governor_mechanism.mechanics.dynamics.inputs import make_input_terms, output_of_reading
 from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
@@ -183,25 +183,23 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     origins = {body.name: body_reference_point(mechanism, body) for body in mechanism.bodies}
     constraint_table = make_constraint_table(mechanism, origins)
     output_names = forced_output_names(scene)
-    output_rows = make_output_rows(mechanism, output_names, origins)
+    speeds = list(dict.fromkeys(plane.given_speed for plane in scene.system.planes if plane.given_speed))
+    first_load = len(speeds) + len(constraint_table.motions)
+    output_rows, force_elements = lower_outputs(mechanism, output_names, mechanism.force_elements, origins, first_load)
     holding_rows = _make_holding_rows(scene, mode, output_rows)
     row_order = _row_order(constraint_table.rows, holding_rows)
     held_rows = np.argsort(row_order)[len(constraint_table.joint_indices) :]
     joint_rows = _disable_rows(constraint_table, [mechanism.joint_index(name) for name in mode.broken])
     ordered_rows = np.concatenate([joint_rows, holding_rows])[row_order]
     rows = ConstraintRows(ordered_rows, bodies_of_rows(ordered_rows), constraint_table.rows.curve_segments)
-    speeds = list(dict.fromkeys(plane.given_speed for plane in scene.system.planes if plane.given_speed))
     rows.table["drive"] += np.where(rows.table["drive"] >= 0, len(speeds), 0)
     row_pairs = find_coupled_rows(rows.row_bodies)
-    first_load = len(speeds) + len(constraint_table.motions)
-    element_rows, force_elements = lower_force_elements(mechanism, mechanism.force_elements, origins, len(output_names), first_load)
     loads, n_frictions = contacts.loads_of(scene), sum(contact.friction is not None for contact in contacts_of(scene))
     first_friction_input = first_load + len(loads) - n_frictions
     input_terms, lags, n_further_inputs = make_input_terms(output_names, mode.segments, first_load, loads, n_frictions)
     inputs: list[InputFunction | PrescribedMotion] = [speed.speed_function for speed in speeds]
     inputs += [*constraint_table.motions, *loads, *(InputFunction(),) * n_further_inputs]
     inertia, stand_in_inertia = _make_inertia(mechanism, origins)
-    all_rows = np.concatenate([output_rows.table, element_rows])
     system = System(
         constraint_rows=rows,
         force_elements=force_elements,
@@ -212,7 +210,7 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
         stand_in_inertia=stand_in_inertia,
         has_stand_in_inertia=bool(stand_in_inertia.any()),
         planes=_make_plane_records(scene, speeds),
-        output_rows=ConstraintRows(all_rows, bodies_of_rows(all_rows), output_rows.curve_segments),
+        output_rows=output_rows,
         output_forces=_make_output_forces(scene, mode, first_friction_input),
         event_functions=_make_event_functions(scene, mode, first_friction_input, held_rows),
         input_terms=input_terms,

@@ -223,11 +223,11 @@ def evaluate_acceleration(
     potential = evaluate_piece(coefficients, piece, TableColumn.POTENTIAL, t)
     acceleration = quadratic * v * v + potential + damping * v + centrifugal * omega * omega
     column: int = TableColumn.FIRST_LOAD
-    first_program = int(parameters[ForceParameter.FIRST_LOAD_INPUT])
-    for program in range(first_program, first_program + int(parameters[ForceParameter.LOAD_COUNT])):
-        programmed_acceleration = inputs[program] * evaluate_piece(coefficients, piece, column, t)
-        acceleration += programmed_acceleration
-        power += programmed_acceleration * v / inverse_inertia
+    first_load = int(parameters[ForceParameter.FIRST_LOAD_INPUT])
+    for load in range(first_load, first_load + int(parameters[ForceParameter.LOAD_COUNT])):
+        load_acceleration = inputs[load] * evaluate_piece(coefficients, piece, column, t)
+        acceleration += load_acceleration
+        power += load_acceleration * v / inverse_inertia
         column += 1
     for i in range(model.output_forces.shape[0]):
         output_force = model.output_forces[i]

@@ -9,14 +9,12 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of, loads_of, make_contact_table, one_sided_forces_of, output_forces_of
-from governor_mechanism.mechanics.dynamics.force_elements import element_law, lower_force_elements
+from governor_mechanism.mechanics.dynamics.force_elements import element_law, lower_outputs
 from governor_mechanism.mechanics.dynamics.inputs import make_input_terms
 from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
 from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, OUTPUT_FORCE_DTYPE, output_force_record
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import lower_assembly
-from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.mechanics.reduction.node_evaluation import LagrangianArrays, ReductionArrays
 from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
 from governor_mechanism.model.effect import OutputForce
@@ -139,20 +137,18 @@ def lower_lagrangian(scene: Scene, prefix: str, part: Part, outputs: Sequence[st
     """
     mechanism, plane = part.mechanism, next(iter(scene.system.planes), None)
     has_centrifugal_forces = plane is not None and plane.is_loaded
-    output_rows = make_output_rows(mechanism, [name.removeprefix(prefix) for name in outputs], {}).table
     own_elements = [element for element in scene.mechanism.force_elements if not _is_elsewhere(element, prefix, part)]
-    element_rows, element_forces = lower_force_elements(scene.mechanism, own_elements, {}, len(outputs), 0)
+    rows, element_forces = lower_outputs(scene.mechanism, outputs, own_elements, {}, 0)
     first_body = scene.mechanism.body_index(prefix + mechanism.bodies[0].name)
     for side in ("first", "second"):
-        element_rows[side] -= np.where(element_rows[side] >= 0, first_body, 0)
+        rows.table[side] -= np.where(rows.table[side] >= 0, first_body, 0)
     effect_records = [output_force_record(effect, outputs.index(effect.reading)) for effect in effects]
-    rows = np.concatenate([output_rows, element_rows])
     return LagrangianArrays(
         assembly=lower_assembly(mechanism),
         mass=np.array([[body.mass, body.mass, body.planar_inertia] for body in mechanism.bodies]).ravel(),
         bodies=np.array([make_body_record(body, part.gravity, has_centrifugal_forces - 1) for body in mechanism.bodies], dtype=BODY_DTYPE),
         has_centrifugal_forces=has_centrifugal_forces,
-        output_rows=ConstraintRows(rows, bodies_of_rows(rows), np.zeros((0, 2))),
+        output_rows=rows._replace(row_bodies=bodies_of_rows(rows.table)),
         forces=np.concatenate([np.array(effect_records, dtype=OUTPUT_FORCE_DTYPE), element_forces]),
         n_loads=sum(len(element.loads) for element in own_elements),
     )

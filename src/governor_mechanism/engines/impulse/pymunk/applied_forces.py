@@ -8,12 +8,10 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of, loads_of, once_per_scene, output_forces_of
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_body_forces, inertia_of_plane
-from governor_mechanism.mechanics.dynamics.force_elements import lower_force_elements
+from governor_mechanism.mechanics.dynamics.force_elements import lower_outputs
 from governor_mechanism.mechanics.dynamics.lowering import N_PLANE_COLUMNS, PlaneColumn, System, forced_output_names, make_system
 from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION, add_output_forces, evaluate_force_law
-from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
-from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.mechanics.kinematics.points import Origins
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import GROUND, Point, Slider
@@ -103,12 +101,8 @@ class AppliedForces:
         self._turning_bodies = bodies.copy()
         self._turning_bodies["plane"] = 0
         bodies["plane"][[_is_on_spindle_axis(mechanism, body) for body in mechanism.bodies]] = -1
-        output_table = make_output_rows(mechanism, forced_output_names(scene), origins).table
-        element_rows, force_elements = lower_force_elements(
-            mechanism, mechanism.force_elements, origins, len(output_table), self.first_load
-        )
-        rows = np.concatenate([output_table, element_rows])
-        output_rows = ConstraintRows(rows, bodies_of_rows(rows), np.zeros((0, 2)))
+        names, elements = forced_output_names(scene), mechanism.force_elements
+        output_rows, force_elements = lower_outputs(mechanism, names, elements, origins, self.first_load)
         self.system = system._replace(bodies=bodies, force_elements=force_elements, output_rows=output_rows)
         self.output_forces = system.output_forces
         self.dissipated_energy, self._previous_step = 0.0, (np.zeros(0), np.zeros(0))
