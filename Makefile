@@ -2,13 +2,14 @@
 # make test     sets up .venv and passes every test
 # make gallery  renders every shipped scene into renders/ (the only target that touches tracked files)
 # make certificates compares the error estimates of every engine with true errors over 300 random scenes
+# make mutants  counts how many small faults in the program the tests notice (hours)
 # make benchmark measures speed and accuracy, as ratios within one run
 
 VENV := .venv
 BIN := $(VENV)/bin
 CANDIDATES := python3 python3.13 python3.12 python3.11
 
-.PHONY: run test check gallery certificates benchmark clean
+.PHONY: run test check gallery certificates mutants benchmark clean
 
 run: $(VENV)/installed
 	$(BIN)/governor-mechanism run porter --out renders/latest
@@ -29,6 +30,9 @@ gallery: $(VENV)/installed
 
 certificates: $(VENV)/installed-test
 	$(BIN)/python benchmarks/certificates.py --no-figure
+
+mutants: $(VENV)/installed-test
+	$(BIN)/python benchmarks/mutants.py
 
 benchmark: $(VENV)/installed-test
 	$(BIN)/python benchmarks/impulse.py

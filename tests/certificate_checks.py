@@ -32,8 +32,8 @@ LOOSE_TOLERANCE, TIGHT_TOLERANCE = 1e-13, 1e-14
 MAX_REFERENCE_DISAGREEMENT = 0.1
 """Largest difference of two references, relative to the estimate, with which the true error is known."""
 
-MAX_STEPS = {"reduced": 4000, "multibody": 4000, "impulse": 20_000}
-"""Step limit of one run: about ten times what a scene of a few oscillations needs."""
+MAX_STEPS = {"reduced": 4000, "multibody": 4000, "impulse": 100_000}
+"""Step limit of one run, of `impulse` of all runs together: about ten times what a scene of a few oscillations needs."""
 
 MAX_REFERENCE_STEPS = 4 * MAX_STEPS["multibody"]
 """Step limit of a reference, which has shorter steps at a tolerance of 1e-14."""
@@ -78,12 +78,13 @@ def max_difference(run: Trajectory, other: Trajectory, accuracy: float) -> float
         certified_events(other, time_tolerance), certified_events(run, time_tolerance), run.times[:n_shared], time_tolerance
     )
     largest = event_time_error / t_scale if has_contacts(scene) else 0.0
-    for values, others, factor in ((run.readings, other.readings, 1.0), (run.rates, other.rates, t_scale)):
-        for name, array in values.items():
-            difference = float(np.max(np.abs(array[:n_shared] - others[name][:n_shared])[~is_near_event], initial=0.0))
-            if not math.isfinite(difference):
-                return math.inf
-            largest = max(largest, difference * factor / run.scales[name])
+    pairs = {name: (values, other.readings[name]) for name, values in run.readings.items()}
+    pairs |= {f"rate of {name}": (values, other.rates[name]) for name, values in run.rates.items()}
+    for name, (values, others) in pairs.items():
+        difference = float(np.max(np.abs(values[:n_shared] - others[:n_shared])[~is_near_event], initial=0.0))
+        if not math.isfinite(difference):
+            return math.inf
+        largest = max(largest, difference / run.scales[name])
     return largest
 
 

@@ -6,9 +6,13 @@ import subprocess
 import sys
 
 import pytest
-from hypothesis import settings
+from hypothesis import Phase, settings
 
 settings.register_profile("suite", deadline=None, max_examples=50)  # no test looks at the clock
+settings.register_profile(
+    "mutants", deadline=None, max_examples=12, derandomize=True, database=None, phases=[Phase.explicit, Phase.generate]
+)
+"""For benchmarks/mutants.py: few examples, the same for every mutant, and none is simplified."""
 settings.load_profile("suite")
 
 COMPILE = """

@@ -5,8 +5,11 @@ A scene follows from a seed and a number. What the package refuses is drawn agai
 
 from __future__ import annotations
 
+import copy
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +28,7 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.scenes.parser import parse_scene_document
-from random_machines import MACHINES, G, Random, draw_bool, draw_choice, draw_log_uniform, draw_restitution, draw_uniform
+from random_machines import MACHINES, Document, G, Random, draw_bool, draw_choice, draw_log_uniform, draw_restitution, draw_uniform
 
 MAX_DRAWS = 200
 """So many refusals in a row mean that the generator is wrong, not its luck."""
@@ -164,10 +167,64 @@ def draw_scene(number: int, seed: int) -> RandomScene:
     refused: list[str] = []
     while len(refused) < MAX_DRAWS:
         try:
-            scene = add_random_effects(random, parse_scene_document(MACHINES[machine](random)))
-            initial_state(scene)
+            scene = assemble_scene(random, MACHINES[machine](random))
         except GovernorMechanismError as error:
             refused.append(str(error))
             continue
         return RandomScene(seed, number, machine, scene, tuple(refused))
     raise AssertionError(f"{machine}: nothing but refusals, the last: {refused[-1]}")
+
+
+def assemble_scene(random: Random, document: Document) -> Scene:
+    """Return the scene of a document with some effects along its readings. Raise an error if it cannot be assembled."""
+    scene = add_random_effects(random, parse_scene_document(document))
+    initial_state(scene)
+    return scene
+
+
+# --- wild scenes ------------------------------------------------------------------------------------------------------
+
+MAX_CHANGED_NUMBERS = 2
+"""Largest number of numbers of a document that are changed: with more nearly all documents are refused."""
+
+Path = tuple[str | int, ...]
+"""Keys and indices that lead to a number of a document."""
+
+
+def draw_wild_scene(number: int, seed: int) -> Scene | None:
+    """Return a random scene with a number or two far from what is usual, or None if the package refuses it."""
+    random = np.random.default_rng([seed, number])
+    document = draw_choice(random, list(MACHINES.values()))(random)
+    try:
+        return assemble_scene(random, change_numbers(random, document))
+    except GovernorMechanismError:
+        return None
+
+
+def change_numbers(random: Random, document: Document) -> Document:
+    """Return a copy of a document with some numbers scaled by up to four decades, negated, zero or nearly the same."""
+    found = copy.deepcopy(document)
+    changes: tuple[Callable[[float], float], ...] = (
+        lambda value: value * draw_log_uniform(random, 1e-4, 1e4),
+        lambda value: value * draw_log_uniform(random, 0.1, 10.0),
+        lambda value: -value,
+        lambda value: 0.0,
+        lambda value: value * (1 + 1e-9),
+    )
+    paths = [path for path in paths_to_numbers(found) if path[0] != "run"]
+    for _ in range(int(random.integers(MAX_CHANGED_NUMBERS + 1))):
+        *path, last = draw_choice(random, paths)
+        table: Any = found
+        for key in path:
+            table = table[key]
+        table[last] = draw_choice(random, changes)(float(table[last]))
+    return found
+
+
+def paths_to_numbers(table: Any, path: Path = ()) -> Iterator[Path]:
+    """Yield where the numbers of a document stand."""
+    items = table.items() if isinstance(table, dict) else enumerate(table) if isinstance(table, list) else ()
+    for key, value in items:
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            yield (*path, key)
+        yield from paths_to_numbers(value, (*path, key))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.units.arguments import FLAG, FUNCTION, NUMBER, NUMBERS, NUMBERS_BY_NAME, PATH, TEXT, check_arguments
 
 if TYPE_CHECKING:
     from governor_mechanism.engines import Engine
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
     from governor_mechanism.statics.stability_limit import StabilityLimit
     from governor_mechanism.studies.effect_ablation import EffectsStudy
+    from governor_mechanism.studies.hard_cases.results import HardCasesReport
     from governor_mechanism.studies.slide_valve.valve_timing import ValveTiming
     from governor_mechanism.studies.sweep.results import Sweep
     from governor_mechanism.studies.work_precision.results import AccuracyStudy
@@ -83,6 +85,7 @@ def load(scene: str | Path) -> Scene:
     return loaded_scene
 
 
+@check_arguments(certify=FLAG)
 def run(
     scene: SceneSource, engine: str | Engine = "auto", accuracy: float | None = None, times: FloatValues | None = None, certify: bool = True
 ) -> Trajectory:
@@ -124,11 +127,12 @@ def run(
     from governor_mechanism.engines import select_engine
 
     resolved_scene = _as_scene(scene)
-    name = resolved_scene.run.engine if engine == "auto" else engine
-    selected_engine, reason = select_engine(name, resolved_scene, accuracy) if isinstance(name, str) else (name, "given")
+    name = resolved_scene.run.engine if isinstance(engine, str) and engine == "auto" else engine
+    selected_engine, reason = select_engine(name, resolved_scene, accuracy)
     return selected_engine.run(resolved_scene, times=times, accuracy=accuracy, certify=certify, reason=reason)
 
 
+@check_arguments(kernel=FUNCTION, quantity=TEXT, over=NUMBERS_BY_NAME, allowed=NUMBER)
 def crosscheck(
     scene: SceneSource,
     kernel: Callable[..., float] | None = None,
@@ -179,6 +183,7 @@ def crosscheck(
     return check_kernel(resolved_scene, kernel, quantity, over, KERNEL_RELATIVE_TOLERANCE if allowed is None else allowed)
 
 
+@check_arguments(over=TEXT, values=NUMBERS, rate=NUMBER, acceleration=NUMBER)
 def kinematics(scene: SceneSource, over: str, values: FloatValues, rate: float = 1.0, acceleration: float = 0.0) -> Kinematics:
     """Return positions, velocities and accelerations of a mechanism without integration.
 
@@ -322,6 +327,7 @@ def equilibria(scene: SceneSource, spindle_speed: float | str | None = None) -> 
     return find_equilibria(_as_rotating_part(scene), spindle_speed)
 
 
+@check_arguments(at=("an equilibrium, as from equilibria", lambda value: hasattr(value, "divergence_rate")))
 def linearise(scene: SceneSource, spindle_speed: float | str | None = None, *, at: Equilibrium | None = None) -> Linearisation:
     """Linearise the equations of motion about an equilibrium or a steady rotation, with all dampers.
 
@@ -361,6 +367,7 @@ def linearise(scene: SceneSource, spindle_speed: float | str | None = None, *, a
     return linearise_from_start(resolved_scene, poses, velocities, spindle_speed)
 
 
+@check_arguments(key=TEXT)
 def stability_limit(scene: SceneSource, key: str, low: float | str, high: float | str) -> StabilityLimit[Linearisation]:
     """Return the value of a key of a scene at which its steady state becomes unstable.
 
@@ -405,6 +412,7 @@ def stability_limit(scene: SceneSource, key: str, low: float | str, high: float 
     return find_stability_limit(linearise_at, first, last, key=key, unit=axis.unit)
 
 
+@check_arguments(longest=NUMBER, progress=FUNCTION)
 def accuracy_study(scene: SceneSource, longest: float = 1.0, progress: Progress | None = None) -> AccuracyStudy:
     """Measure error and time of every engine at every setting, against a reference that a second engine confirms.
 
@@ -437,6 +445,7 @@ def accuracy_study(scene: SceneSource, longest: float = 1.0, progress: Progress 
     return run_accuracy_study(_as_scene(scene), longest, progress)
 
 
+@check_arguments(engine=TEXT, progress=FUNCTION)
 def effects_study(
     scene: SceneSource, engine: str = "auto", accuracy: float | None = None, progress: Progress | None = None
 ) -> EffectsStudy:
@@ -475,6 +484,43 @@ def effects_study(
     return run_effects_study(_as_scene(scene), engine, accuracy, progress)
 
 
+@check_arguments(short=FLAG, progress=FUNCTION)
+def hard_cases(names: Sequence[str] = (), short: bool = False, progress: Progress | None = None) -> HardCasesReport:
+    """Run the hard cases by every engine and judge each run.
+
+    A run passes if its true error is within its error estimate, or if it ends with an outcome that the case names.
+
+    Parameters
+    ----------
+    names
+        Names of the cases, such as "dead-centre"; all without any.
+    short
+        Whether to run only the few values of the short form.
+    progress
+        Called with the number of finished values and the number of all.
+
+    Returns
+    -------
+    HardCasesReport
+        One row per case, value of its hard parameter, and engine.
+
+    Raises
+    ------
+    MechanismError
+        If a name is unknown.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> gm.hard_cases(["not-a-number"]).ok
+    True
+    """
+    from governor_mechanism.studies.hard_cases.study import run_hard_cases
+
+    return run_hard_cases(names, short=short, progress=progress)
+
+
+@check_arguments(engine=TEXT, certify=FLAG, out=PATH, progress=FUNCTION)
 def sweep(
     scene: SceneSource,
     vary: Mapping[str, Any] | Sequence[str],
@@ -573,7 +619,9 @@ def _as_rotating_part(scene: SceneSource) -> Scene:
 
 def _as_scene(scene: SceneSource) -> Scene:
     """Return a scene as it is, and load one that is given by name or path."""
-    return load(scene) if isinstance(scene, str | Path) else scene
+    from governor_mechanism.model.scene import Scene
+
+    return scene if isinstance(scene, Scene) else load(scene)
 
 
 def film(run: Trajectory | Sequence[Trajectory], path: str | Path, **options: Any) -> Path:

@@ -5,7 +5,26 @@ A message says what is wrong, where, what was found, what is allowed and, if kno
 
 import difflib
 import math
+import re
 from collections.abc import Iterable
+
+_CONTROL_CHARACTER = re.compile("[\x01-\x1f\x7f-\x9f]")
+
+
+def escape_control_characters(text: str) -> str:
+    """Return a text with control characters as escape sequences: in a terminal they would act.
+
+    Parameters
+    ----------
+    text
+        Any text. A null character stays: the scene parser uses it as a placeholder.
+
+    Returns
+    -------
+    str
+        The text in one line.
+    """
+    return _CONTROL_CHARACTER.sub(lambda match: f"\\x{ord(match[0]):02x}", text) if _CONTROL_CHARACTER.search(text) else text
 
 
 class GovernorMechanismError(Exception):
@@ -22,8 +41,8 @@ class MechanismError(GovernorMechanismError, ValueError):
     """
 
     def __init__(self, *problems: str) -> None:
-        super().__init__("\n".join(problems))
-        self.problems = problems
+        self.problems = tuple(map(escape_control_characters, problems))
+        super().__init__("\n".join(self.problems))
 
 
 class UnsupportedEffect(GovernorMechanismError):  # noqa: N818 - the name users see
@@ -76,7 +95,7 @@ def require_positive(value: float, unit: str, what: str) -> None:
         raise MechanismError(f"{what} must be positive; got {value:g} {unit}".rstrip())
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
+def did_you_mean(word: object, known: Iterable[str]) -> str:
     """Return a hint at the nearest known name.
 
     Parameters
@@ -91,7 +110,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     str
         " Did you mean ...?", or an empty string if no name is close.
     """
-    matches = difflib.get_close_matches(word, list(known), n=1)
+    matches = difflib.get_close_matches(word, list(known), n=1) if isinstance(word, str) else []
     return f" Did you mean {matches[0]!r}?" if matches else ""
 
 

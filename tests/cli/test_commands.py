@@ -228,8 +228,44 @@ main()
 """The command, which creates a file when the run takes its first step."""
 
 
-@pytest.mark.parametrize("stage", ["run", "film"])
-def test_ctrl_c_leaves_no_partial_file_and_says_one_line(stage, tmp_path):
+@pytest.mark.parametrize(
+    "words", ["models", "models --json", "--version", "--help", "run portr --json", "run --json", "crosscheck slider_crank --json"]
+)
+def test_an_output_that_is_full_is_told_in_a_sentence(words):
+    answer = subprocess.run(["bash", "-c", f"{' '.join(COMMAND)} {words} >/dev/full"], capture_output=True, text=True, check=False)
+    assert answer.returncode == 2
+    assert answer.stderr.splitlines()[-1] == "cannot write to standard output: No space left on device"
+    assert "Traceback" not in answer.stderr
+
+
+@pytest.mark.parametrize("closing", ["2>&-", "2>/dev/full"])
+@pytest.mark.parametrize(("words", "status"), [("crosscheck slider_crank --json", 0), ("run portr --json", 2)])
+def test_messages_that_nobody_can_read_do_not_reach_the_output(closing, words, status):
+    answer = subprocess.run(["bash", "-c", f"{' '.join(COMMAND)} {words} {closing}"], capture_output=True, text=True, check=False)
+    assert (answer.returncode, answer.stderr) == (status, "")
+    assert json.loads(answer.stdout)
+
+
+def test_a_crosscheck_with_flags_of_numpy_is_json_too():
+    answer = json.loads(call("crosscheck", "parabolic", "--json").stdout)
+    assert {type(row["passed"]) for row in answer["rows"]} == {bool}
+
+
+def test_a_full_disk_leaves_the_results_of_an_earlier_run(tmp_path):
+    """A limit on the size of files acts as a full disk does; the film and the readings are smaller than it, the figure is larger."""
+    words = [*COMMAND, "run", str(short_scene(tmp_path, **{"10 ms": "500 ms"})), "--no-film", "--out", str(tmp_path)]
+    (tmp_path / "short.csv").write_text("old", encoding="utf-8")
+    answer = subprocess.run(["bash", "-c", 'ulimit -f 16; "$@"', "bash", *words], capture_output=True, text=True, check=False)
+    assert answer.returncode == 2
+    assert answer.stderr.splitlines() == [f"cannot write {tmp_path / 'short.png'}: File too large"]
+    assert sorted(listing(tmp_path)) == ["short.csv", "short.toml"]
+    assert (tmp_path / "short.csv").read_text(encoding="utf-8") == "old"
+
+
+@pytest.mark.parametrize(
+    ("stage", "signal_sent"), [("run", signal.SIGINT), ("film", signal.SIGINT), ("film", signal.SIGTERM), ("film", signal.SIGKILL)]
+)
+def test_an_interrupt_leaves_no_partial_file_and_says_one_line(stage, signal_sent, tmp_path):
     scene = short_scene(tmp_path, **{'"1 s"': '"3000 s"' if stage == "run" else '"400 s"', '"10 ms"': '"50 ms"'})
     out, stepping = tmp_path / "out", tmp_path / "stepping"
     command = [sys.executable, "-c", MARK_FIRST_STEP, str(stepping)] if stage == "run" else COMMAND
@@ -238,11 +274,14 @@ def test_ctrl_c_leaves_no_partial_file_and_says_one_line(stage, tmp_path):
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
             wait_until(stepping.exists if stage == "run" else lambda: any(name.endswith(".gif") for name in listing(out)))
-            process.send_signal(signal.SIGINT)
+            process.send_signal(signal_sent)
             printed, said = process.communicate(timeout=60)
         finally:
             process.kill()
-    assert process.returncode == 130
+    if signal_sent == signal.SIGKILL:  # nothing can be removed, but nothing has a final name
+        assert all(name.startswith(".short.") for name in listing(out))
+        return
+    assert process.returncode == 128 + signal_sent
     assert said.splitlines() == ["interrupted; complete files are kept, and no half-written file is left"]
     assert printed == ""
     assert not [name for name in listing(out) if name.startswith(".") or name.endswith((".gif", ".json"))]
@@ -386,15 +425,36 @@ def whole_sweep(tmp_path_factory):
 
 def interrupt_process(happened, *words: str) -> tuple[int, str]:
     """Return exit status and messages of a command with processes of its own that is interrupted when something has happened."""
-    # A session of its own, so that the signal reaches the processes of the command too, as a terminal's Ctrl-C does.
+    # The signal reaches the processes of the command too, as a terminal's Ctrl-C does.
+    return end_process(happened, words, lambda group: os.killpg(group, signal.SIGINT))
+
+
+def terminate_process(happened, *words: str) -> tuple[int, str]:
+    """Return exit status and messages of a command with processes of its own that is asked to terminate when something has happened."""
+    # The signal reaches the command alone, as from a batch system.
+    return end_process(happened, words, lambda process: os.kill(process, signal.SIGTERM))
+
+
+def end_process(happened, words: tuple[str, ...], send_signal) -> tuple[int, str]:
+    """Return exit status and messages of a command that gets a signal; its processes end with it."""
     with subprocess.Popen([*COMMAND, *words], stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
         try:
             wait_until(happened)
-            os.killpg(process.pid, signal.SIGINT)
+            send_signal(process.pid)
             _, said = process.communicate(timeout=60)
+            wait_until(lambda: not has_processes(process.pid))
         finally:
             process.kill()
     return process.returncode, said
+
+
+def has_processes(group: int) -> bool:
+    """Return whether a group has processes."""
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True
 
 
 def interrupt_call(happened, *words: str) -> tuple[int, str]:
@@ -414,13 +474,17 @@ def interrupt_call(happened, *words: str) -> tuple[int, str]:
     return result.exit_code, result.stderr
 
 
-@pytest.mark.parametrize(("workers", "interrupt"), [("1", interrupt_call), ("2", interrupt_process)], ids=["1", "2"])
-def test_an_interrupted_sweep_goes_on_where_it_was(workers, interrupt, tmp_path, whole_sweep):
+@pytest.mark.parametrize(
+    ("workers", "interrupt", "expected"),
+    [("1", interrupt_call, 130), ("2", interrupt_process, 130), ("2", terminate_process, 143)],
+    ids=["1", "2", "2, terminated"],
+)
+def test_an_interrupted_sweep_goes_on_where_it_was(workers, interrupt, expected, tmp_path, whole_sweep):
     scene, out = short_scene(tmp_path, **SHORT), tmp_path / "out"
     words = ["sweep", str(scene), *SWEEP, "--out", str(out)]
     journal = out / "short_sweep.part"
     status, said = interrupt(lambda: journal.exists() and journal.read_bytes().count(b"\n") > 3, *words, "--workers", workers)
-    assert status == 130
+    assert status == expected
     kept = journal.read_bytes().count(b"\n") - 1
     assert 3 <= kept < 60
     assert said.splitlines()[0] == f"{kept} of 60 rows are in {journal}; the same command continues from there"
@@ -429,3 +493,22 @@ def test_an_interrupted_sweep_goes_on_where_it_was(workers, interrupt, tmp_path,
     assert call(*words).exit_code == 0  # it goes on with one worker, however many it had
     for name in ("short_sweep.csv", "short_sweep.json"):
         assert (out / name).read_bytes() == (whole_sweep / name).read_bytes()
+
+
+def test_hard_cases_are_printed_drawn_and_given_as_json(tmp_path):
+    result = call("hard-cases", "--case", "not-a-number", "--case", "breakaway", "--short", "--out", str(tmp_path))
+    assert result.exit_code == 0
+    assert "breakaway: Friction that holds until late in the run" in result.output
+    assert "0 failed" in result.output
+    names = {"hard_cases.csv", "hard_cases.json", "hard_case_breakaway.png", "hard_case_not-a-number.png"}
+    assert {path.name for path in tmp_path.iterdir()} == names
+    answer = json.loads(call("hard-cases", "--case", "not-a-number", "--no-figure", "--out", str(tmp_path), "--json").stdout)
+    assert answer["ok"] is True
+    assert [row["verdict"] for row in answer["rows"]] == ["refused", "refused"]
+
+
+def test_an_unknown_hard_case_is_refused(tmp_path):
+    result = call("hard-cases", "--case", "dead-center", "--out", str(tmp_path))
+    assert result.exit_code == 2
+    assert "dead-centre" in result.output
+    assert not list(tmp_path.iterdir())

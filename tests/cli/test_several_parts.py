@@ -57,9 +57,9 @@ def test_run_writes_readings_of_all_parts(scene, tmp_path):
     record = json.loads((tmp_path / "engine.json").read_text(encoding="utf-8"))
     assert list(record["final"]) == READINGS
     with netcdf_file(tmp_path / "engine.nc", mmap=False) as dataset:
-        assert set(READINGS) < set(dataset.variables)
+        assert set(READINGS) < {getattr(variable, "long_name", b"").decode() for variable in dataset.variables.values()}
         assert dataset.variables["pose"].shape[1] == len(dataset.bodies.split(b", "))
-        speed, rate = (dataset.variables[name][:] for name in ("governor.spindle_speed", "engine.crank_angle_rate"))
+        speed, rate = (dataset.variables[name][:] for name in ("reading_governor_spindle_speed", "rate_engine_crank_angle"))
     np.testing.assert_allclose(speed, 2.0 * rate, rtol=1e-12)  # the ratio of the belt, to rounding
     with Image.open(tmp_path / "engine.gif") as film:
         assert film.size == (766, 480)  # a panel of 286 pixels for the engine beside the frame of the governor

@@ -292,3 +292,10 @@ def test_the_papers_sentence_on_the_two_ends_is_not_borne_out_by_its_formula(rat
 def test_what_has_no_closed_form_is_refused_in_a_sentence(make, sentence: str) -> None:
     with pytest.raises(MechanismError, match=sentence):
         make()
+
+
+def test_an_infinitely_long_rod_swings_about_any_centre():
+    eccentric = Eccentric(radius=marks.ECCENTRIC, rod=math.inf, advance=0.4)
+    about_shaft = np.asarray(closed.valve_displacement(eccentric, crank_angle=TURN))
+    about_centre = np.asarray(closed.valve_displacement(eccentric, crank_angle=TURN, centre=0.003))
+    assert_allclose(about_centre, about_shaft - 0.003, atol=1e-16)

@@ -160,3 +160,10 @@ def test_at_a_dead_centre_the_crosshead_pulls_with_its_own_inertia() -> None:
 def test_what_has_no_closed_form_is_refused_in_a_sentence(make, sentence: str) -> None:
     with pytest.raises(MechanismError, match=sentence):
         make()
+
+
+@pytest.mark.parametrize("name", ["crank_centre", "rod_centre"])
+def test_mass_centres_are_finite_and_on_either_side(name):
+    assert getattr(CrankTrain(crank=0.3, rod=1.0, **{name: -0.1}), name) == -0.1
+    with pytest.raises(MechanismError, match=f"{name} must be finite"):
+        CrankTrain(crank=0.3, rod=1.0, **{name: math.nan})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.dashpot import Dashpot, orifice_damping_coefficient
 from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.effects.spring import OutputSpring, helical_spring_rate
@@ -24,7 +25,7 @@ from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.part import Spindle
-from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.model.time_functions import InputFunction, LinearFunction, TableFunction
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene
 from one_coordinate_reference import integrate_one_coordinate
 from reference import pendulum as linkage
@@ -76,7 +77,7 @@ def potential_above_slack(effect, values):
 def test_a_force_either_has_a_potential_or_dissipates(effect):
     values, rates = np.linspace(-0.1, 0.1, 9), np.linspace(-2.0, 2.0, 9)
     if effect.dissipates:
-        assert np.all(effect.evaluate(values, rates) * rates <= 0.0)
+        assert np.all(effect.evaluate(values, rates[:, np.newaxis]) * rates[:, np.newaxis] <= 0.0)  # wherever it moves
         return
     step = 1e-4
     energies, slopes, curvatures = (
@@ -94,6 +95,46 @@ def test_a_spring_pulls_nothing_where_it_is_free():
     assert spring.preload + spring.rate * (spring.free_value - spring.zero) == pytest.approx(0.0, abs=1e-14)
 
 
+def test_a_spring_pulls_and_pushes_unless_it_is_one_sided():
+    assert OutputSpring(reading="a", rate=1.0).slack_below == -math.inf
+    assert OutputSpring(reading="a", rate=1.0, zero=0.2, one_sided=True).slack_below == 0.2
+    assert astuple(OutputSpring(reading="a", rate=1.0)) == ("a", 1.0, 0.0, 0.0, False)
+
+
+def test_friction_may_depend_on_a_reading_once_a_constant_is_larger():
+    function = LinearFunction(reading="b", gain=0.1)
+    for values in ((0.0, 5.0), (5.0, 0.0)):  # the table in time need not be positive throughout
+        force = InputFunction(times=(0.0, 1.0), values=values, functions=(function,))
+        assert DryFriction(reading="a", force=force).contact == {"friction": force}
+    for force in (InputFunction(functions=(function,)), InputFunction(factors=(function,))):
+        with pytest.raises(MechanismError, match="on 'a' that depends on 'b' must not become negative"):
+            DryFriction(reading="a", force=force)
+    zero_or_more, below_zero = (TableFunction(reading="b", positions=(0.0, 1.0), values=(value, 1.0)) for value in (0.0, -1.0))
+    assert DryFriction(reading="a", force=InputFunction(functions=(zero_or_more,))).force.functions == (zero_or_more,)
+    for key in ("functions", "factors"):
+        with pytest.raises(MechanismError, match="must not become negative"):
+            DryFriction(reading="a", force=InputFunction(values=(5.0,), **{key: (below_zero,)}))
+
+
+def test_stops_and_play_may_be_dead_or_elastic():
+    for restitution in (0.0, 1.0):
+        assert Stops(reading="a", low=0.0, restitution=restitution).contact == {"low": 0.0, "high": math.inf, "restitution": restitution}
+        assert Clearance(width=2.0, restitution=restitution).stops.contact == {"low": -1.0, "high": 1.0, "restitution": restitution}
+    assert Stops(reading="a", high=0.0).restitution == Clearance(width=1.0).restitution == 0.0
+    for make in (lambda number: Stops(reading="a", low=0.0, restitution=number), lambda number: Clearance(width=1.0, restitution=number)):
+        for number in (-0.01, 1.01, math.nan):
+            with pytest.raises(MechanismError, match="must lie between 0 and 1"):
+                make(number)
+
+
+def test_a_dashpot_resists_with_both_its_parts():
+    dashpot = Dashpot(reading="a", linear=3.0, quadratic=40.0)
+    assert dashpot.evaluate(0.7, np.array([-2.0, 0.0, 0.5])) == pytest.approx([6.0 + 160.0, 0.0, -1.5 - 10.0], rel=1e-15)
+    assert dashpot.force(dashpot.linear_coefficients, 0.7, 2.0) == -6.0
+    assert astuple(Dashpot(reading="a", linear=1.0)) == ("a", 1.0, 0.0)
+    assert astuple(Dashpot(reading="a", quadratic=1.0)) == ("a", 0.0, 1.0)
+
+
 def test_play_is_stops_of_its_reading():
     stops = Clearance(width=1e-3, restitution=0.2).stops
     assert stops == Stops(reading=CLEARANCE_READING, low=-5e-4, high=5e-4, restitution=0.2)
@@ -105,6 +146,7 @@ def test_play_is_stops_of_its_reading():
         (lambda: RodMasses(), "rods need arm_mass, link_mass or ball_radius"),
         (lambda: RodMasses(arm_mass=-1.0), "rods.arm_mass must not be negative; got -1 kg"),
         (lambda: RodMasses(ball_radius=math.nan), "rods.ball_radius must be a finite number"),
+        (lambda: Gravity(acceleration=0.0), "gravity must be positive; got 0 m/s2"),
         (lambda: OutputSpring(reading="a", rate=0.0), "rate of the spring on 'a' must be positive"),
         (lambda: OutputSpring(reading="a", rate=1.0, preload=math.inf), "preload of the spring on 'a' must be a finite"),
         (lambda: OutputSpring(reading="a", rate=1.0, zero=math.nan), "zero of the spring on 'a' must be a finite"),
@@ -112,6 +154,7 @@ def test_play_is_stops_of_its_reading():
         (lambda: helical_spring_rate(wire=0, coil=4e-3, turns=8, modulus=8e10), "wire of the spring must be positive"),
         (lambda: helical_spring_rate(wire=1e-3, coil=4e-3, turns=0, modulus=8e10), "turns of the spring must be pos"),
         (lambda: DryFriction(reading="a", force=InputFunction(values=(-1.0,))), "on 'a' must not be negative; got -1"),
+        (lambda: DryFriction(reading="a", force=InputFunction(times=(0.0, 1.0), values=(5.0, -1.0))), "must not be negative; got -1"),
         (lambda: Dashpot(reading="a"), "the dashpot on 'a' needs a linear or a quadratic part"),
         (lambda: Dashpot(reading="a", linear=-1.0), "linear of the dashpot on 'a' must not be negative"),
         (lambda: orifice_damping_coefficient(piston=1e-4, hole=1e-4), "must be smaller than its piston"),

@@ -11,6 +11,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+import governor_mechanism as gm
 from certificate_checks import (
     CertificateCheck,
     ReferenceSolutions,
@@ -28,6 +29,7 @@ from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
+from governor_mechanism.engines.reduced.engine import ReducedRunner
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.trajectory import Outcome
@@ -87,6 +89,15 @@ def test_errors_of_accurate_engines_are_within_their_estimates(first):
         assert len(unjudged) <= limit, unjudged
         # The estimate is the error of a run with a ten times larger tolerance, or with twice the largest step.
         assert 1 <= np.median([check.overestimation for check in judged(checks) if check.engine == engine]) <= 100
+
+
+@pytest.mark.parametrize(("number", "accuracy"), [(205, 1e-2), (165, 1e-2), (206, 1e-3), (164, 1e-3)])
+def test_estimates_of_loose_requests_are_no_smaller_than_the_errors(number, accuracy):
+    # Engines and cranks whose largest step limits both runs of a certificate, not the tolerance.
+    scene = draw_scene(number, SEED)
+    check = check_certificate(scene, "reduced", accuracy, ReferenceSolutions(scene.scene))
+    assert check.is_judged
+    assert check.true <= check.estimate <= accuracy, check
 
 
 def test_errors_of_impulse_are_within_their_estimates():
@@ -167,3 +178,21 @@ def test_coordinate_at_its_turning_point_within_rounding_ends_the_run_with_a_nam
     run = ReducedEngine(max_steps=2000).run(scene, accuracy=1e-6)
     assert run.outcome is Outcome.DEAD_CENTRE
     assert MultibodyEngine(max_steps=2000).run(scene, accuracy=1e-6).outcome is Outcome.DONE
+
+
+@pytest.mark.parametrize("n_kept", [0, 5])
+def test_states_that_no_comparison_run_reaches_are_not_claimed(monkeypatch, n_kept):
+    run_once = ReducedRunner.run_once
+
+    def run_with_short_comparisons(self, tolerance, is_comparison=False):
+        result = run_once(self, tolerance, is_comparison)
+        if not is_comparison:
+            return result
+        states = result.reported_states.at(slice(n_kept))
+        return replace(result, reported_states=states, observables=self.evaluator.evaluate(states), outcome=Outcome.STALLED, detail="stuck")
+
+    monkeypatch.setattr(ReducedRunner, "run_once", run_with_short_comparisons)
+    run = gm.run("porter", engine="reduced")
+    assert run.outcome is Outcome.ACCURACY_MISSED
+    assert run.error_estimate >= 1.0
+    assert "stuck" in run.message

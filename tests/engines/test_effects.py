@@ -19,7 +19,7 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.engines.impulse import richardson
+from governor_mechanism.engines.impulse import level_runs
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.lowering import make_system, with_held_values
 from governor_mechanism.model.force_elements import Force
@@ -195,8 +195,8 @@ def test_bouncing_body_with_friction_comes_to_rest_at_the_predicted_time(engine,
 
     Shorter steps, not more iterations of the joint solver, resolve many bounces in a step.
     """
-    tried, integrate = set(), richardson.integrate_over_grid
-    monkeypatch.setattr(richardson, "integrate_over_grid", lambda *arguments: tried.add(arguments[-1]) or integrate(*arguments))
+    tried, integrate = set(), level_runs.integrate_over_grid
+    monkeypatch.setattr(level_runs, "integrate_over_grid", lambda *arguments: tried.add(arguments[2]) or integrate(*arguments))
     speed, mass = 2.0, 2.0
     rest, strikes_at = bouncing_time_with_friction(speed, restitution, share * G)
     rub = DryFriction(reading="displacement", force=constant(share * G * mass))

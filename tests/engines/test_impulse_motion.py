@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from governor_mechanism.closed_form.pendulum import dynamics as closed
-from governor_mechanism.engines import ImpulseEngine
+from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.trajectory import Outcome
@@ -182,3 +182,13 @@ def test_the_cost_of_a_run_is_counted():
     assert run.cost.runs == 1
     # Three bodies have weight; the sleeve on the axis has no centrifugal load to evaluate.
     assert run.cost.evaluations == {"gravity": 600, "centrifugal": 400}
+
+
+@pytest.mark.parametrize("cycles_per_turn", [10.0, 300.0])
+def test_a_given_step_of_whole_cycles_of_the_speed_sees_the_cycles(cycles_per_turn):
+    fluctuating = Spindle(speeds=(12.0,), speed_fluctuation=0.5, cycles_per_turn=cycles_per_turn)
+    step = 4 * 2 * np.pi / (cycles_per_turn * 12.0)  # of a quarter of it, all runs would see the mean speed only
+    scene = governor_scene(PORTER, speed=fluctuating, angle=0.7, rate=0.15, duration=4 * step, output_interval=step)
+    run, reference = ImpulseEngine(step=step).run(scene), MultibodyEngine().run(scene, accuracy=1e-9)
+    for name, readings in run.readings.items():
+        assert np.max(np.abs(readings - reference.readings[name])) / run.scales[name] <= 3 * run.error_estimate, name

@@ -67,11 +67,12 @@ def agree(one: Trajectory, two: Trajectory, allowed: float = AGREEMENT_TOLERANCE
     is_compared = np.full(len(one.times), True)
     for time in event_times:
         is_compared &= np.abs(one.times - time) > 1e-8 * second
-    for name, scale in one.scales.items():
-        np.testing.assert_allclose(one.readings[name][is_compared], two.readings[name][is_compared], atol=allowed * scale, rtol=0)
+    for name, values in one.readings.items():
+        atol = allowed * one.scales[name]
+        np.testing.assert_allclose(values[is_compared], two.readings[name][is_compared], atol=atol, rtol=0)
     for name, rates in one.rates.items():
         there = two.rates[name][is_compared]
-        np.testing.assert_allclose(rates[is_compared], there, atol=allowed * one.scales[name] / second, rtol=0)
+        np.testing.assert_allclose(rates[is_compared], there, atol=allowed * one.scales[f"rate of {name}"], rtol=0)
     units = np.array([scene.part.mechanism.length_scale] * 2 + [1.0])
     assert np.max(np.abs(one.poses - two.poses)[is_compared] / units, initial=0.0) < allowed
     for name in ("kinetic", "potential", "rotation", "dissipated_energy"):

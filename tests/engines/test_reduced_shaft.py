@@ -46,8 +46,8 @@ def assert_engines_agree(scene, accuracy, allowed=None):
     reduced, multibody = runs
     limit = sum(run.error_estimate for run in runs) if allowed is None else allowed
     assert reduced.body_names == multibody.body_names
-    for name, scale in reduced.scales.items():
-        np.testing.assert_allclose(reduced.readings[name], multibody.readings[name], rtol=0, atol=limit * scale, err_msg=name)
+    for name, values in reduced.readings.items():
+        np.testing.assert_allclose(values, multibody.readings[name], rtol=0, atol=limit * reduced.scales[name], err_msg=name)
     # The energies follow from readings and rates, whose errors they add.
     np.testing.assert_allclose(reduced.energy.jacobi, multibody.energy.jacobi, rtol=0, atol=100 * limit * reduced.energy.scale)
     assert reduced.energy.drift < 100 * limit

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import csv
 import json
+import resource
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.io import netcdf_file
 
+import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.files import results as saving
+from governor_mechanism.files.atomic_write import write_all_or_none
+from governor_mechanism.files.plain_values import save_json
 from governor_scenes import EXTENDED, governor_scene
 
 
@@ -34,9 +40,9 @@ def test_the_netcdf_holds_every_array(run, tmp_path):
     with netcdf_file(tmp_path / "run.nc", mmap=False) as dataset:
         np.testing.assert_array_equal(dataset.variables["pose"][:], run.poses)
         np.testing.assert_array_equal(dataset.variables["velocity"][:], run.velocities)
-        np.testing.assert_array_equal(dataset.variables["sleeve_lift"][:], run.readings["sleeve_lift"])
+        np.testing.assert_array_equal(dataset.variables["reading_sleeve_lift"][:], run.readings["sleeve_lift"])
         np.testing.assert_array_equal(dataset.variables["energy_jacobi"][:], run.energy.jacobi)
-        assert dataset.variables["spindle_torque"].units == b"N m"
+        assert dataset.variables["reading_spindle_torque"].units == b"N m"
         assert dataset.bodies == b"right ball, left ball, sleeve"
 
 
@@ -62,3 +68,56 @@ def test_a_failure_while_writing_leaves_the_old_file(save, run, tmp_path, monkey
         save(run, path)
     assert [item.name for item in tmp_path.iterdir()] == ["run"]
     assert path.read_text(encoding="utf-8") == "old"
+
+
+UNUSUAL_NAMES = Path(__file__).with_name("unusual_names.toml")
+
+
+def test_no_reading_of_a_netcdf_replaces_other_data_and_texts_are_utf8(tmp_path):
+    unusual = gm.run(str(UNUSUAL_NAMES))
+    saving.save_netcdf(unusual, tmp_path / "run.nc")
+    with netcdf_file(tmp_path / "run.nc", mmap=False) as dataset:
+        assert all(name.isascii() and name.isidentifier() for name in dataset.variables)
+        assert (dataset.title.decode(), dataset.bodies.decode()) == ("Pendel nach Föppl ✓", "Stange é")
+        assert dataset.joints.decode() == "Gelenk ü"
+        np.testing.assert_array_equal(dataset.variables["time"][:], unusual.times)
+        np.testing.assert_array_equal(dataset.variables["pose"][:], unusual.poses)
+        np.testing.assert_array_equal(dataset.variables["velocity"][:], unusual.velocities)
+        np.testing.assert_array_equal(dataset.variables["joint_gap"][:], unusual.joint_gap)
+        np.testing.assert_array_equal(dataset.variables["energy_kinetic"][:], unusual.energy.kinetic)
+        assert dataset.variables["reaction"].shape == (len(unusual.times), 1, 3)
+        for prefix, arrays, start in (("reading_", unusual.readings, ""), ("rate_", unusual.rates, "rate of ")):
+            found = {variable.long_name.decode(): variable[:] for name, variable in dataset.variables.items() if name.startswith(prefix)}
+            assert set(found) == {f"{start}{name}" for name in arrays}
+            for name, values in arrays.items():
+                np.testing.assert_array_equal(found[f"{start}{name}"], values)
+
+
+def test_files_written_together_are_all_there_or_none(tmp_path):
+    (tmp_path / "first").write_text("old", encoding="utf-8")
+    with pytest.raises(MechanismError, match="missing does not exist"), write_all_or_none():
+        [save_json([1], tmp_path / name) for name in ("first", "second", "missing/third")]
+    assert {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()} == {"first": "old"}
+    with write_all_or_none():
+        save_json([1], tmp_path / "first")
+        save_json([2], tmp_path / "second")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["first", "second"]
+
+
+@pytest.mark.parametrize("save", [saving.save_csv, saving.save_netcdf, saving.save_summary])
+def test_a_full_disk_is_told_with_the_name_of_the_file(save, run, tmp_path):
+    """A limit on the size of files acts as a full disk does."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+    try:
+        with pytest.raises(MechanismError, match=r"cannot write .*full\.disk: File too large"):
+            save(run, tmp_path / "full.disk")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_in_place_of_a_file_is_told(tmp_path):
+    (tmp_path / "taken").mkdir()
+    with pytest.raises(MechanismError, match="taken: a folder has this name"):
+        save_json([], tmp_path / "taken")

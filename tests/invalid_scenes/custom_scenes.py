@@ -326,7 +326,7 @@ WORDING_CUSTOM: list[tuple[str, str]] = [
     ("an angle without turning", 'body "crank": angle must be left out for a body that does not rotate; found 0.5235987755982989 rad'),
     ("body named ground", "body \"ground\": name must not be 'ground', which is the fixed plane; its points are in [ground]"),
     ("body named ground", 'joint "A": second names the unknown body "crank"; bodies are ground.'),
-    ("a dot in a name", 'body "a.b": name must be text without a dot; found "a.b"'),
+    ("a dot in a name", 'body "a.b": name must be one line of text without a dot, at most 200 characters; found "a.b"'),
     ("a point's name taken", 'body "crank": points.end is the name of a point that the body already has; choose another'),
     ("two bodies of one name", "body 'crank' is defined 2 times; names must differ"),
     (

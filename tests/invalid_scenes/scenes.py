@@ -264,7 +264,7 @@ WORDING_SCENES: list[tuple[str, str]] = [
     ("text without a unit", 'dimensions.arm is a length; "300" has no unit; write "300 mm", or the bare number in m'),
     ("unknown unit", ('dimensions.arm is a length; "300 mmm" has an unknown unit "mmm"; write it in mm, cm or m. Did you mean \'mm\'?')),
     ("list for a number", 'dimensions.arm is a length; found [1, 2]; write "300 mm", or the bare number in m'),
-    ("date for a number", 'dimensions.arm is a length; found datetime.date(1877, 1, 1); write "300 mm", or the bare number in m'),
+    ("date for a number", 'dimensions.arm is a length; found 1877-01-01; write "300 mm", or the bare number in m'),
     ("missing key", "dimensions.arm is missing; it is the length from the suspension to the ball's centre"),
     ("missing dimensions", "[dimensions] is missing; pendulum_governor needs arm, ball_mass"),
     (
@@ -310,7 +310,7 @@ WORDING_SCENES: list[tuple[str, str]] = [
         "a number for the machine",
         ("machine 3 is unknown; known are pendulum_governor, parabolic_governor, hartung, slide_valve, slider_crank, custom."),
     ),
-    ("a number for the title", 'title must be text; found 3; write title = "..."'),
+    ("a number for the title", 'title must be one line of text, at most 200 characters; found 3; write title = "..."'),
     (
         "unknown table",
         (

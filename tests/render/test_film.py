@@ -255,7 +255,7 @@ def test_the_footer_states_accuracy_or_early_end():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"size": 100}, "at least 320"),
+        ({"size": 100}, "must be 320 to 4320 pixels"),
         ({"frames_per_second": 100}, "1..50"),
         ({"start": 1.0, "stop": 9.0}, "within the run, 0..1 s"),
         ({"part": "governer"}, "Did you mean 'governor'"),

@@ -107,7 +107,7 @@ def test_a_name_like_none_gets_no_suggestion(scene: str) -> None:
         ("no_folder/watt.toml", ["no_folder/watt.toml: no such file", "no folder 'no_folder'", "Did you mean 'watt'?"]),
         ("a\0b.toml", ["cannot be read"]),
         ("x" * 5000 + ".toml", ["cannot be read (File name too long)"]),
-        (3, ["a scene is a path or a name; found 3"]),
+        (3, ["a scene is a path or the name of a shipped scene, or what load returns; found 3"]),
         (None, ["found None"]),
     ],
 )

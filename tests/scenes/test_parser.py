@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import datetime
 import math
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -374,3 +375,51 @@ def test_importing_the_reader_stays_light() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("a" + ".a" * 50_000 + " = 1", "a key has 100 dots or more"),
+        ("[a" + ' . "a"' * 50_000 + "]\nx = 1", "a key has 100 dots or more"),
+        ("a = " + "[" * 100_000 + "]" * 100_000, "nested too deeply"),
+        ("a = " + "{a = " * 50_000 + "1" + "}" * 50_000, "nested too deeply"),
+        ('title = "' + "x" * 100_000 + '"', "title must be one line of text, at most 200 characters; found"),
+        ('title = "a\\nb"', "title must be one line of text"),
+        ('title = "\\u001b[31m"', "title must be one line of text"),
+        ('title = "\\u009b31m"', "title must be one line of text"),
+        ("arm = 0x" + "f" * 5000, "arm is unknown"),
+        ("[dimensions]\narm = 0x" + "f" * 5000, "an integer of more than 100 digits"),
+    ],
+    ids=lambda value: value[:12],
+)
+def test_texts_that_no_scene_has_are_refused_at_once(text: str, sentence: str, tmp_path: Path) -> None:
+    (tmp_path / "hard.toml").write_text('machine = "pendulum_governor"\n' + text, encoding="utf-8")
+    with pytest.raises(MechanismError) as caught:
+        read_scene_file(tmp_path / "hard.toml")
+    assert sentence in str(caught.value)
+    assert all(len(problem) < 2000 for problem in caught.value.problems)
+
+
+def test_messages_hold_no_control_characters(tmp_path: Path) -> None:
+    text = '"a\\u001b[31m\\u009b\\nb" = 1\nmachine = "\\u001b]0;x\\u0007"\n["d\\u001b"]\n[dimensions]\n"\\u001barm" = "\\u009b3m"\n'
+    (tmp_path / "coloured.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(MechanismError) as caught:
+        read_scene_file(tmp_path / "coloured.toml")
+    assert len(caught.value.problems) == str(caught.value).count("\n") + 1
+    assert str(caught.value).replace("\n", "").isprintable()
+    assert "a\\x1b[31m\\x9b\\x0ab is unknown" in str(caught.value)
+
+
+def test_a_pipe_a_device_and_a_large_file_are_refused_without_being_read(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.toml")
+    for path in (tmp_path / "pipe.toml", Path("/dev/zero")):
+        with pytest.raises(MechanismError, match="this is not a file on disk but a pipe or a device"):
+            read_scene_file(path)
+    with (tmp_path / "large.toml").open("wb") as stream:
+        stream.truncate(100_000_000)
+    with pytest.raises(MechanismError, match="larger than 1,000,000 bytes"):
+        read_scene_file(tmp_path / "large.toml")
+    (tmp_path / "binary.toml").write_bytes(bytes(range(256)) * 100)
+    with pytest.raises(MechanismError, match="is not UTF-8 text"):
+        read_scene_file(tmp_path / "binary.toml")

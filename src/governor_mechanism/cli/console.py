@@ -10,7 +10,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 
@@ -81,7 +81,7 @@ def guarded_command(command: Callable[..., CommandResult]) -> Callable[..., None
             with interrupt_handler:
                 status = _print_result(command(*args, **options), as_json=as_json)
         except (Exception, KeyboardInterrupt) as error:
-            status = _report_interrupt() if interrupt_handler.was_interrupted else _report_failure(error, as_json=as_json)
+            status = interrupt_handler.report() if interrupt_handler.was_interrupted else _report_failure(error, as_json=as_json)
         raise CommandExit(status)
 
     return guarded
@@ -91,25 +91,16 @@ def _print_result(result: CommandResult, *, as_json: bool) -> int:
     if as_json:
         print_json({**result.values, **({} if result.files is None else {"files": result.files})})
     else:
-        print("\n".join([*map(str, result.text), *(f"wrote {path}" for path in result.files or ())]), flush=True)
+        print_to_stdout("\n".join([*map(str, result.text), *(f"wrote {path}" for path in result.files or ())]))
     return EXIT_OK if result.ok else EXIT_FAILED
-
-
-def _report_interrupt() -> int:
-    print_to_stderr("interrupted; complete files are kept, and no half-written file is left")
-    return EXIT_INTERRUPTED
 
 
 def _report_failure(error: BaseException, *, as_json: bool) -> int:
     """Print what the user can correct and return the exit status; raise any other error again."""
     if isinstance(error, GovernorMechanismError):
         return _report_problems(error.problems if isinstance(error, MechanismError) else [str(error)], as_json=as_json)
-    if isinstance(error, BrokenPipeError):  # the reader of our output has closed the pipe: what is still buffered goes nowhere
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return EXIT_OK
     if isinstance(error, OSError):
-        file_name = error.filename or "the results"
-        return _report_problems([f"cannot read or write {file_name}: {error.strerror or error}"], as_json=as_json)
+        return _report_problems([f"cannot read or write {error.filename}: {error.strerror or error}"], as_json=as_json)
     raise error
 
 
@@ -121,7 +112,7 @@ def prepare_folder(out: Path) -> None:
 
 
 class InterruptHandler:
-    """Context in which Ctrl-C is certain to end the command.
+    """Context in which Ctrl-C, or a request to terminate, is certain to end the command.
 
     Within a finaliser or an import, Python or a library may swallow KeyboardInterrupt or replace it by another exception.
     The interrupt is therefore repeated every second, and `was_interrupted` is True at the end. What is swallowed is not reported.
@@ -129,8 +120,9 @@ class InterruptHandler:
 
     def __init__(self) -> None:
         self.was_interrupted = False
+        self._signal_number: int = signal.SIGINT
         self._can_repeat = hasattr(signal, "setitimer")
-        self._signals = [signal.SIGINT, *([signal.SIGALRM] if self._can_repeat else [])]
+        self._signals = [signal.SIGINT, signal.SIGTERM, *([signal.SIGALRM] if self._can_repeat else [])]
         self._previous_handlers: list[Any] = []
         self._previous_hook = sys.unraisablehook
 
@@ -151,8 +143,14 @@ class InterruptHandler:
         if self.was_interrupted:
             raise KeyboardInterrupt
 
+    def report(self) -> int:
+        """Print that the command was interrupted and return the exit status."""
+        print_to_stderr("interrupted; complete files are kept, and no half-written file is left")
+        return 128 + self._signal_number
+
     def _handle_signal(self, signal_number: int, frame: FrameType | None) -> None:
         self.was_interrupted = True
+        self._signal_number = signal_number if signal_number == signal.SIGTERM else self._signal_number
         if self._can_repeat:
             signal.setitimer(signal.ITIMER_REAL, INTERRUPT_REPEAT_INTERVAL)
         raise KeyboardInterrupt
@@ -196,9 +194,29 @@ def _report_problems(problems: Sequence[str], *, as_json: bool) -> int:
 
 def print_to_stderr(message: str) -> None:
     """Print a message to standard error."""
-    print(message, file=sys.stderr)
+    try:
+        print(message, file=sys.stderr, flush=True)
+    except OSError:  # there is no reader; what is buffered must not fail again when Python exits, so that the exit status is right
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
 
 
 def print_json(value: Mapping[str, object]) -> None:
-    """Print a JSON object to standard output, at once: a closed pipe shows here, not when Python exits."""
-    print(format_json(value), flush=True)
+    """Print a JSON object to standard output."""
+    print_to_stdout(format_json(value))
+
+
+def print_to_stdout(text: str) -> None:
+    """Print a text to standard output, at once: a closed pipe shows here, not when Python exits."""
+    try:
+        print(text, flush=True)
+    except OSError as error:
+        exit_without_output(error)
+
+
+def exit_without_output(error: OSError) -> NoReturn:
+    """End a command whose output cannot be written; what is still buffered goes nowhere. A reader who has seen enough is no failure."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    if isinstance(error, BrokenPipeError):
+        raise CommandExit(EXIT_OK)
+    print_to_stderr(f"cannot write to standard output: {error.strerror or error}")
+    raise CommandExit(EXIT_BAD_INPUT)

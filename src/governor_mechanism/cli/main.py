@@ -5,6 +5,7 @@ Heavy imports are made when a command needs them.
 
 from __future__ import annotations
 
+import os
 import sys
 from enum import StrEnum
 from pathlib import Path
@@ -14,7 +15,7 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.studies import accuracy, design, effects, regulation, sweep
+from governor_mechanism.cli.studies import accuracy, design, effects, hard_cases, regulation, sweep
 from governor_mechanism.files.plain_values import finite_or_none
 
 if TYPE_CHECKING:
@@ -35,6 +36,9 @@ class FilmFormat(StrEnum):
 
 def main() -> None:
     """Run the command line."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed; without this, a file of results would get its number
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
     try:
         app()
     except console.CommandExit:
@@ -43,6 +47,8 @@ def main() -> None:
         if stop.code == console.EXIT_BAD_INPUT and "--json" in sys.argv:
             console.print_json({"outcome": "bad_input", "problems": ["the command line is not valid; see --help"]})
         raise
+    except OSError as error:  # from the text of --help
+        console.exit_without_output(error)
     except KeyboardInterrupt:  # before a command was reached
         console.print_to_stderr("interrupted")
         raise SystemExit(console.EXIT_INTERRUPTED) from None
@@ -50,7 +56,7 @@ def main() -> None:
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        print(gm.__version__)
+        console.print_to_stdout(gm.__version__)
         raise typer.Exit
 
 
@@ -164,28 +170,27 @@ def _write_speed_curve_figures(report: EquilibriaReport, curve: SpeedCurve, out:
 
 
 def _write_results(result: Trajectory, out: Path, stem: str, film: FilmFormat | None) -> list[Path]:
-    """Write all results of a run: first the film, which takes longest, last the record.
-
-    If the film is interrupted, the results of an earlier run stay unchanged; a record proves that all results are complete.
-    """
+    """Write all results of a run or none: if one cannot be written, the results of an earlier run stay unchanged."""
+    from governor_mechanism.files.atomic_write import write_all_or_none
     from governor_mechanism.files.results import save_csv, save_netcdf, save_summary
     from governor_mechanism.render.figures.registry import write_machine_figures
     from governor_mechanism.render.figures.time_series import readings_figure
 
     written = []
-    if film is not None and len(result.times) > 1:
-        with console.show_progress_bar("film") as progress:
-            written.append(gm.film(result, out / f"{stem}.{film.value}", progress=progress))
-    written += write_machine_figures(result, out, stem)
     writers = {"csv": save_csv, "nc": save_netcdf, "png": lambda run, path: readings_figure(run).save_png(path), "json": save_summary}
-    for kind, write in writers.items():
-        path = out / f"{stem}.{kind}"
-        write(result, path)
-        written.append(path)
+    with write_all_or_none():
+        if film is not None and len(result.times) > 1:
+            with console.show_progress_bar("film") as progress:
+                written.append(gm.film(result, out / f"{stem}.{film.value}", progress=progress))
+        written += write_machine_figures(result, out, stem)
+        for kind, write in writers.items():
+            path = out / f"{stem}.{kind}"
+            write(result, path)
+            written.append(path)
     return written
 
 
-for command in (models, run, crosscheck, equilibria, accuracy, effects, regulation, sweep, design):
+for command in (models, run, crosscheck, equilibria, accuracy, effects, regulation, sweep, hard_cases, design):
     app.command()(console.guarded_command(command))
 
 

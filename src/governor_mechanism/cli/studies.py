@@ -1,4 +1,4 @@
-"""The commands of the studies: `accuracy`, `effects`, `regulation`, `sweep`, `design`.
+"""The commands of the studies: `accuracy`, `effects`, `regulation`, `sweep`, `hard-cases`, `design`.
 
 Heavy imports are made when a command needs them.
 """
@@ -173,6 +173,28 @@ def sweep(
 
         files.append(sweep_figure(result).save_png(journal_file.with_suffix(".png")))
     return console.CommandResult(text=[result], values=result.as_json(), files=files, ok=result.ok)
+
+
+def hard_cases(
+    case: Annotated[list[str] | None, typer.Option(help="The name of a case, for example dead-centre. Repeatable. [all cases]")] = None,
+    short: Annotated[bool, typer.Option("--short", help="Run only a few values of each case.")] = False,
+    out: console.FigureFolder = console.RESULTS_FOLDER,
+    no_figure: console.NoFigure = False,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Run the hard cases by every engine over their hard parameters; write a figure per case, a table (CSV) and a record (JSON).
+
+    A run passes if its true error is within its error estimate, or if it ends with an outcome that the case names.
+    """
+    console.prepare_folder(out)
+    with console.show_progress_bar("hard cases") as progress:
+        report = gm.hard_cases(case or (), short, progress)
+    files = [report.save_csv(out / "hard_cases.csv"), report.save_json(out / "hard_cases.json")]
+    if not no_figure:
+        from governor_mechanism.render.figures.hard_cases import hard_case_figure
+
+        files += [hard_case_figure(report, one).save_png(out / f"hard_case_{one.name}.png") for one in report.cases]
+    return console.CommandResult(text=[report], values=report.as_json(), files=files, ok=report.ok)
 
 
 class DesignTarget(StrEnum):

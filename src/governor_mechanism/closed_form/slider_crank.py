@@ -262,7 +262,7 @@ def crosshead_acceleration(train: CrankTrain, *, crank_angle: FloatOrArray, cran
     return as_scalar_or_array(-train.crank * rate**2 * (np.cos(angle) + rod_term))
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class BearingLoads:
     """Loads of the bearings; forces along x and y have the shape (..., 2).
 

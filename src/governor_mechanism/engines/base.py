@@ -9,14 +9,18 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, UnsupportedEffect
+from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
+from governor_mechanism.observables.branch_choice import find_unresolved_branch, may_branch
+from governor_mechanism.observables.error_scales import EVENT_TIMES
 from governor_mechanism.observables.evaluation import ReadingEvaluator
-from governor_mechanism.observables.run_result import RunResult
+from governor_mechanism.observables.run_result import DeferredMotionAnalysis, RunResult, StateHistory
 from governor_mechanism.types import BoolArray, FloatArray
+from governor_mechanism.units.quantities import format_value
 
 MAX_REPORTED_TIMES = 5_000_000
 """Largest number of reported times of one run: it bounds the memory of the results."""
@@ -91,11 +95,13 @@ class Engine(ABC):
         MechanismError
             If the accuracy or a time is invalid, or the initial state cannot be assembled.
         """
+        if not isinstance(scene, Scene):
+            raise MechanismError(f"an engine runs a scene, as from load; found {format_value(scene)}")
         if refusal_reason := self.refusal(scene):
             raise UnsupportedEffect(refusal_reason)
         requested_accuracy = scene.run.accuracy if accuracy is None else accuracy
         if not (isinstance(requested_accuracy, int | float) and 0 < requested_accuracy < 1):
-            raise MechanismError(f"accuracy must lie between 0 and 1; got {requested_accuracy!r}")
+            raise MechanismError(f"accuracy must lie between 0 and 1; got {format_value(requested_accuracy)}")
         reported = make_reported_times(scene) if times is None else _validate_times(times)
         return self._run(scene, RunRequest(times=reported, accuracy=requested_accuracy, certify=certify, reason=reason))
 
@@ -174,16 +180,15 @@ class Runner(ABC):
         if len(indices) < max(better.n_reached, worse.n_reached):
             observables = [self.evaluator.evaluate(result.reported_states.at(indices)) for result in (better, worse)]
         errors = self.evaluator.compare_observables(*observables)
-        estimate = self.evaluator.to_relative_error(errors)
         if has_contacts(self.scene):
-            errors["event times"] = event_time_error
-            estimate = max(estimate, event_time_error / self.evaluator.time_scale)
+            errors[EVENT_TIMES] = event_time_error
+        estimate = self.evaluator.to_relative_error(errors, better.observables)
         return replace(better, reading_errors=errors, error_estimate=estimate, n_excluded=int(is_near_event.sum()))
 
     def run(self) -> Trajectory:
         """Return the trajectory of the best result."""
         start_time, accuracy = time.perf_counter(), self.request.accuracy
-        best = self.find_best()
+        best = self._end_at_unresolved_branch(self.find_best())
         wall_time, (steps, rejected, evaluations) = time.perf_counter() - start_time - self.setup_time, self.count_work()
         cost = Cost(
             engine=self._engine,
@@ -205,6 +210,37 @@ class Runner(ABC):
             outcome = Outcome.NOT_CERTIFIED if error is None else Outcome.DONE if error <= accuracy else Outcome.ACCURACY_MISSED
         settings = {**self._settings, "asked_accuracy": accuracy, "certified": error is not None}
         return self.evaluator.make_trajectory(replace(self.complete_result(best), outcome=outcome), cost=cost, settings=settings)
+
+    def _end_at_unresolved_branch(self, result: RunResult) -> RunResult:
+        """Return a result that ends where the motion goes straight through between branches that avoid each other.
+
+        Both runs of a certificate go through alike, so that their difference does not show it. The travel of a machine ends before such a
+        configuration; a mechanism of the user's own may pass it.
+        """
+        states = result.monitor_states
+        if not isinstance(states, StateHistory) or all(part.machine != CUSTOM_MACHINE for part in self.scene.parts):
+            return result
+        if not may_branch(self.scene.mechanism):
+            return result
+        motion = DeferredMotionAnalysis(self.scene, result, mobility=1).sample_motion()
+        pass_times = find_unresolved_branch(self.scene.mechanism, motion)
+        if pass_times is None:
+            return result
+        time, last_time = pass_times
+        reported, n_kept = result.reported_states, int(np.searchsorted(states.times, last_time, side="right"))
+        kept_states = reported.at(slice(int(np.searchsorted(reported.times, last_time, side="right"))))
+        indices = np.arange(len(states.times))[result.reported_indices][: len(kept_states.times)]
+        return replace(
+            result,
+            reported_states=kept_states,
+            monitor_states=states.at(slice(n_kept)),
+            observables=self.evaluator.evaluate(kept_states),
+            contact_modes=result.contact_modes[:n_kept],
+            contact_events=tuple(event for event in result.contact_events if event.time <= last_time),
+            reported_indices=indices,
+            outcome=Outcome.BRANCH_UNRESOLVED,
+            detail=f"the mechanism passes a change point at t = {time:.9g} s",
+        )
 
 
 def make_reported_times(scene: Scene) -> FloatArray:
@@ -240,8 +276,8 @@ def _validate_times(given: Sequence[float] | FloatArray) -> FloatArray:
     """Return the given times as an array (n,) s, or raise MechanismError."""
     try:
         times = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise MechanismError(f"times must be a list of finite numbers (s); got {given!r}") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        raise MechanismError(f"times must be a list of finite numbers (s); got {format_value(given)}") from error
     if times.ndim != 1 or times.size == 0 or not np.all(np.isfinite(times)):
         raise MechanismError(f"times must be a one-dimensional array of finite numbers; got shape {times.shape}")
     if times[0] < 0 or np.any(np.diff(times) <= 0):

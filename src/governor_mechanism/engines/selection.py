@@ -16,6 +16,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
+from governor_mechanism.units.quantities import format_value
 
 ENGINES: dict[str, type[Engine]] = {"reduced": ReducedEngine, "multibody": MultibodyEngine, "impulse": ImpulseEngine}
 """Engine classes by name."""
@@ -58,13 +59,13 @@ class ReducedWithFallback(ReducedEngine):
         return reduced_result if multibody_result.outcome is Outcome.ACCURACY_MISSED and is_worse else multibody_result
 
 
-def select_engine(name: str, scene: Scene, accuracy: float | None = None) -> tuple[Engine, str]:
+def select_engine(name: str | Engine, scene: Scene, accuracy: float | None = None) -> tuple[Engine, str]:
     """Return the engine of a name with its default settings; 'auto' selects the cheapest one that can model the scene.
 
     Parameters
     ----------
     name
-        Name of an engine, or 'auto'.
+        Name of an engine, 'auto', or an engine.
     scene
         Scene to run.
     accuracy
@@ -80,10 +81,12 @@ def select_engine(name: str, scene: Scene, accuracy: float | None = None) -> tup
     MechanismError
         If there is no engine of that name.
     """
+    if isinstance(name, Engine):
+        return name, "given"
+    known = ["auto", *ENGINES]
+    if not isinstance(name, str) or name not in known:
+        raise MechanismError(f"unknown engine {format_value(name)}; the engines are {', '.join(known)}.{did_you_mean(name, known)}")
     if name != "auto":
-        if name not in ENGINES:
-            known = ["auto", *ENGINES]
-            raise MechanismError(f"unknown engine {name!r}; the engines are {known}.{did_you_mean(name, known)}")
         return ENGINES[name](), "asked for"
     requested_accuracy = scene.run.accuracy if accuracy is None else accuracy
     engines = {name: engine_class() for name, engine_class in ENGINES.items()}

@@ -1,6 +1,8 @@
 """Files of a run: CSV of the readings, netCDF of all arrays, JSON of the summary."""
 
 import platform
+import re
+from collections.abc import Iterable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -31,6 +33,9 @@ def save_csv(run: Trajectory, path: Path) -> None:
 def save_netcdf(run: Trajectory, path: Path) -> None:
     """Write all arrays of a run as netCDF-3, with the dimensions time, body and component (x, y, angle).
 
+    Variables have ASCII names, those of readings with the prefix `reading_` and of their rates `rate_`; the attribute `long_name` is the
+    name of the reading. Texts are in UTF-8.
+
     Parameters
     ----------
     run
@@ -41,31 +46,42 @@ def save_netcdf(run: Trajectory, path: Path) -> None:
     from scipy.io import netcdf_file
 
     with atomic_write(path) as temporary, netcdf_file(temporary, "w", version=2) as dataset:
-        dataset.title = run.scene.title
-        dataset.outcome = run.message
-        dataset.bodies = ", ".join(run.body_names)
+        dataset.title, dataset.outcome = run.scene.title.encode(), run.message.encode()
+        dataset.bodies = ", ".join(run.body_names).encode()
         dataset.createDimension("time", len(run.times))
         dataset.createDimension("body", len(run.body_names))
         dataset.createDimension("component", 3)
-        columns = {"time": (run.times, "s"), "joint_gap": (run.joint_gap, "m")}
-        columns |= {name: (values, run.units[name]) for name, values in run.readings.items()}
-        columns |= {f"{name}_rate": (values, f"{run.units[name]}/s") for name, values in run.rates.items()}
+        columns = [("time", "time", run.times, "s"), ("joint_gap", "joint gap", run.joint_gap, "m")]
+        ascii_names = _make_ascii_names(run.readings)
+        columns += [(f"reading_{ascii_names[name]}", name, values, run.units[name]) for name, values in run.readings.items()]
+        columns += [(f"rate_{ascii_names[name]}", f"rate of {name}", values, f"{run.units[name]}/s") for name, values in run.rates.items()]
         energy_names = ("kinetic", "potential", "rotation", "jacobi", "dissipated_energy")
-        columns |= {f"energy_{name.removesuffix('_energy')}": (getattr(run.energy, name), "J") for name in energy_names}
-        for name, (values, unit) in columns.items():
+        columns += [(f"energy_{name.removesuffix('_energy')}", name, getattr(run.energy, name), "J") for name in energy_names]
+        for name, long_name, values, unit in columns:
             variable = dataset.createVariable(name, "d", ("time",))
             variable[:] = values
-            variable.units = unit
+            variable.units, variable.long_name = unit, long_name.encode()
         for name, block in (("pose", run.poses), ("velocity", run.velocities)):
             dataset.createVariable(name, "d", ("time", "body", "component"))[:] = block
         _save_reactions(run, dataset)
+
+
+def _make_ascii_names(names: Iterable[str]) -> dict[str, str]:
+    """Return a name of ASCII letters, digits and underscores for each name, no two alike."""
+    ascii_names: dict[str, str] = {}
+    for name in sorted(names, key=lambda name: not name.isascii()):
+        ascii_name = re.sub("[^a-zA-Z0-9_]", "_", name)
+        while ascii_name in ascii_names.values():
+            ascii_name += "_"
+        ascii_names[name] = ascii_name
+    return ascii_names
 
 
 def _save_reactions(run: Trajectory, dataset: Any) -> None:
     """Write the reactions on second bodies: force x, y (N) and moment (N m), and whether they are determined (1 or 0)."""
     if not run.reactions:
         return
-    dataset.joints = ", ".join(run.reactions)
+    dataset.joints = ", ".join(run.reactions).encode()
     dataset.createDimension("joint", len(run.reactions))
     blocks = [np.column_stack([one.force, one.moment]) for one in run.reactions.values()]
     dataset.createVariable("reaction", "d", ("time", "joint", "component"))[:] = np.stack(blocks, axis=1)

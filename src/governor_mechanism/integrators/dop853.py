@@ -28,7 +28,14 @@ NEAR_SINGULAR_QUALITY, MIN_STAGE_QUALITY = 1e-3, 1e-6
 
 At an angle e from a change point, a constraint violation d causes an acceleration error of order d / e^3. The step is
 therefore placed so that the change point falls into the widest gap between stages. A step with a stage too close to
-the change point is repeated with another length.
+the change point is repeated with another length, unless it starts so close that no step does better.
+"""
+
+CROSSING_QUALITY_RATIO = 0.04
+"""Quality of the stages nearest to a change point relative to that of the start, in a step that has the change point in its widest gap.
+
+The gap reaches from 0.333 to 0.6 of the step. With the change point in its middle, the nearest stages are 0.134 / 0.466 of the angle of
+the start away, and the quality is the square of an angle: 0.08. Half of it is required, because the angle is extrapolated.
 """
 
 BELOW_DOMAIN, ABOVE_DOMAIN, FAR_OUTSIDE_DOMAIN, OUT_OF_RANGE = -1.0, -2.0, -3.0, -4.0
@@ -301,7 +308,7 @@ def _make_attempt(functions: EquationFunctions[Equation]) -> Callable[..., tuple
         lowest_quality = min(quality, take_step(equation, local_time, h, state, stages))
         if lowest_quality < 0.0:
             return lowest_quality, -1.0, 0.25 if lowest_quality == FAR_OUTSIDE_DOMAIN else 0.0
-        if is_regular and lowest_quality < MIN_STAGE_QUALITY and n_retries < MAX_SINGULAR_RETRIES:
+        if is_regular and lowest_quality < min(MIN_STAGE_QUALITY, CROSSING_QUALITY_RATIO * quality) and n_retries < MAX_SINGULAR_RETRIES:
             return lowest_quality, -1.0, 0.83 if (n_retries + 1) % 8 else 3.1  # ever shorter, then longer once
         runge_kutta.estimate_errors(stages)
         if is_regular and lowest_quality < NEAR_SINGULAR_QUALITY:

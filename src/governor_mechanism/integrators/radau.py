@@ -65,10 +65,10 @@ class RadauIntegrator:
         tolerance: float,
         max_steps: int,
         output_states: FloatArray,
-    ) -> tuple[IntegrationStatus, float, int]:
+    ) -> tuple[IntegrationStatus, float, int, float]:
         """Integrate the state in place, as `integrate_multibody` does; input_cubics count from `cubics_start` (s).
 
-        Returns how the integration ended, the last step size (s) and the number of output times reached.
+        Returns how the integration ended, the last step size (s), the number of output times reached, and the time of the state (s).
         """
         self._input_cubics, self._cubics_start = input_cubics, cubics_start
         t, end = span
@@ -80,10 +80,10 @@ class RadauIntegrator:
             solver = Radau(self._evaluate_derivative, t, start, end, **options, **tolerances)
             while solver.status == "running":
                 if self.n_steps >= max_steps:
-                    return IntegrationStatus.STEP_LIMIT, step, n_reached
+                    return IntegrationStatus.STEP_LIMIT, step, n_reached, t
                 solver.step()
                 if solver.status == "failed":
-                    return IntegrationStatus.STALLED, step, n_reached
+                    return IntegrationStatus.STALLED, step, n_reached, t
                 self.n_steps += 1
                 dense_output = solver.dense_output()
                 while n_reached < output_times.size and output_times[n_reached] <= solver.t:
@@ -93,10 +93,10 @@ class RadauIntegrator:
                 state[:] = self._expand_state(t, solver.y)
                 self._poses = state[: 3 * self._n_bodies].reshape(-1, 3).copy()
                 if np.max(np.abs(self._poses[:, :2])) > self._max_distance:
-                    return IntegrationStatus.OUT_OF_RANGE, step, n_reached
+                    return IntegrationStatus.OUT_OF_RANGE, step, n_reached, t
                 if self._is_ill_conditioned():
                     break
-        return IntegrationStatus.DONE, step, n_reached
+        return IntegrationStatus.DONE, step, n_reached, t
 
     def _choose_partition(self, state: FloatArray) -> None:
         """Take as independent the coordinates that the pivoted QR factorisation of the constraint Jacobian chooses last.

@@ -9,7 +9,7 @@ class IntegrationStatus(IntEnum):
     DONE = 0
     """The end of the interval is reached."""
     STALLED = 1
-    """The step size fell to rounding, or events follow each other without end."""
+    """The step size fell to rounding."""
     STEP_LIMIT = 2
     """The allowed number of steps is used up."""
     BELOW_TABLE = 3
@@ -24,3 +24,5 @@ class IntegrationStatus(IntEnum):
     """An event function crosses zero within the last step."""
     TABLE_ENDED = 8
     """The table cannot be extended to where the motion leads."""
+    ENDLESS_EVENTS = 9
+    """Events follow each other at one time without end."""

@@ -14,6 +14,9 @@ from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
+FLIGHT_DETAIL = "a body flies away"
+"""Cause of the end of a run in which a body leaves every bound; its outcome is LEFT_RANGE."""
+
 
 class Outcome(Enum):
     """How a run ended. Each value is a sentence for the user."""
@@ -25,7 +28,8 @@ class Outcome(Enum):
     DEAD_CENTRE = "the coordinate of the engine has a turning point there; try engine multibody"
     STIFF = "the motion is stiff, and this engine integrates explicitly; try engine multibody"
     STEP_LIMIT = "the run needs more steps than the engine allows; shorten it, slow it, or raise max_steps"
-    STALLED = "the integration failed: its steps became too small, as where a driver locks the mechanism"
+    STALLED = "the integration cannot go on from there"
+    BRANCH_UNRESOLVED = "which way the mechanism goes on there is finer than the run resolves; try a higher accuracy or engine multibody"
     JOINT_OPENED = "a joint opened by more than a second-order step explains; try engine multibody"
 
     @property
@@ -34,7 +38,7 @@ class Outcome(Enum):
         return self in (Outcome.DONE, Outcome.NOT_CERTIFIED)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Energy:
     """Energies at the reported times, J; shape (n,).
 
@@ -68,7 +72,7 @@ class Energy:
         return float(np.max(np.abs(self.jacobi - self.jacobi[0]))) / self.scale if self.jacobi.size else 0.0
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Reaction:
     """Reaction of a joint on its second body at its second point, at the reported times.
 
@@ -154,7 +158,7 @@ class DeferredResults(Protocol):
         """Return the events in order of time."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Trajectory:
     """Result of a run.
 
@@ -175,7 +179,8 @@ class Trajectory:
     units
         SI units of the readings.
     scales
-        Scales of the readings for relative errors, SI.
+        Scales of relative errors, SI: of each reading, of its rate ("rate of ..."), of the joint gap and of the event times. They follow
+        the motion: a stiff spring that hardly swings does not set them.
     joint_gap
         Largest gap of any joint, m; shape (n,).
     energy

@@ -32,6 +32,9 @@ def cubic_hermite(start: Any, end: Any, start_derivative: Any, end_derivative: A
     return start + fraction * (d0 + fraction * (3 * change - 2 * d0 - d1 + fraction * (d0 + d1 - 2 * change)))
 
 
+cubic_hermite_jit = jit_in_place(cubic_hermite)
+
+
 def cubic_hermite_derivative(start: Any, end: Any, start_derivative: Any, end_derivative: Any, length: Any, fraction: Any) -> Any:
     """Return the derivative of `cubic_hermite` by the position, for the same arguments.
 

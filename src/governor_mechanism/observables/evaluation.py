@@ -21,6 +21,7 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
+from governor_mechanism.observables.error_scales import JOINT_GAP, MotionScales, name_of_rate
 from governor_mechanism.observables.run_result import DeferredMotionAnalysis, Observables, RunResult, StateHistory
 from governor_mechanism.observables.static_forces import evaluate_derived_forces
 from governor_mechanism.observables.work import integrate_work
@@ -53,7 +54,7 @@ class ReadingEvaluator:
     time_scale
         Time scale of the scene, s.
     energy_scale
-        Energy scale of the scene, J.
+        Largest energy scale of any motion of the scene, J.
     """
 
     def __init__(self, scene: Scene, initial_poses: FloatArray) -> None:
@@ -65,25 +66,17 @@ class ReadingEvaluator:
         self.speed_functions = [SpindleSpeedFunction(given, ratio) if given else None for given, ratio in speeds]
         self._shaft_indices = [self.mechanism.body_index(plane.shaft) if plane.shaft else -1 for plane in self.planes]
         self._constraint_equations = ConstraintEquations(self.mechanism)
-        mass = sum(body.mass for body in self.mechanism.bodies)
-        self.time_scale = time_scale(scene)
-        self.energy_scale = mass * self.mechanism.length_scale**2 / self.time_scale**2
+        self.time_scale, self._motion_scales = time_scale(scene), MotionScales(scene)
+        self.energy_scale = self._motion_scales.mass * self.mechanism.length_scale**2 / self.time_scale**2
 
-    def reading_scales(self) -> dict[str, float]:
-        """Return the scale of each reading: 1 rad or the length scale; for the spindle from mass, length and time scale."""
-        mechanism = self.mechanism
-        scales = {reading.name: mechanism.output_scale(reading.name) for reading in mechanism.readings}
-        scales |= {output.name: self.energy_scale / mechanism.length_scale for output in mechanism.derived_forces}
-        return scales | {name: scale for name, _, scale, _ in self._spindle_outputs()}
-
-    def _spindle_outputs(self) -> Iterator[tuple[str, str, float, Callable[[StateHistory], FloatArray]]]:
-        """Yield name, unit and scale of each output of a spindle, and the function that evaluates it."""
+    def _spindle_outputs(self) -> Iterator[tuple[str, str, Callable[[StateHistory], FloatArray]]]:
+        """Yield name and unit of each output of a spindle, and the function that evaluates it."""
         for index, plane in enumerate(self.planes):
-            yield f"{plane.prefix}{SPINDLE_SPEED}", "rad/s", 1.0 / self.time_scale, partial(self.evaluate_speed, index)
+            yield f"{plane.prefix}{SPINDLE_SPEED}", "rad/s", partial(self.evaluate_speed, index)
             if plane.given_speed and plane.is_loaded:
-                yield f"{plane.prefix}{SPINDLE_TORQUE}", "N m", self.energy_scale, partial(self._evaluate_spindle_torque, index)
+                yield f"{plane.prefix}{SPINDLE_TORQUE}", "N m", partial(self._evaluate_spindle_torque, index)
             elif not plane.given_speed and not plane.has_reaction:
-                yield f"{plane.prefix}{SPINDLE_ANGLE}", "rad", 1.0, partial(self._evaluate_spindle_angle, index)
+                yield f"{plane.prefix}{SPINDLE_ANGLE}", "rad", partial(self._evaluate_spindle_angle, index)
 
     def evaluate(self, history: StateHistory) -> Observables:
         """Return all observables at the states of a history."""
@@ -94,9 +87,10 @@ class ReadingEvaluator:
             units[name] = READING_UNITS[reading.quantity]
         readings |= evaluate_derived_forces(self.scene, history.poses)
         units |= {output.name: "N" for output in self.mechanism.derived_forces}
-        for name, unit, _, evaluate_output_of in self._spindle_outputs():
+        for name, unit, evaluate_output_of in self._spindle_outputs():
             readings[name], units[name] = evaluate_output_of(history), unit
-        joint_gap, energy = self.evaluate_joint_gap(history.poses, history.times), self._evaluate_energy(history)
+        joint_gap = self.evaluate_joint_gap(history.poses, history.times)
+        energy = self._evaluate_energy(history, self._motion_scales.energy_scale(rates))
         return Observables(readings=readings, rates=rates, units=units, joint_gap=joint_gap, energy=energy)
 
     def make_trajectory(self, result: RunResult, *, cost: Cost, settings: dict[str, Any]) -> Trajectory:
@@ -109,7 +103,7 @@ class ReadingEvaluator:
             poses=states.poses,
             velocities=states.velocities,
             **vars(result.observables),
-            scales=self.reading_scales(),
+            scales=self._motion_scales.error_scales(result.observables.readings, result.observables.rates),
             outcome=result.outcome or Outcome.NOT_CERTIFIED,
             detail=result.detail,
             cost=cost,
@@ -183,17 +177,15 @@ class ReadingEvaluator:
         return largest
 
     def compare_observables(self, better: Observables, worse: Observables) -> dict[str, float]:
-        """Return the largest difference of each reading and rate (named 'rate of ...') and the largest joint gap, in SI."""
+        """Return the largest difference of each reading and rate (see `name_of_rate`) and the largest joint gap, in SI."""
         pairs = {name: (values, worse.readings[name]) for name, values in better.readings.items()}
-        pairs |= {f"rate of {name}": (values, worse.rates[name]) for name, values in better.rates.items()}
-        pairs["joint_gap"] = better.joint_gap, np.zeros_like(better.joint_gap)
+        pairs |= {name_of_rate(name): (values, worse.rates[name]) for name, values in better.rates.items()}
+        pairs[JOINT_GAP] = better.joint_gap, np.zeros_like(better.joint_gap)
         return {name: float(np.max(np.abs(first - second), initial=0.0)) for name, (first, second) in pairs.items()}
 
-    def to_relative_error(self, errors: dict[str, float]) -> float:
-        """Return the largest of these errors relative to its scale, and at least the rounding error that all runs share."""
-        scales = self.reading_scales()
-        scales |= {f"rate of {name}": scale / self.time_scale for name, scale in scales.items()}
-        scales["joint_gap"] = self.mechanism.length_scale
+    def to_relative_error(self, errors: dict[str, float], observables: Observables) -> float:
+        """Return the largest error relative to its scale in this motion, and at least the rounding error that all runs share."""
+        scales = self._motion_scales.error_scales(observables.readings, observables.rates)
         return max(ERROR_ESTIMATE_FLOOR, *(error / scales[name] for name, error in errors.items()))
 
     def find_first_out_of_range(self, poses: FloatArray) -> tuple[int, str] | None:
@@ -239,8 +231,8 @@ class ReadingEvaluator:
             total += spindle_inertia(body.mass, *body.second_moments.in_plane, body.second_moments.zz, poses[:, k, 0], poses[:, k, 2])
         return total
 
-    def _evaluate_energy(self, history: StateHistory) -> Energy:
-        """Return the energy balance."""
+    def _evaluate_energy(self, history: StateHistory, scale: float) -> Energy:
+        """Return the energy balance, with the scale (J) of its errors."""
         kinetic, potential, rotation, work = (np.zeros(len(history.times)) for _ in range(4))
         shafts = {index for index, plane in zip(self._shaft_indices, self.planes, strict=True) if plane.has_reaction}
         for index, body in enumerate(self.mechanism.bodies):
@@ -261,5 +253,5 @@ class ReadingEvaluator:
                 energy = 0.5 * inertia * self.evaluate_speed(index, history) ** 2
                 rotation += energy
                 work += energy if plane.has_reaction else -energy
-        jacobi, dissipated, scale = kinetic + potential + work + history.work, history.dissipated_energy, self.energy_scale
+        jacobi, dissipated = kinetic + potential + work + history.work, history.dissipated_energy
         return Energy(kinetic=kinetic, potential=potential, rotation=rotation, jacobi=jacobi, dissipated_energy=dissipated, scale=scale)

@@ -164,13 +164,14 @@ class DeferredMotionAnalysis:
         """Return all events in the order of time."""
         events, has_contacts = list(self.result.contact_events), bool(self.result.contact_modes)
         if self.result.n_reached and (self.scene.crossings or not has_contacts):
-            motion = self._sample_motion()
+            motion = self.sample_motion()
             events += self._find_crossings(motion)
             if not has_contacts:
                 events += find_singular_configurations(self.scene.mechanism, motion, self.mobility)
         return tuple(sorted(events, key=lambda event: event.time))
 
-    def _sample_motion(self) -> SampledMotion:
+    def sample_motion(self) -> SampledMotion:
+        """Return the motion at the monitor times."""
         states, modes, dense_output = self.result.monitor_states, self.result.contact_modes, self.result.dense_output
         if not isinstance(states, StateHistory):
             states, modes, dense_output = states()

@@ -140,25 +140,41 @@ def _locate_turning_point(mechanism: Mechanism, name: str, motion: SampledMotion
 
 def _find_change_points(mechanism: Mechanism, motion: SampledMotion) -> list[Event]:
     """Return the change points: minima of the singular value ratio of the constraint Jacobian close to zero."""
-    position_solver, times = PositionSolver(mechanism), motion.times
-    singularity_angle = np.sqrt(motion.pivot_ratios)
-    events = []
-    for k in range(1, len(times) - 1):
-        before, here, after = singularity_angle[k - 1 : k + 2]
-        if not (here < NEAR_CHANGE_POINT_ANGLE and before >= here < after):
-            continue
-        # Engines avoid stopping at a change point, so there is no dense output.
-        paths = motion.quintic_interpolant(k - 1), motion.quintic_interpolant(k)
+    position_solver = PositionSolver(mechanism)
+    nearest = (locate_nearly_singular_poses(position_solver, motion, k) for k in find_nearly_singular_samples(motion))
+    return [
+        Event(time=time, kind=EventKind.CHANGE_POINT, subject="the mechanism")
+        for time, _, singular_value in nearest
+        if singular_value < CHANGE_POINT_SINGULAR_VALUE_RATIO
+    ]
 
-        def singular_value_ratio(time: float, middle: float = times[k], paths: tuple[MotionPath, MotionPath] = paths) -> float:
-            poses, _ = paths[int(time >= middle)](time)
-            singular_values = np.linalg.svd(position_solver.scaled_joint_jacobian(poses), compute_uv=False)
-            return float(singular_values[-1] / singular_values[0])
 
-        result = minimize_scalar(singular_value_ratio, bounds=(times[k - 1], times[k + 1]), method="bounded", options={"xatol": 1e-12})
-        if result.fun < CHANGE_POINT_SINGULAR_VALUE_RATIO:
-            events.append(Event(time=float(result.x), kind=EventKind.CHANGE_POINT, subject="the mechanism"))
-    return events
+def find_nearly_singular_samples(motion: SampledMotion) -> list[int]:
+    """Return the inner samples at which the constraint rows are nearest to dependence."""
+    angle = np.sqrt(motion.pivot_ratios)
+    before, here, after = angle[:-2], angle[1:-1], angle[2:]
+    indices: list[int] = (1 + np.flatnonzero((here < NEAR_CHANGE_POINT_ANGLE) & (before >= here) & (here < after))).tolist()
+    return indices
+
+
+def locate_nearly_singular_poses(position_solver: PositionSolver, motion: SampledMotion, k: int) -> tuple[float, FloatArray, float]:
+    """Return time (s), poses (bodies, 3) and singular value next to a sample, where the constraint rows are nearest to dependence.
+
+    The singular value is the smallest one of the scaled constraint Jacobian, relative to the largest.
+    """
+    times = motion.times
+    # Engines avoid stopping at a change point, so there is no dense output.
+    paths = motion.quintic_interpolant(k - 1), motion.quintic_interpolant(k)
+
+    def poses_at(time: float) -> FloatArray:
+        return paths[int(time >= times[k])](time)[0]
+
+    def singular_value_ratio(time: float) -> float:
+        singular_values = np.linalg.svd(position_solver.scaled_joint_jacobian(poses_at(time)), compute_uv=False)
+        return float(singular_values[-1] / singular_values[0])
+
+    result = minimize_scalar(singular_value_ratio, bounds=(times[k - 1], times[k + 1]), method="bounded", options={"xatol": 1e-12})
+    return float(result.x), poses_at(float(result.x)), float(result.fun)
 
 
 def _overall_speed(mechanism: Mechanism, velocities: FloatArray) -> FloatArray:

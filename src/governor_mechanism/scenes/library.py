@@ -66,7 +66,7 @@ def load_scene(scene: str | Path) -> Scene:
         If the name is unknown, or the file cannot be read or has mistakes.
     """
     if not isinstance(scene, str | Path):
-        raise MechanismError(f"a scene is a path or a name; found {format_value(scene)}")
+        raise MechanismError(f"a scene is a path or the name of a shipped scene, or what load returns; found {format_value(scene)}")
     known = shipped_scenes()
     if isinstance(scene, Path) or any(mark in scene for mark in (".", "/", os.sep)):
         return read_scene_file(scene, known_names=known)

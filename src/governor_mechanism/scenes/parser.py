@@ -1,6 +1,7 @@
 """Parser of scene files: text, TOML document, scene. All mistakes of a file are found before any is reported, each in one sentence."""
 
 import difflib
+import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -14,6 +15,8 @@ from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistak
 from governor_mechanism.units.quantities import format_value
 
 _unreadable = partial(mistake, ProblemCode.UNREADABLE)
+
+_LONG_KEY = re.compile(r"""(?<![\w"'-])(?:[\w"'-]++\s*\.\s*){100}""")  # tomllib takes minutes for thousands of dots
 
 MAX_SCENE_FILE_SIZE = 1_000_000
 """Largest scene file, bytes; a scene is a page of text, and a larger file is not a scene."""
@@ -87,6 +90,8 @@ def _named(source: str) -> Iterator[None]:
 def _read_document(path: Path, known_names: Iterable[str]) -> dict[str, Any]:
     """Return the TOML document of a file; raise MechanismError if it cannot be read."""
     text = _read_text(path, known_names)
+    if _LONG_KEY.search(text):
+        raise _unreadable("a key has 100 dots or more; the tables of a scene are a few levels deep")
     try:
         document = tomllib.loads(text)
     except RecursionError as error:
@@ -103,6 +108,8 @@ def _read_text(path: Path, known_names: Iterable[str]) -> str:
         if path.is_dir():
             scenes = ", ".join(sorted(file.name for file in path.glob("*.toml")))
             raise _unreadable(f"this is a folder, not a scene file; it holds {scenes or 'no .toml files'}")
+        if path.exists() and not path.is_file():
+            raise _unreadable("this is not a file on disk but a pipe or a device; save the scene in a file")
         with path.open("rb") as stream:
             content = stream.read(MAX_SCENE_FILE_SIZE + 1)
     except MechanismError:

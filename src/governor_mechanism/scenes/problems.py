@@ -9,7 +9,7 @@ from enum import StrEnum
 from itertools import repeat
 from typing import Any, Final, TypeVar
 
-from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.errors import MechanismError, did_you_mean, escape_control_characters
 from governor_mechanism.units.quantities import format_value
 
 _Parsed = TypeVar("_Parsed")
@@ -49,7 +49,7 @@ class Problem(str):
 
     def __new__(cls, text: str, code: ProblemCode = ProblemCode.INCONSISTENT, key: str = KEY) -> Problem:
         """Return the sentence; a `Problem` keeps its own code and key."""
-        problem = super().__new__(cls, text)
+        problem = super().__new__(cls, escape_control_characters(text))
         problem.code, problem.key = (text.code, text.key) if isinstance(text, Problem) else (code, key)
         return problem
 
@@ -81,8 +81,7 @@ def wrong_value(
 def unknown_name(start: str, word: object, known: Iterable[str], end: str = "") -> MechanismError:
     """Return the error of a name that is not known; the known names stand between the start and the end of the sentence."""
     names = list(known)
-    suggestion = did_you_mean(word, names) if isinstance(word, str) else ""
-    return mistake(ProblemCode.UNKNOWN_NAME, f"{start} {', '.join(names)}{end}.{suggestion}")
+    return mistake(ProblemCode.UNKNOWN_NAME, f"{start} {', '.join(names)}{end}.{did_you_mean(word, names)}")
 
 
 class ProblemCollector:

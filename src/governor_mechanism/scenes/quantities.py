@@ -3,11 +3,11 @@
 from collections.abc import Callable, Collection, Iterable, Mapping
 from itertools import count
 from types import UnionType
-from typing import Annotated, Final, TypeVar
+from typing import Annotated, Final, TypeGuard, TypeVar
 
 from pydantic import PlainValidator
 
-from governor_mechanism.errors import MechanismError
+from governor_mechanism.errors import MechanismError, escape_control_characters
 from governor_mechanism.machines.base import MAX_DIMENSION, MIN_DIMENSION
 from governor_mechanism.model.part import MAX_SPINDLE_SPEED
 from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
@@ -30,6 +30,9 @@ SIGNS: Final[Mapping[str, tuple[Callable[[float], bool], str]]] = {
     "not zero": (lambda number: number != 0, "must not be zero"),
 }
 """Conditions on the sign of a quantity, with the requirement in messages."""
+
+MAX_LABEL_LENGTH = 200
+"""Largest number of characters of a title or a name; more do not fit into a figure."""
 
 FloatPair = tuple[float, float]
 Columns = tuple[tuple[float, ...], tuple[float, ...]]
@@ -138,17 +141,24 @@ def check_bool(value: object) -> bool:
     return value
 
 
-def check_label(value: object) -> str:
-    """Return a text that is not empty; refuse anything else."""
-    if not isinstance(value, str) or not value.strip():
-        raise wrong_value(value, "must be text")
+def _is_label(value: object) -> TypeGuard[str]:
+    """Return whether a value is one line of text, which any file, figure and terminal can show."""
+    if not isinstance(value, str) or not 0 < len(value.strip()) <= MAX_LABEL_LENGTH:
+        return False
+    return "\0" not in value and escape_control_characters(value) == value
+
+
+def check_label(value: object, hint: str = "") -> str:
+    """Return a line of text that is not empty; refuse anything else."""
+    if not _is_label(value):
+        raise wrong_value(value, f"must be one line of text, at most {MAX_LABEL_LENGTH} characters", hint)
     return value
 
 
 def parse_name(value: object, key: str = KEY) -> str:
     """Return a name that other tables can refer to."""
-    if not isinstance(value, str) or not value.strip() or "." in value:
-        raise wrong_value(value, "must be text without a dot", path=key)
+    if not _is_label(value) or "." in value:
+        raise wrong_value(value, f"must be one line of text without a dot, at most {MAX_LABEL_LENGTH} characters", path=key)
     return value
 
 

@@ -18,7 +18,7 @@ from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_by_
 from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, wrong_value
 from governor_mechanism.scenes.quantities import choice, instance_of, number_between, parse_name, parse_si, parse_time_points, quantity
-from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, SceneFileTable, validate
+from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, SceneFileTable, Title, validate
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
 ENGINE_CHOICES: Final = ("auto", "impulse", "multibody", "reduced")
@@ -31,9 +31,8 @@ RATE_KINDS: Final = {"angle": "angular_rate", "length": "speed"}
 """Kind of the rate of a coordinate, by the quantity of the coordinate."""
 
 
-Title = Annotated[str | None, instance_of(str, "must be text", '; write title = "..."')]
 AnyTable = Annotated[dict[str, Any] | None, instance_of(Mapping, "must be a table", f"; write [{KEY}] on a line of its own")]
-"""Types of fields; the keys of a table of any kind are checked later."""
+"""Type of a field; the keys of the table are checked later."""
 
 
 class CommonSceneTable(SceneFileTable):

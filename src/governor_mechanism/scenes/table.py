@@ -2,19 +2,21 @@
 
 import difflib
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, ClassVar, Final, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Final, Self, TypeVar
 
-from pydantic import BaseModel, ValidationError, ValidationInfo, model_validator
+from pydantic import BaseModel, PlainValidator, ValidationError, ValidationInfo, model_validator
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, wrong_value
+from governor_mechanism.scenes.quantities import check_label
 from governor_mechanism.units.quantities import format_value
 
 TOP_LEVEL_KEYS: Final = ("machine", "title", "dimensions", "effects", "spindle", "start", "run", "events")
 """Keys of a scene file outside its tables, and its tables."""
 
+Title = Annotated[str | None, PlainValidator(lambda value: check_label(value, '; write title = "..."'))]
 _Table = TypeVar("_Table", bound="SceneFileTable")
 
 

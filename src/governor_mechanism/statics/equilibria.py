@@ -45,7 +45,7 @@ MAX_EQUILIBRIUM_ITERATIONS = 60
 """Largest number of Newton or bisection steps for one equilibrium."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Equilibrium:
     """An equilibrium at a given spindle speed.
 

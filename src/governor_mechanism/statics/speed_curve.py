@@ -22,11 +22,14 @@ from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squar
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_value
 
+MAX_CURVE_POINTS = 1_000_000
+"""Largest number of points of a speed curve; it bounds memory and time."""
+
 ZERO_SPEED_TOLERANCE = 1e-10
 """Distance from a zero of V', relative to the scale of the coordinate, within which the equilibrium speed counts as zero."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class InsensitivityBand:
     """Spindle speeds between which a resistance along a reading keeps the mechanism in equilibrium; shape (n,).
 
@@ -52,7 +55,7 @@ class InsensitivityBand:
     insensitivity: FloatArray
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SpeedCurve:
     """Equilibrium speed over the travel; arrays of shape (n,).
 
@@ -163,8 +166,8 @@ def compute_speed_curve(
         If no spindle speed can balance the loads, the mechanism does not have one degree of freedom, or an argument is wrong.
     """
     equilibrium_speed.require_equilibrium_speed(scene)
-    if not isinstance(points, Integral) or isinstance(points, bool) or points < 2:
-        raise MechanismError(f"a speed curve needs 2 points or more; got {format_value(points)}")
+    if not isinstance(points, Integral) or isinstance(points, bool) or not 2 <= points <= MAX_CURVE_POINTS:
+        raise MechanismError(f"a speed curve needs 2 to {MAX_CURVE_POINTS:,} points; got {format_value(points)}")
     reduction = SingleDofReduction(scene)
     band_arguments = None if resistance is None else equilibrium_speed.validate_resistance(reduction.mechanism, resistance, against)
     travel = reduction.range_of_motion

@@ -10,9 +10,11 @@ import re
 import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import date, time
 from decimal import Decimal
 from functools import cache
-from numbers import Real
+from numbers import Number, Real
+from pathlib import PurePath
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean
@@ -181,7 +183,21 @@ def format_value(value: object) -> str:
     """
     if isinstance(value, str):
         return json.dumps(value if len(value) <= 60 else value[:57] + "...", ensure_ascii=False)
-    return str(value).lower() if isinstance(value, bool) else reprlib.repr(value)
+    return _ValueFormat().repr(value)
+
+
+class _ValueFormat(reprlib.Repr):
+    """Shortened text of values, which names the type of a value that no scene file can hold."""
+
+    def repr_int(self, number: int, level: int) -> str:
+        return super().repr_int(number, level) if abs(number) < 10**100 else "an integer of more than 100 digits"
+
+    def repr_instance(self, value: object, level: int) -> str:
+        if isinstance(value, bool):
+            return str(value).lower()
+        return (
+            str(value) if isinstance(value, Number | Decimal | date | time | PurePath | None) else f"a value of type {type(value).__name__}"
+        )
 
 
 def _text_to_si(text: str, expected: QuantityKind, what: str) -> float:

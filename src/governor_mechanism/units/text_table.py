@@ -1,6 +1,7 @@
 """Plain text tables for the terminal and for results as text."""
 
 from collections.abc import Iterable, Sequence
+from io import StringIO
 
 COLUMN_GAP = 2
 """Spaces between two columns of a text table."""
@@ -35,7 +36,6 @@ def format_table(headers: Sequence[str], rows: Iterable[Sequence[str]], justify:
         table.add_column(Text(heading), justify=sides[side], no_wrap=True)  # type: ignore[arg-type]
     for row in cells:
         table.add_row(*row)
-    console = Console(width=100_000, color_system=None, force_terminal=False)
-    with console.capture() as capture:
-        console.print(table)
-    return "\n".join(line.rstrip() for line in capture.get().splitlines())
+    output = StringIO()
+    Console(file=output, width=100_000, color_system=None, force_terminal=False).print(table)
+    return "\n".join(line.rstrip() for line in output.getvalue().splitlines())

@@ -13,6 +13,7 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.quantities import format_value
 from governor_mechanism.verification.report import CheckReport, ComparisonRow
 
 KERNEL_RELATIVE_TOLERANCE = 1e-6
@@ -124,6 +125,6 @@ def _evaluate_kernel(kernel: Callable[..., float], arguments: Mapping[str, float
         error.add_note(f"raised by the kernel at {label}, called with {dict(arguments)}")
         raise
     if result.size != 1 or result.dtype.kind not in "iuf":
-        raise MechanismError(f"the kernel must return one real number; at {label} it returned {result!r}")
+        raise MechanismError(f"the kernel must return one real number; at {label} it returned {format_value(result.tolist())}")
     number = float(result.ravel()[0])
     return number if math.isfinite(number) else math.nan

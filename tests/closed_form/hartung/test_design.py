@@ -130,3 +130,10 @@ def test_the_speed_limits_stand_apart_by_twice_the_part(speed: float, part: floa
 def test_what_cannot_be_designed_is_refused(call: Any, message: str) -> None:
     with pytest.raises(MechanismError, match=message):
         call()
+
+
+def test_soft_wire_and_soft_springs_follow_the_same_formula():
+    # L = f J_p G / (P r^2)
+    stiff = float(design.wire_length(wire=WIRE, coil=COIL, rate=RATE, modulus=SHEAR))
+    assert float(design.wire_length(wire=WIRE, coil=COIL, rate=0.5, modulus=SHEAR)) == pytest.approx(stiff * RATE / 0.5, rel=1e-14)
+    assert float(design.wire_length(wire=WIRE, coil=COIL, rate=RATE, modulus=0.5)) == pytest.approx(stiff * 0.5 / SHEAR, rel=1e-14)

@@ -229,3 +229,22 @@ def test_a_motion_keeps_its_energy() -> None:
 def test_what_is_outside_is_refused_with_its_value(call: Any, message: str) -> None:
     with pytest.raises(MechanismError, match=message):
         call()
+
+
+def test_the_spindle_keeps_its_angular_momentum_but_for_the_torque():
+    angle, rate, speed, torque, constant, step = 0.1, 0.7, 25.0, 12.0, 3.0, 1e-5
+    rates = {"lever_rate": rate, "spindle_speed": speed, "constant_inertia": constant, "torque": torque}
+    acceleration = float(closed.spindle_acceleration(PAPERS, lever_angle=angle, **rates))
+
+    def momentum(time: float) -> float:
+        radius = float(closed.weight_radius(PAPERS, lever_angle=angle + rate * time))
+        return (constant + 2 * PAPERS.weight_mass * radius**2) * (speed + acceleration * time)
+
+    # The error of the difference is of second order in the step, the rounding of the momentum is 1e-15 of it over the step.
+    assert (momentum(step) - momentum(-step)) / (2 * step) == pytest.approx(torque, rel=1e-7)
+
+
+def test_the_lever_at_its_change_point_lifts_nothing():
+    governor = HartungGovernor(**{**hartung.GOVERNOR, "angle": 0.5, "gravity": 0.0})
+    with pytest.raises(MechanismError, match="change point"):  # the arm of the sleeve points along the spindle: a sine of 0 exactly
+        closed.static_sleeve_force(governor, lever_angle=-0.5, spring_force=1.0)

@@ -573,3 +573,42 @@ def test_impossible_dimensions_are_refused(change: dict[str, float], sentence: s
 def test_what_has_no_answer_is_refused_with_the_value(call: Callable[[], Any], sentence: str) -> None:
     with pytest.raises(MechanismError, match=sentence):
         call()
+
+
+def test_heavy_arms_that_reach_over_the_axis_are_closed_by_the_centrifugal_load():
+    # The arms are rods from -0.05 m to the ball at 0.01 m: the moment of their near parts is larger than that of the light balls.
+    governor = PendulumGovernor(arm=0.3, offset=-0.05, ball_mass=1e-3, arm_mass=50.0)
+    with pytest.raises(MechanismError, match="the centrifugal load does not raise the arms"):
+        pendulum.equilibrium_speed(governor, arm_angle=math.asin(0.06 / 0.3))
+
+
+@pytest.mark.parametrize(
+    ("dimensions", "degrees"),
+    [
+        ({"arm": 0.3}, 89.0),
+        ({"arm": 0.2, "offset": 0.466, "link": 0.3, "lug_offset": 0.0, "sleeve_mass": 50.0}, -65.0),  # nearly level links lift the balls
+    ],
+)
+def test_the_search_for_equilibria_covers_arms_that_are_nearly_level(dimensions, degrees):
+    governor = PendulumGovernor(ball_mass=0.1, **dimensions)
+    angle = math.radians(degrees)
+    speed = float(pendulum.equilibrium_speed(governor, arm_angle=angle))
+    assert np.min(np.abs(pendulum.equilibrium_angles(governor, spindle_speed=speed) - angle)) < 1e-9
+
+
+def test_arms_off_the_axis_hang_exactly_down_at_rest():
+    governor = PendulumGovernor(arm=0.3, ball_mass=5.0, offset=0.1)
+    for lowest in (-0.7, -0.123, -0.01):
+        assert pendulum.equilibrium_angles(governor, spindle_speed=0.0, lowest=lowest).tolist() == [0.0]
+
+
+def test_a_level_link_is_out_of_reach():
+    lengths = {"arm": 0.5, "link": 0.25, "offset": 0.5, "lug_offset": 0.25}  # binary fractions: the link is level exactly
+    governor = PendulumGovernor(ball_mass=1.0, sleeve_mass=1.0, **lengths)
+    with pytest.raises(MechanismError, match=r"the link of 0.25 m cannot reach"):
+        pendulum.equilibrium_speed(governor, arm_angle=0.0)
+
+
+def test_a_link_that_reaches_in_no_more_than_one_position_is_refused():
+    with pytest.raises(MechanismError, match="the link cannot reach at any arm angle"):
+        PendulumGovernor(arm=0.25, link=0.5, offset=0.75, lug_offset=0.0, ball_mass=1.0, sleeve_mass=1.0)

@@ -9,6 +9,7 @@ import numpy as np
 
 from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepProblem, OutputCrossing, StepState
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
+from governor_mechanism.mechanics.contact.event_log import select_start_events
 from governor_mechanism.mechanics.contact.tolerances import STICTION_RATE_TOLERANCE
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of, initial_mode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES
@@ -38,7 +39,7 @@ class ContactModeTracker:
         self.constraints = list(starmap(stepper.model.make_contact_constraint, arguments))
         self.last_release_time = -math.inf
         self.change_mode()
-        self.scene_contacts.events.clear()
+        self.scene_contacts.events = select_start_events(self.scene_contacts.events)
 
     @property
     def resting(self) -> set[int]:

@@ -7,8 +7,9 @@ from typing import ClassVar, final
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.registry import EFFECT_TYPES
 from governor_mechanism.engines.base import Engine, RunRequest
-from governor_mechanism.engines.impulse.records import ImpulseSettings
+from governor_mechanism.engines.impulse.pymunk.bodies import cannot_rotate_in_pymunk
 from governor_mechanism.engines.impulse.richardson import RichardsonRefinement
+from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts, reading_functions_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
@@ -17,7 +18,7 @@ from governor_mechanism.model.joints import JOINT_TYPES, Joint, ProportionalDisp
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 
-POSITIVE_SETTINGS = {"step": "seconds", "monitor_interval": "time scales"}
+POSITIVE_SETTINGS = {"step": "seconds", "monitor_interval": "time scales", "max_step_work": "steps", "max_distance_ratio": "length scales"}
 """Settings that are positive and finite, with their units."""
 
 MIN_COUNTS = {"max_step_halvings": 0} | dict.fromkeys(
@@ -37,7 +38,7 @@ class ImpulseEngine(ImpulseSettings, Engine):
     Attributes
     ----------
     step
-        Largest step, s. None chooses it from the accuracy.
+        Largest step, s; shorter where the spindle speed fluctuates faster. None chooses it from the accuracy.
     runs
         Number of runs with halved steps that are extrapolated: 1, 2 or 3 (order 2, 3, and with ``certify=False`` 4). A run that chooses
         its own step is always certified.
@@ -48,7 +49,10 @@ class ImpulseEngine(ImpulseSettings, Engine):
     max_iterations
         Largest number of iterations of the joint solver.
     max_steps
-        Largest number of steps of one run.
+        Largest number of steps of all runs of a request together. Steps with more iterations, event locations and restarts count as the
+        steps that take equally long. None chooses it from the scene.
+    max_step_work
+        Default of `max_steps`, times the work of a step relative to that of a few free bodies: a run ends within some 20 s.
     max_step_halvings
         Largest number of halvings of the first step before the engine gives up.
     monitor_interval
@@ -60,6 +64,8 @@ class ImpulseEngine(ImpulseSettings, Engine):
     hold_iteration_factor
         Factor on the solver iterations at restarts and while a contact is held: contact decisions use the holding force, which converges
         more slowly than the velocities.
+    max_distance_ratio
+        Distance from the origin, in length scales, beyond which a body has flown away: half of what the grooves of pymunk allow.
     """
 
     name: ClassVar[str] = "impulse"
@@ -80,8 +86,11 @@ class ImpulseEngine(ImpulseSettings, Engine):
             if value is None or not 0 < value < math.inf:
                 raise MechanismError(f"ImpulseEngine.{name} must be a positive number of {unit}; got {value!r}")
         for name, least in MIN_COUNTS.items():
-            if getattr(self, name) < least:
-                raise MechanismError(f"ImpulseEngine.{name} must be at least {least}; got {getattr(self, name)!r}")
+            count = getattr(self, name)
+            if name == "max_steps" and count is None:
+                continue
+            if count < least:
+                raise MechanismError(f"ImpulseEngine.{name} must be at least {least}; got {count!r}")
 
     def _refuses(self, scene: Scene) -> str:
         """Return why the engine cannot run a scene, or an empty string."""
@@ -94,6 +103,9 @@ class ImpulseEngine(ImpulseSettings, Engine):
             return f"engine 'impulse' cannot model loads that depend on readings, here {functions[0].reading!r}; choose engine multibody"
         if massless := ", ".join(body.name for body in scene.part.mechanism.bodies if body.mass == 0.0):
             return f"engine 'impulse' cannot model bodies without mass and moving points of the ground: {massless}; use engine 'multibody'"
+        mechanism = scene.part.mechanism
+        if points := ", ".join(body.name for body in mechanism.bodies if cannot_rotate_in_pymunk(mechanism, body)):
+            return f"engine 'impulse' cannot rotate point masses without a pin to the ground, here {points}; use engine 'multibody'"
         if not self.plain:
             return ""
         if has_contacts(scene):

@@ -113,6 +113,7 @@ class EventDrivenStepper(StaggeredStepper):
         """Step until an event is detected and return the detected events."""
         time_inputs, h = self.time_inputs, (end - start) / n_steps
         self.last_h = h
+        self._budget.count_interval()
         time_inputs.prepare_interval(start, end, n_steps, next_h)
         if time_inputs.has_jump:  # the run restarts there with the right limits
             time_inputs.prepare_interval(start, end, n_steps, h)

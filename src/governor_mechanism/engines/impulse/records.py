@@ -1,10 +1,12 @@
-"""Records of fixed-step runs: their settings, what all runs of a scene share, what each returns, and the states and events of its steps."""
+"""Records of fixed-step runs: what all runs of a scene share, what each returns, and the states and events of its steps."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.time_inputs import SpindleState, TimeInputs
+from governor_mechanism.engines.impulse.work_budget import WorkBudget
 from governor_mechanism.integrators.time_grid import TimeGrid
 from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
@@ -16,31 +18,9 @@ from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
 
 
-@dataclass(frozen=True, kw_only=True)
-class ImpulseSettings:
-    """Settings of an impulse run; ImpulseEngine documents and validates them."""
-
-    step: float | None = None
-    runs: int = 3
-    plain: bool = False
-    iterations: int = 20
-    max_iterations: int = 1280
-    max_steps: int = 4_000_000
-    max_step_halvings: int = 12
-    monitor_interval: float = 0.25
-    max_events_per_step: int = 60
-    min_steps_per_bounce: int = 4
-    hold_iteration_factor: int = 8
-
-    @property
-    def levels(self) -> int:
-        """Return the number of runs, each with half the step of the one before, that make one result."""
-        return 1 if self.plain else self.runs
-
-
 @dataclass(frozen=True)
 class FixedStepProblem:
-    """A scene with its inputs, the grid of its runs, and poses and velocities (bodies, 3) at the start."""
+    """A scene with its inputs, the grid of its runs, poses and velocities (bodies, 3) at the start, and the budget of all runs."""
 
     scene: Scene
     settings: ImpulseSettings
@@ -48,6 +28,7 @@ class FixedStepProblem:
     grid: TimeGrid
     time_inputs: TimeInputs
     start: tuple[FloatArray, FloatArray]
+    budget: WorkBudget
 
     @cached_property
     def projector(self) -> StateProjector:
@@ -66,8 +47,8 @@ class FixedStepSolution:
     """States at the monitor times of one run, fewer than the grid has if the run was abandoned.
 
     `raw_poses` (times, bodies, 3) have the joint gaps that the steps leave, and `contact_modes` has one entry per monitor time of a scene
-    with contacts. `has_chatter` states whether the run was abandoned because of too many events in a step, and `evaluation_counts` how
-    often each force law was evaluated.
+    with contacts. `has_chatter` states whether the run was abandoned because of too many events in a step, `reached_limit` whether it ended
+    because its share of the budget was spent, and `evaluation_counts` how often each force law was evaluated.
     """
 
     states: StateHistory
@@ -75,6 +56,7 @@ class FixedStepSolution:
     events: tuple[Event, ...]
     contact_modes: tuple[ContactMode, ...]
     has_chatter: bool
+    reached_limit: bool
     n_steps: int
     evaluation_counts: Mapping[str, int]
 

@@ -1,7 +1,6 @@
-"""Richardson refinement of fixed-step runs: step halving, extrapolation, error estimate, and control of the solver iterations."""
+"""Richardson refinement of fixed-step runs: step halving, extrapolation and error estimate."""
 
 import math
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from itertools import pairwise
@@ -10,32 +9,29 @@ import numpy as np
 
 from governor_mechanism.engines.base import Runner, RunRequest
 from governor_mechanism.engines.impulse.event_extrapolation import ExtrapolatedEvents, are_in_intervals, extrapolate_events
-from governor_mechanism.engines.impulse.records import FixedStepProblem, FixedStepSolution, ImpulseSettings
-from governor_mechanism.engines.impulse.run import integrate_over_grid
+from governor_mechanism.engines.impulse.first_grid import make_first_grid
+from governor_mechanism.engines.impulse.level_runs import MAX_OPEN_JOINT_HALVINGS, LevelRuns, Termination
+from governor_mechanism.engines.impulse.records import FixedStepProblem
+from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
+from governor_mechanism.engines.impulse.work_budget import WorkBudget
 from governor_mechanism.engines.initial_state import part_initial_state
-from governor_mechanism.integrators.time_grid import TimeGrid, make_time_grid
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.observables.evaluation import ReadingEvaluator
+from governor_mechanism.observables.limit_excursions import find_first_excursion
 from governor_mechanism.observables.run_result import RunResult, StateHistory
 from governor_mechanism.types import BoolArray, FloatArray
 
-ERROR_AT_UNIT_STEP = 2e-4
-"""Estimated relative error of a run with a step of one time scale, extrapolated as the cube of the step; sets the first step."""
-
-MAX_OPEN_JOINT_HALVINGS = 5
-"""Largest number of halvings of the first step because of open joints."""
-
-MIN_SIGNIFICANT_GAP_RATIO = 1e-11
-"""Joint gap, relative to the length scale, below which it is rounding and no sign of unsolved joints."""
-
-ITERATION_GROWTH_FACTOR = 4
-"""Factor by which the solver iterations grow when a result is doubtful."""
-
 ESTIMATE_ROUNDING_FLOOR = 1e-11
 """Relative error estimate below which a lack of convergence is rounding."""
+
+FLIGHT_ACCURACY = 1e-2
+"""Estimate that ends the refinement of a motion in which a body flies away: small against the distance at its end.
+
+The errors of a flight grow as it does, so that no work yields the accuracy of a motion that stays near the origin.
+"""
 
 MAX_STAGNANT_LEVELS = 1
 """Largest number of successive halvings without progress in a scene with contacts."""
@@ -43,12 +39,8 @@ MAX_STAGNANT_LEVELS = 1
 EVENT_METHOD_NAME = "second order, restarted at every event"
 """Name of the method for a scene with contacts."""
 
-MAX_EXIT_DISAGREEMENT = 4
-"""Number of monitor times within which runs with different steps must leave the limits for the exit to be accepted."""
-
-
-Termination = tuple[int, Outcome | None, str]
-"""Number of monitor times that a run keeps; how and why it ends if it ends early."""
+COARSE_SAFETY_FACTOR = 2.0
+"""Factor on an estimate above the requested accuracy: with long steps the difference of two runs may fall short of the error."""
 
 
 class RichardsonRefinement(Runner):
@@ -57,66 +49,43 @@ class RichardsonRefinement(Runner):
     def __init__(self, settings: ImpulseSettings, scene: Scene, request: RunRequest) -> None:
         start, time_inputs = part_initial_state(scene), TimeInputs(scene)
         super().__init__("impulse", asdict(settings), request, ReadingEvaluator(scene, start[0]))
-        self.settings, self.iterations, self.has_contacts = settings, settings.iterations, has_contacts(scene)
+        self.settings, self.has_contacts = settings, has_contacts(scene)
         self.method = EVENT_METHOD_NAME if self.has_contacts else ""
-        self.grid, self.grid_termination = self._make_grid(time_inputs.breakpoints)
-        self.problem = FixedStepProblem(scene, settings, self.evaluator, self.grid, time_inputs, start)
-        self.solutions: dict[int, FixedStepSolution] = {}
-        self.steps, self.evaluation_counts = 0, Counter[str]()
-
-    def _make_grid(self, breakpoints: FloatArray) -> tuple[TimeGrid, Termination]:
-        """Return the grid for the first step, as far as `max_steps` allows the finest of the first runs."""
-        settings, times, time_scale = self.settings, self.request.times, self.evaluator.time_scale
-        step, max_step = settings.step, math.inf  # a given step is used as it is
-        if step is None:
-            # A step as long as a cycle of the spindle speed would not see it.
-            speeds = [plane.given_speed for plane in self.evaluator.planes if plane.given_speed and plane.given_speed.speed_fluctuation]
-            rates = [max(map(abs, speed.speeds)) * speed.cycles_per_turn for speed in speeds]
-            max_step = min(settings.monitor_interval * time_scale, *(1 / rate for rate in rates if rate), math.inf)
-            step = min(time_scale * (self.request.accuracy / ERROR_AT_UNIT_STEP) ** (1 / 3), max_step)
-            # No run within max_steps gets further, so the grid needs no monitor times there.
-            times = times[times <= max_step * self._max_coarse_steps()]
-        grid = make_time_grid(times, breakpoints, step, max_step)
-        if settings.step is None and grid.min_steps.sum() > self._max_coarse_steps():
-            # A first step that is too short must not shorten the run: begin with the largest step.
-            grid = make_time_grid(times, breakpoints, max_step, max_step)
-        n_monitor_times = int(np.searchsorted(np.cumsum(grid.min_steps), self._max_coarse_steps(), side="right")) + 1
-        if n_monitor_times >= len(grid.monitor_times) and len(times) == len(self.request.times):
-            return grid, (len(grid.monitor_times), None, "")
-        grid = grid.truncate(n_monitor_times)
-        detail = f"max_steps = {settings.max_steps} is reached at t = {grid.monitor_times[-1]:.6g} s"
-        return grid, (len(grid.monitor_times), Outcome.STEP_LIMIT, detail)
-
-    def _max_coarse_steps(self, level: int = 0) -> int:
-        """Return how many steps of the grid keep the finest of the runs at a level within `max_steps`."""
-        return self.settings.max_steps >> (level + self.settings.levels - 1)
+        self.budget = WorkBudget(settings, scene, time_inputs.n_varying)
+        self.grid, is_complete = make_first_grid(settings, request, self.evaluator, time_inputs.breakpoints, self.budget)
+        problem = FixedStepProblem(scene, settings, self.evaluator, self.grid, time_inputs, start, self.budget)
+        self.runs, self._is_flight = LevelRuns(problem, is_complete), False
 
     def find_best(self) -> RunResult:
         """Return the result at the given step, or the best of those with shorter and shorter steps."""
-        return self._refine_to_accuracy() if self.settings.step is None else self.extrapolate_at_level(0)
+        best = self._refine_to_accuracy() if self.settings.step is None else self.extrapolate_at_level(0)
+        self.iterations, self.n_runs = self.runs.iterations, self.runs.n_runs
+        if best.outcome is None and self.runs.is_limited and not self._is_accurate(best):
+            return replace(best, detail=f"max_steps = {self.budget.limit}, for all runs together, allows no better result")
+        return best
 
     def _refine_to_accuracy(self) -> RunResult:
-        """Refine until the estimate meets the accuracy, or stops falling even with more solver iterations."""
+        """Refine until the estimate meets the accuracy, or stops falling even with more solver iterations, or the budget is spent."""
         best = None
         while True:
-            iterations = self.iterations
+            iterations = self.runs.iterations
             refined, has_stagnated = self._refine()
             best = refined if best is None or _is_improvement(refined, best) else best
             if self._is_accurate(best):
                 return best
-            if self.iterations > iterations:
+            if self.runs.iterations > iterations and self.runs.fits_budget(0):
                 continue  # the iterations were raised on the way: the longer steps were not solved well enough either
             # Near a singular configuration, unsolved joints show only in the estimate.
-            if not has_stagnated or (best.error_estimate or 0.0) < ESTIMATE_ROUNDING_FLOOR or not self._raise_iterations():
+            if not has_stagnated or (best.error_estimate or 0.0) < ESTIMATE_ROUNDING_FLOOR or not self.runs.raise_iterations():
                 return best
 
     def _refine(self) -> tuple[RunResult, bool]:
         """Shorten the step until the accuracy is met; return the best result and whether progress has stagnated."""
         best, level = self._first_closed_result()
-        iterations, stagnant_levels = self.iterations, 0
+        iterations, stagnant_levels = self.runs.iterations, 0
         while not self._is_accurate(best):
-            level += min(max(1, math.ceil(math.log2(2 * (best.error_estimate or 1.0) / self.request.accuracy) / 3)), 4)
-            if level > self.settings.max_step_halvings or not self._is_within_max_steps(level):
+            level += min(max(1, math.ceil(math.log2(2 * (best.error_estimate or 1.0) / self._goal) / 3)), 4)
+            if level > self.settings.max_step_halvings or not self.runs.fits_budget(level):
                 return best, False
             finer = self.extrapolate_at_level(level)
             if not _is_improvement(finer, best):
@@ -126,58 +95,73 @@ class RichardsonRefinement(Runner):
                     return best, True
                 continue
             best, stagnant_levels = finer, 0
-            if self.iterations > iterations:
+            if self.runs.iterations > iterations:
                 return best, True
         return best, False
 
     def _first_closed_result(self) -> tuple[RunResult, int]:
         """Return the first result and its level; halve the step while joints open because it is too long for the speeds that occur."""
         best, level = self.extrapolate_at_level(0), 0
-        while best.outcome is Outcome.JOINT_OPENED and level < MAX_OPEN_JOINT_HALVINGS and self._is_within_max_steps(level + 1):
-            if self.iterations > self.settings.iterations:
-                self.iterations = self.settings.iterations
-                self.solutions.clear()
+        while best.outcome is Outcome.JOINT_OPENED and level < MAX_OPEN_JOINT_HALVINGS:
+            self.runs.restore_iterations()
+            if not self.runs.fits_budget(level + 1):
+                break
             level += 1
-            best = self.extrapolate_at_level(level)
+            finer = self.extrapolate_at_level(level)
+            if finer.outcome is not Outcome.JOINT_OPENED or finer.n_reached >= best.n_reached:
+                best = finer
         return best, level
+
+    @property
+    def _goal(self) -> float:
+        """Return the estimate to reach."""
+        return max(self.request.accuracy, FLIGHT_ACCURACY) if self._is_flight else self.request.accuracy
 
     def _is_accurate(self, result: RunResult) -> bool:
         """Return whether a result needs no further refinement: accurate, not certifiable, or with open joints."""
-        return result.outcome is Outcome.JOINT_OPENED or result.error_estimate is None or result.error_estimate <= self.request.accuracy
-
-    def _is_within_max_steps(self, level: int) -> bool:
-        """Return whether the finest of the runs at a level stays within `max_steps`."""
-        return bool(self.grid.min_steps.sum() <= self._max_coarse_steps(level))
+        return result.outcome is Outcome.JOINT_OPENED or result.error_estimate is None or result.error_estimate <= self._goal
 
     @np.errstate(all="ignore")
     def extrapolate_at_level(self, level: int) -> RunResult:
         """Return the extrapolated result of runs whose coarsest has its steps halved `level` times."""
-        levels = range(level, level + self.settings.levels)
-        count, outcome, detail = self._integrate_levels(levels)
-        solutions = [self.solutions[one] for one in levels]
-        reported_indices, events = self.grid.truncate(count).reported_indices, ExtrapolatedEvents()
+        end = self.runs.integrate(level)
+        self._is_flight = end.is_flight
+        count, levels = end.n_times, self.runs.levels_from(level)
+        solutions = [self.runs.solutions[one] for one in levels]
+        events = ExtrapolatedEvents()
         if self.has_contacts and count:
-            end = float(self.grid.monitor_times[count - 1])
-            events = extrapolate_events([[event for event in solution.events if event.time <= end] for solution in solutions], end)
+            last = float(self.grid.monitor_times[count - 1])
+            events = extrapolate_events([[event for event in solution.events if event.time <= last] for solution in solutions], last)
         extrapolated = [solution.states.at(slice(count)) for solution in solutions]
         if len(extrapolated) > 1:  # between the impact times of two runs there is nothing to extrapolate
             between_impacts = are_in_intervals(extrapolated[-1].times, events.impact_intervals)
             extrapolated = [_extrapolate(coarse, fine, 4, between_impacts) for coarse, fine in pairwise(extrapolated)]
+        end = self._end_at_excursion(end, extrapolated[-1], events)
+        count, reported_indices = end.n_times, self.grid.truncate(end.n_times).reported_indices
         reported = [states.at(reported_indices) for states in extrapolated]
         is_certified = self.settings.levels == 3 and (self.request.certify or self.settings.step is None)
         best_states = reported[-1] if is_certified or len(reported) == 1 else _extrapolate(reported[0], reported[1], 8)
         result = RunResult(
             reported_states=best_states,
-            monitor_states=extrapolated[-1],
+            monitor_states=extrapolated[-1].at(slice(count)),
             observables=self.evaluator.evaluate(best_states),
-            outcome=outcome,
-            detail=detail,
+            outcome=end.outcome,
+            detail=end.detail,
             step=float(np.max(np.diff(self.grid.monitor_times) / (self.grid.min_steps << levels[-1]), initial=0.0)),
             contact_modes=solutions[-1].contact_modes[:count],
             reported_indices=reported_indices,
-            contact_events=events.events,
+            contact_events=tuple(event for event in events.events if event.time <= self.grid.monitor_times[max(count - 1, 0)]),
         )
         return self._certify(result, reported[0], events) if is_certified else result
+
+    def _end_at_excursion(self, end: Termination, states: StateHistory, events: ExtrapolatedEvents) -> Termination:
+        """Return the end of runs that pass a limit and come back between two monitor times."""
+        event_times = np.array([event.time for event in events.events])
+        excursion = find_first_excursion(self.evaluator.mechanism, states, event_times, self.request.accuracy)
+        if excursion is None:
+            return end
+        index, message = excursion
+        return Termination(index, Outcome.LEFT_RANGE, f"{message}, at about t = {states.times[index]:.6g} s")
 
     def _certify(self, result: RunResult, coarse: StateHistory, events: ExtrapolatedEvents) -> RunResult:
         """Return a result with its errors, estimated by the difference from coarser extrapolated states."""
@@ -188,7 +172,8 @@ class RichardsonRefinement(Runner):
         return self.with_error_estimate(result, coarse_result, is_near_event, time_error)
 
     def complete_result(self, best: RunResult) -> RunResult:
-        """Add the work that the runs do not integrate."""
+        """Add the work that the runs do not integrate, and the uncertainty of an estimate that misses the accuracy."""
+        best = self._allow_for_coarse_steps(best)
         states = best.monitor_states
         if not isinstance(states, StateHistory):
             return best
@@ -200,76 +185,24 @@ class RichardsonRefinement(Runner):
         reported_states = replace(best.reported_states, work=states.work[best.reported_indices])
         return replace(best, monitor_states=states, reported_states=reported_states, observables=self.evaluator.evaluate(reported_states))
 
+    def _allow_for_coarse_steps(self, result: RunResult) -> RunResult:
+        """Return a result that misses the accuracy with errors raised by COARSE_SAFETY_FACTOR: its steps may be too long for an order."""
+        estimate = result.error_estimate or 0.0
+        if estimate <= self.request.accuracy:
+            return result
+        errors = {name: COARSE_SAFETY_FACTOR * error for name, error in result.reading_errors.items()}
+        return replace(result, reading_errors=errors, error_estimate=COARSE_SAFETY_FACTOR * estimate)
+
     def count_work(self) -> tuple[int, int, Mapping[str, int]]:
         """Return the steps, no rejected steps, and the evaluations by force law."""
-        return self.steps, 0, dict(self.evaluation_counts)
-
-    def _integrate_levels(self, levels: range) -> Termination:
-        """Run every level, with more solver iterations while joints stay open or the runs leave the limits at different times."""
-        while True:
-            for level in [one for one in levels if one not in self.solutions]:
-                solution = self.solutions[level] = integrate_over_grid(self.problem, level, self.iterations)
-                self.evaluation_counts.update(solution.evaluation_counts)
-                self.steps, self.n_runs = self.steps + solution.n_steps, self.n_runs + 1
-            exits = [self.evaluator.find_first_out_of_range(self.solutions[level].raw_poses) for level in levels]
-            has_open_joints = self._has_open_joints(levels, exits)
-            # Shorter steps, rather than more iterations, resolve many events in a step: the step is halved first.
-            has_chatter = any(self.solutions[level].has_chatter for level in levels) and levels.start < MAX_OPEN_JOINT_HALVINGS
-            if has_chatter or not (has_open_joints or _exits_disagree(exits)) or not self._raise_iterations():
-                break
-        if has_open_joints:
-            n_closed = self._n_closed_monitor_times(levels)
-            when = f"at about t = {self.grid.monitor_times[min(n_closed, len(self.grid.monitor_times) - 1)]:.6g} s"
-            detail = f"{self.iterations} solver iterations did not close the joints {when}"
-            return n_closed, Outcome.JOINT_OPENED, detail
-        first_exit = min((limit_exit for limit_exit in exits if limit_exit is not None), default=None)
-        if first_exit is None:
-            return self.grid_termination
-        index, message = first_exit
-        return index, Outcome.LEFT_RANGE, f"{message}, at about t = {self.grid.monitor_times[index]:.6g} s"
-
-    def _raise_iterations(self) -> bool:
-        """Discard the runs and raise the solver iterations; return False at the maximum."""
-        if self.iterations >= self.settings.max_iterations:
-            return False
-        self.iterations = min(ITERATION_GROWTH_FACTOR * self.iterations, self.settings.max_iterations)
-        self.solutions.clear()
-        return True
-
-    def _has_open_joints(self, levels: range, exits: list[tuple[int, str] | None]) -> bool:
-        """Return whether bodies diverged or joint gaps do not shrink as the step is halved (second order divides them by four).
-
-        The check ends at the first monitor time outside the limits, inclusive: torn joints leave the limits too.
-        """
-        count = min([len(self.grid.monitor_times), *(limit_exit[0] + 1 for limit_exit in exits if limit_exit is not None)])
-        if any(len(self.solutions[level].raw_poses) < count for level in levels):
-            return True
-        return not self.settings.plain and any(bool(self._open_joint_mask(pair, count)[-1]) for pair in pairwise(levels))
-
-    def _n_closed_monitor_times(self, levels: range) -> int:
-        """Return the number of monitor times that the finest two runs reach with joint gaps that their steps explain."""
-        count = min(len(self.solutions[level].raw_poses) for level in levels)
-        is_open = self._open_joint_mask((levels[-2:][0], levels[-1]), count)
-        return int(np.argmax(is_open)) if is_open.any() else count
-
-    def _open_joint_mask(self, levels: tuple[int, int], count: int) -> BoolArray:
-        """Return up to which monitor times (count,) the largest joint gap so far is larger than the steps of two levels explain."""
-        times, min_gap = self.grid.monitor_times[:count], MIN_SIGNIFICANT_GAP_RATIO * self.evaluator.mechanism.length_scale
-        gaps = [self.evaluator.evaluate_joint_gap(self.solutions[level].raw_poses[:count], times) for level in levels]
-        coarser, finer = np.maximum.accumulate(gaps, axis=1)
-        is_open: BoolArray = finer > np.maximum(0.5 * coarser, min_gap)
-        return is_open
+        return self.runs.steps, 0, dict(self.runs.evaluation_counts)
 
 
 def _is_improvement(finer: RunResult, best: RunResult) -> bool:
-    """Return whether a finer result has closed joints and a smaller error estimate."""
-    return finer.outcome is not Outcome.JOINT_OPENED and (finer.error_estimate or math.inf) < (best.error_estimate or math.inf)
-
-
-def _exits_disagree(exits: list[tuple[int, str] | None]) -> bool:
-    """Return whether runs leave the limits at different monitor times, or only some of them do."""
-    exit_indices = [-MAX_EXIT_DISAGREEMENT if limit_exit is None else limit_exit[0] for limit_exit in exits]
-    return max(exit_indices) - min(exit_indices) >= MAX_EXIT_DISAGREEMENT
+    """Return whether a finer result has closed joints and a smaller error estimate; one that the budget cut short has not."""
+    if finer.outcome is Outcome.JOINT_OPENED or (finer.outcome is Outcome.STEP_LIMIT and finer.n_reached < best.n_reached):
+        return False
+    return (finer.error_estimate or math.inf) < (best.error_estimate or math.inf)
 
 
 def _extrapolate(coarse: StateHistory, fine: StateHistory, error_ratio: int, keep_fine: BoolArray | None = None) -> StateHistory:

@@ -8,6 +8,7 @@ from governor_mechanism.engines.impulse.event_stepper import EventDrivenStepper
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.records import FixedStepProblem, FixedStepSolution
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
+from governor_mechanism.engines.impulse.work_budget import StepLimitError
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
@@ -15,18 +16,16 @@ from governor_mechanism.types import FloatArray
 LIMIT_CHECK_INTERVAL = 256
 """Number of monitor times between two checks of the limits of the mechanism."""
 
-MAX_BODY_DISTANCE_RATIO = 1e3
-"""Distance of a body from the origin, relative to the length scale, at which a run counts as diverged (unsolved joints)."""
-
 
 @np.errstate(all="ignore")  # diverging bodies give infinite values before the run is abandoned
-def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int) -> FixedStepSolution:
-    """Integrate over the grid, with the steps of each interval halved `level` times and at first `iterations` of the joint solver.
+def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int, n_times: int) -> FixedStepSolution:
+    """Integrate over `n_times` of the grid, with the steps of each interval halved `level` times and `iterations` of the joint solver.
 
-    The run is abandoned if a body diverges, and soon after it leaves the limits of the mechanism. Its states have compatible velocities
-    and the shaft of a free spindle.
+    The run is abandoned if its share of the budget is spent, soon after it leaves the limits of the mechanism, and where a body is too
+    far away. Its states have compatible velocities and the shaft of a free spindle.
     """
-    model, evaluator = PymunkModel(problem.scene, iterations=iterations, plain=problem.settings.plain), problem.evaluator
+    settings, evaluator, budget = problem.settings, problem.evaluator, problem.budget
+    model = PymunkModel(problem.scene, iterations=iterations, plain=settings.plain, count_step=budget.count_step)
     times, step_counts, time_inputs = problem.grid.monitor_times, problem.grid.min_steps << level, problem.time_inputs
     lengths = np.diff(times) / step_counts if step_counts.size else np.ones(1)
     next_lengths = np.append(lengths[1:], lengths[-1:])[: step_counts.size].tolist()
@@ -35,19 +34,25 @@ def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int) 
     time_inputs.reset(model.predict_spindle_inertia)
     contacts = problem.scene_contacts if has_contacts(problem.scene) else None
     stepper = StaggeredStepper(problem, model, first_h) if contacts is None else EventDrivenStepper(problem, model, level, first_h)
-    start = problem.start if contacts or not step_counts.size else stepper.mass_centre_state()
+    # A stop that is struck at the start has changed the velocities.
+    start = stepper.mass_centre_state() if contacts or step_counts.size else problem.start
     states, contact_modes = [(*start, 0.0, 0.0, stepper.state.dissipated_energy)], [contacts.mode] if contacts else []
-    is_complete, max_distance = True, MAX_BODY_DISTANCE_RATIO * problem.scene.part.mechanism.length_scale
-    for index, next_h in enumerate(next_lengths):
+    is_complete, reached_limit, max_distance = True, False, settings.max_distance_ratio * evaluator.mechanism.length_scale
+    for index, next_h in enumerate(next_lengths[: n_times - 1]):
         try:
             is_complete = stepper.integrate(float(times[index]), float(times[index + 1]), int(step_counts[index]), next_h)
+        except StepLimitError:
+            reached_limit = True
+            break
         except (ValueError, OverflowError, np.linalg.LinAlgError):  # a body diverged to a position that is not finite
             break
         poses, velocities = stepper.mass_centre_state()
-        if not (is_complete and np.max(np.abs(poses[:, :2])) < max_distance):
+        if not (is_complete and np.isfinite(poses).all()):
             break
         states.append((poses, velocities, time_inputs.spindle.work, time_inputs.spindle.angle, stepper.state.dissipated_energy))
         contact_modes += [contacts.mode] if contacts else []
+        if np.max(np.abs(poses[:, :2])) > max_distance:
+            break  # it flies away, or its joints are torn
         if len(states) % LIMIT_CHECK_INTERVAL == 0:
             recent_poses = np.array([row[0] for row in states[-LIMIT_CHECK_INTERVAL:]])
             if evaluator.find_first_out_of_range(recent_poses) is not None:
@@ -62,6 +67,7 @@ def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int) 
         events=tuple(contacts.events) if contacts else (),
         contact_modes=tuple(contact_modes),
         has_chatter=not is_complete,
+        reached_limit=reached_limit,
         n_steps=n_steps,
         evaluation_counts={law: count * n_steps for law, count in model.forces.evaluation_counts.items()},
     )

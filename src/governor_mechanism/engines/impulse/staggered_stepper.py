@@ -27,7 +27,7 @@ class StaggeredStepper:
     def __init__(self, problem: FixedStepProblem, model: PymunkModel, h: float) -> None:
         self.model, self.forces, self.time_inputs, self.last_h = model, model.forces, problem.time_inputs, h
         self.is_holding, self._warm_up_steps_left, self.n_split_steps = False, 0, 0
-        self._problem, self._hold_iteration_factor = problem, problem.settings.hold_iteration_factor
+        self._problem, self._hold_iteration_factor, self._budget = problem, problem.settings.hold_iteration_factor, problem.budget
         velocities = model.to_proxy_velocities(problem.start[1])
         values, rates = self.forces.output_values, self.forces.output_rates(velocities)
         self.state = StepState(0.0, model.state()[0], velocities, values, rates, problem.time_inputs.spindle, 0.0, rates, np.zeros(0))
@@ -37,8 +37,10 @@ class StaggeredStepper:
         model, time_inputs, h = self.model, self.time_inputs, (end - start) / n_steps
         # The last kick spans half of this step and half of the next, which can differ in length.
         time_inputs.prepare_interval(start, end, n_steps, next_h)
+        self._budget.count_interval()
         earlier = previous = self.state.velocities
         for index in range(n_steps):
+            self._budget.check()
             earlier, previous = previous, model.step(time_inputs.step_inputs(index))
         poses, velocities = model.state()
         # In a plain model the velocities belong to the poses; else they are half a step ahead of them.
@@ -60,6 +62,7 @@ class StaggeredStepper:
     def step(self, inputs: StepInputs, time: float) -> StepState:
         """Take one step; return the state at `time` (s), without moving to it."""
         model, forces = self.model, self.forces
+        self._budget.check()
         model.set_iteration_factor(self._hold_iteration_factor if self.is_holding or self._warm_up_steps_left else 1)
         self._warm_up_steps_left = max(self._warm_up_steps_left - 1, 0)
         velocities_before = model.step(inputs)
@@ -84,6 +87,7 @@ class StaggeredStepper:
 
     def restart(self, h: float) -> None:
         """Restart the scheme from the present state, before a step of `h` seconds."""
+        self._budget.count_interval()
         state = self.state
         self.model.set_iteration_factor(self._hold_iteration_factor)
         self._warm_up_steps_left = N_WARM_UP_STEPS

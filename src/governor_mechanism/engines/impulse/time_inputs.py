@@ -45,6 +45,7 @@ class TimeInputs:
         n_drives = sum(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in scene.mechanism.joints)
         self._drive_indices = range(n_speeds, n_speeds + n_drives)
         self._varying_functions = [pair for pair in enumerate(functions[n_speeds:], n_speeds) if not pair[1].is_constant]
+        self.n_varying = len(self._varying_functions) + (not self._speed_program.is_constant) + (self._free_spindle is not None)
         start = np.zeros(1)
         self._start_values = np.array([float(function(start)[0]) for function in functions])
         self.breakpoints: FloatArray = np.unique(np.concatenate([start[:0], *(function.breakpoints for function in functions)]))

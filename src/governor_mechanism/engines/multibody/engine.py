@@ -19,6 +19,7 @@ from governor_mechanism.model.joints import JOINT_TYPES, Joint
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
+from governor_mechanism.observables.limit_excursions import find_first_excursion
 from governor_mechanism.observables.run_result import RunResult
 
 
@@ -75,11 +76,16 @@ class MultibodyRunner(CertifiedRunner):
         n_kept = len(history.times)
         if status == IntegrationStatus.DONE and len(time_grid.reported_indices) < len(self.request.times):
             status = IntegrationStatus.STEP_LIMIT
-        outcome, detail = describe_end(status, f"t = {time_grid.monitor_times[n_kept - 1]:.6g} s", self.max_steps)
+        outcome, detail = describe_end(self.scene, status, f"t = {time_grid.monitor_times[n_kept - 1]:.6g} s", self.max_steps)
         range_exit = self.evaluator.find_first_out_of_range(history.poses)
         if range_exit is not None:
             n_kept, outcome = range_exit[0], Outcome.LEFT_RANGE
             detail = f"{range_exit[1]}, at {self._describe_exit(integration, tolerance, n_kept)}"
+        event_times = np.array([event.time for event in integration.events])
+        excursion = find_first_excursion(self.evaluator.mechanism, history.at(slice(n_kept)), event_times, self.request.accuracy)
+        if excursion is not None:
+            n_kept, outcome = excursion[0], Outcome.LEFT_RANGE
+            detail = f"{excursion[1]}, at about t = {history.times[n_kept]:.6g} s"
         reported_indices = time_grid.truncate(n_kept).reported_indices
         reported_states = history.at(reported_indices)
         return RunResult(

@@ -32,6 +32,9 @@ from governor_mechanism.types import FloatArray
 MIN_STEPS_TO_SWITCH, MIN_STEPS_TO_SWITCH_PER_STATE = 300, 0.5
 """Fewest remaining explicit steps, and additional ones per component of the state, that justify an implicit method."""
 
+MIN_IMPLICIT_STEPS = 100
+"""Implicit steps after which the explicit method may take over again: about what a smooth motion needs for a transient and its end."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class MultibodySettings(ErrorControlSettings):
@@ -128,20 +131,26 @@ class ConstrainedIntegrator:
             contacts.start(state, self.input_cubics(0.0))
         run, status = ExplicitRun(self, limits, state, 0.0, times), IntegrationStatus.DONE
         radau: RadauIntegrator | None = None
+        explicit_step, worthwhile_steps = limits.step, 0
         max_implicit_steps = math.ceil(self.max_steps / self.settings.implicit_step_cost)
         for start, end in pairwise(self.breakpoints.tolist()):
             run.time = start
-            if radau is None:
+            if radau is None or run.is_never_stiff:
                 status = run.integrate(end)
             if status == IntegrationStatus.STIFF:
                 radau = RadauIntegrator(*self.model, self.error_scale, self.constraint_tolerance, self.max_distance)
-                self.stiffness_onset, status = min(self.stiffness_onset, run.time), IntegrationStatus.DONE
-            if radau is not None:
+                self.stiffness_onset, explicit_step = min(self.stiffness_onset, run.time), run.step
+                n_explicit = (self.breakpoints[-1] - run.time) / (self.settings.implicit_step_cost * explicit_step)
+                worthwhile_steps = min(max(math.ceil(n_explicit), MIN_IMPLICIT_STEPS), max_implicit_steps)
+            if radau is not None and not run.is_never_stiff:
                 rows, span = run.rows_until(end), (run.time, end)
-                status, run.step, n_reached = radau.integrate(
-                    self.input_cubics(start), span, start, times[rows], state, tolerance, max_implicit_steps, run.states[rows]
+                status, run.step, n_reached, run.time = radau.integrate(
+                    self.input_cubics(start), span, start, times[rows], state, tolerance, worthwhile_steps, run.states[rows]
                 )
                 run.n_filled += n_reached
+                if status == IntegrationStatus.STEP_LIMIT and worthwhile_steps < max_implicit_steps:
+                    run.continue_explicitly(explicit_step)
+                    status = run.integrate(end)
             if status != IntegrationStatus.DONE:
                 break
             # The work of a jump of the given spindle speed; the state recorded there is the one after the jump.
@@ -231,6 +240,15 @@ class ExplicitRun:
         self.output_force_counts = np.zeros(SLIDING_FRICTION + 1, dtype=np.int64)
         """Evaluations of output forces by law, as in `count_output_forces`; sticking friction is not evaluated."""
 
+    @property
+    def is_never_stiff(self) -> bool:
+        """Whether the explicit method is not left where the motion is stiff."""
+        return self._limits.min_stiff_steps == math.inf
+
+    def continue_explicitly(self, step: float) -> None:
+        """Continue a stiff motion with explicit steps, beginning with a given one (s): implicit ones have taken more work."""
+        self.step, self._limits = step, self._limits._replace(min_stiff_steps=math.inf)
+
     def rows_until(self, end: float) -> slice:
         """Return the indices of the output times that are not reached yet, up to a time (s)."""
         return slice(self.n_filled, int(np.searchsorted(self._output_times, end, side="right")))
@@ -249,7 +267,7 @@ class ExplicitRun:
             self._n_simultaneous = self._n_simultaneous + 1 if is_simultaneous else 0
             self._last_event_time = self.time
             if self._n_simultaneous >= settings.max_simultaneous_events:
-                return IntegrationStatus.STALLED
+                return IntegrationStatus.ENDLESS_EVENTS
             contacts.change_mode(self.time, self.state, context.input_cubics(self.time), triggered)
             self.step = min(self.step, settings.restart_step_ratio * self._limits.max_step)
 

@@ -116,7 +116,7 @@ class ReducedBatch:
         self._states[0] = state
         max_step = self._settings.max_step_ratio * max_step_scale(scene)
         step = self._settings.first_step_ratio * max_step
-        equation = make_reduced_equation(table, forces, self._input_cubics, self._mode, self._counts)
+        equation = make_reduced_equation(table, forces, self._input_cubics, self._mode, self._counts, self._tolerance)
         buffers = make_reduced_buffers(forces, self._counts)
         self._counts[:] = 0
         while True:

@@ -124,7 +124,7 @@ class ReducedRunner(CertifiedRunner):
         self.setup_time = sum(one.motion_table.setup_time for one in self._reduced_runs.values())
         reported_states = reduced_run.state_history(solution)
         time_text = f"t = {solution.end_time:.9g} s"
-        outcome, detail = describe_end(solution.status, time_text, self.max_steps)
+        outcome, detail = describe_end(self.scene, solution.status, time_text, self.max_steps)
         if solution.status == IntegrationStatus.TABLE_ENDED:
             is_at_limit, message = reduced_run.motion_table.end_message(solution.side)
             outcome = Outcome.LEFT_RANGE if is_at_limit else Outcome.DEAD_CENTRE
@@ -150,9 +150,10 @@ class ReducedRunner(CertifiedRunner):
         while True:
             solution = reduced_run.integrate(times, tolerance)
             displacements = np.abs(np.diff(solution.states[:, 0])) / reduced_run.motion_table.arrays.lagrangian.assembly.coordinate_scale
-            if np.max(displacements, initial=0.0) < settings.max_monitor_travel or len(times) > settings.max_monitor_times:
+            n_intervals = np.ceil(displacements / settings.monitor_interval_ratio).clip(1)
+            if np.max(displacements, initial=0.0) < settings.max_monitor_travel or n_intervals.sum() > settings.max_monitor_times:
                 break
-            n_intervals = np.ceil(displacements / settings.monitor_interval_ratio).astype(int).clip(1)
+            n_intervals = n_intervals.astype(int)
             segments = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(times, times[1:], n_intervals, strict=False)]
             times = np.concatenate([times[:1], *segments])
         states = reduced_run.state_history(solution)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.engines.certificate import TOLERANCE_SAFETY_FACTOR
 from governor_mechanism.engines.reduced.contact import apply_transition, evaluate_reduced_event_functions, make_event_tolerances
 from governor_mechanism.integrators import dop853
 from governor_mechanism.integrators.event_location import LAST_SAMPLE, EventStep
@@ -20,7 +21,7 @@ from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable, find_piece
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import evaluate_piece
-from governor_mechanism.numerics.hermite import quintic_hermite_jit
+from governor_mechanism.numerics.hermite import cubic_hermite_jit, quintic_hermite_jit
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 
@@ -36,23 +37,41 @@ HELD_STEP_FACTOR = 8.0
 Forces then change slowly.
 """
 
+TURNING_POINT_BISECTIONS = 20
+"""Bisections of a turning point within a step: its time is good to 1e-6 of the step, and its value to the square of that."""
+
 MAX_STEP_OUTSIDE_TABLE = 3.0
 """Displacement of a step, in coordinate scales, from which a step that leaves the table is shortened before the table is extended."""
 
 
 class ReducedEquation(NamedTuple):
-    """The reduced model, the piece of its table found last, from which the next search starts, shape (1,), and the counters."""
+    """Equation along a table.
+
+    Attributes
+    ----------
+    model
+        The reduced model.
+    piece
+        Piece of its table found last, from which the next search starts; shape (1,).
+    counts
+        Counters, indexed by `StepCounter`.
+    accuracy
+        How far the coordinate may lie beyond the table between two stages, SI: the accuracy of the motion.
+    """
 
     model: equation_of_motion.ReducedModel
     piece: IntArray
     counts: IntArray
+    accuracy: float
 
 
 def make_reduced_equation(
-    table: PiecewiseTable, forces: ReducedForces, input_cubics: FloatArray, mode: IntArray, counts: IntArray
+    table: PiecewiseTable, forces: ReducedForces, input_cubics: FloatArray, mode: IntArray, counts: IntArray, tolerance: float
 ) -> ReducedEquation:
-    """Return the equation of a table, the forces along it, the inputs, a contact mode and counters."""
-    return ReducedEquation(equation_of_motion.make_reduced_model(table, forces, input_cubics, mode), np.zeros(1, dtype=np.int64), counts)
+    """Return the equation of a table, the forces along it, the inputs, a contact mode, counters, and the tolerance of the steps."""
+    model = equation_of_motion.make_reduced_model(table, forces, input_cubics, mode)
+    accuracy = TOLERANCE_SAFETY_FACTOR * tolerance * float(forces.parameters[ForceParameter.COORDINATE_SCALE])
+    return ReducedEquation(model, np.zeros(1, dtype=np.int64), counts, accuracy)
 
 
 def make_reduced_buffers(forces: ReducedForces, counts: IntArray) -> dop853.StepBuffers:
@@ -97,7 +116,32 @@ def _take_step(equation: ReducedEquation, local_time: float, h: float, state: Fl
     else:
         quality = _take_general_step(equation, local_time, h, state, stages)
     is_far = abs(stages.end[0] - state[0]) > MAX_STEP_OUTSIDE_TABLE * parameters[ForceParameter.COORDINATE_SCALE]
-    return dop853.FAR_OUTSIDE_DOMAIN if quality < 0.0 and is_far else quality
+    if quality < 0.0:
+        return dop853.FAR_OUTSIDE_DOMAIN if is_far else quality
+    side = _find_excursion(equation, h, state, stages) if state[1] * stages.end[1] < 0.0 else -1
+    return quality if side < 0 else dop853.BELOW_DOMAIN - side
+
+
+@jit_in_place
+def _find_excursion(equation: ReducedEquation, h: float, state: FloatArray, stages: Stages) -> int:
+    """Return the side on which the motion may leave the table and come back between two stages: 0 below, 1 above, or -1.
+
+    Where the interpolants are too rough to say, a shorter step tells.
+    """
+    q, v, q_end, v_end = state[0], state[1], stages.end[0], stages.end[1]
+    a, a_end = stages.derivatives[1, 0], stages.derivatives[1, END_STAGE]
+    low, high = 0.0, 1.0
+    for _ in range(TURNING_POINT_BISECTIONS):
+        middle = 0.5 * (low + high)
+        if quintic_hermite_jit(q, v, a, q_end, v_end, a_end, h, middle)[1] * v > 0.0:
+            low = middle
+        else:
+            high = middle
+    turning_point = quintic_hermite_jit(q, v, a, q_end, v_end, a_end, h, low)[0]
+    interpolation_error = abs(turning_point - cubic_hermite_jit(q, q_end, v, v_end, h, low))
+    excess = interpolation_error - equation.accuracy
+    farthest, model = turning_point + (excess if v > 0.0 else -excess), equation.model
+    return find_piece(model.intervals, model.neighbours, model.periodicity, farthest, equation.piece[0])[2]
 
 
 @jit_in_place
@@ -202,7 +246,7 @@ def integrate_reduced(
             return status, step, n_reached, segment_end
         event_log.counts[1] = event_log.counts[1] + 1 if segment_end - time <= SIMULTANEITY_TOLERANCE * time_scale else 0
         if event_log.counts[1] >= MAX_SIMULTANEOUS_REDUCED_EVENTS:
-            return IntegrationStatus.STALLED, step, n_reached, time
+            return IntegrationStatus.ENDLESS_EVENTS, step, n_reached, time
         time, values = segment_end, buffers.event_values[LAST_SAMPLE]
         is_released = is_held and max(values[-2], values[-1]) > 0.0
         apply_transition(model, time, time - span[0], equation.piece[0], is_released, state, event_log)

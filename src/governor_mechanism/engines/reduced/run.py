@@ -11,7 +11,7 @@ from governor_mechanism.engines.reduced import integration
 from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
+from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events, select_start_events
 from governor_mechanism.mechanics.contact.rules import HELD
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events
@@ -42,7 +42,7 @@ class ReducedSettings(ErrorControlSettings):
     max_monitor_travel
         Travel between two of these states, in coordinate scales, above which more are inserted.
     max_monitor_times
-        Number of these states above which no more are inserted: it bounds memory.
+        Number of these states that is not exceeded, to bound memory; `run.events` of a longer motion may miss turning points.
     table_end_step_ratio
         Factor by which a step that leaves the end of the table is shortened.
     min_end_step_ratio
@@ -51,7 +51,7 @@ class ReducedSettings(ErrorControlSettings):
         Distance from the end of the table at which it is reached, relative to the coordinate and to its scale: rounding.
     """
 
-    max_step_work: float = 3e7
+    max_step_work: float = 5e6
     comparison_width_ratio: float = 0.7
     max_monitor_travel: float = 0.5
     max_monitor_times: int = 200_000
@@ -90,7 +90,8 @@ class ReducedRun:
         self.motion_table = MotionTable(scene, coordinate, self._initial_poses[self._own_bodies], width_ratio)
         self.counts = np.zeros(len(StepCounter), dtype=np.int64)
         self.contacts, self.one_sided_springs = contacts_of(scene), one_sided_forces_of(scene)
-        self.has_contacts = bool(self.contacts or self.one_sided_springs)
+        self._subjects = [contact.output_name for contact in self.contacts] + [spring.reading for spring in self.one_sided_springs]
+        self.has_contacts = bool(self._subjects)
         self._max_step = settings.max_step_ratio * max_step_scale(scene) * (settings.event_step_ratio if self.has_contacts else 1.0)
         self.breakpoints = np.unique(np.concatenate([function.breakpoints for function in self.motion_table.time_functions]))
 
@@ -112,8 +113,10 @@ class ReducedRun:
         states, modes = np.zeros((len(times), N_STATES)), np.zeros((len(times), len(mode)), dtype=np.int64)
         event_log, counts = make_event_log(event_capacity * self.has_contacts), np.zeros(len(StepCounter), dtype=np.int64)
         buffers = integration.make_reduced_buffers(motion_table.forces, counts)
+        start_events = list[Event]()
         if self.has_contacts:
-            integration.initialise_contact_mode(self._make_equation(0.0, mode, counts).model, 0.0, state, event_log)
+            integration.initialise_contact_mode(self._make_equation(0.0, mode, counts, tolerance).model, 0.0, state, event_log)
+            start_events = select_start_events(make_events(event_log, self._subjects))
             event_log.counts[:] = 0
         n_filled, step = int(len(times) > 0 and times[0] == 0.0), settings.first_step_ratio * max_step
         status: int = IntegrationStatus.DONE
@@ -125,7 +128,10 @@ class ReducedRun:
             while time < end:
                 limits = StepLimits(tolerance, step, max_step, self.max_steps, 0.0)
                 rows = slice(n_filled, int(np.searchsorted(times, end, side="right")))
-                equation, arguments = self._make_equation(time, mode, counts), (times[rows], state, limits, states[rows], modes[rows])
+                equation, arguments = (
+                    self._make_equation(time, mode, counts, tolerance),
+                    (times[rows], state, limits, states[rows], modes[rows]),
+                )
                 status, step, n_reached, time = integration.integrate_reduced(equation, buffers, (time, end), *arguments, event_log)
                 n_filled += n_reached
                 if status not in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
@@ -148,12 +154,11 @@ class ReducedRun:
             if n_filled and times[n_filled - 1] == end:
                 states[n_filled - 1, StateIndex.WORK] = state[StateIndex.WORK]
             if self.has_contacts:
-                integration.initialise_contact_mode(self._make_equation(end, mode, counts).model, end, state, event_log)
+                integration.initialise_contact_mode(self._make_equation(end, mode, counts, tolerance).model, end, state, event_log)
         self.counts += counts
         if (n_events := int(event_log.counts[0])) > event_capacity:
             return self.integrate(times, tolerance, step_factor, 2 * n_events)
-        subjects = [contact.output_name for contact in self.contacts] + [spring.reading for spring in self.one_sided_springs]
-        events = drop_cancelled_events(make_events(event_log, subjects), SIMULTANEITY_TOLERANCE * time_scale)
+        events = drop_cancelled_events(start_events + make_events(event_log, self._subjects), SIMULTANEITY_TOLERANCE * time_scale)
         reached = slice(n_filled)
         return ReducedSolution(times[reached], states[reached], modes[reached], events, IntegrationStatus(status), time, side, step)
 
@@ -161,7 +166,7 @@ class ReducedRun:
         """Return poses and velocities (bodies, 3) at a time, s, after that of row k, integrated from that row; None on failure."""
         start_time, state, mode = float(solution.times[k]), solution.states[k].copy(), solution.modes[k].copy()
         event_log, counts = make_event_log(0), np.zeros(len(StepCounter), dtype=np.int64)
-        equation = self._make_equation(start_time, mode, counts)
+        equation = self._make_equation(start_time, mode, counts, tolerance)
         if self.has_contacts and start_time > 0.0 and start_time in self.breakpoints:
             # A row at a breakpoint has the mode before it.
             integration.initialise_contact_mode(equation.model, start_time, state, event_log)
@@ -174,10 +179,10 @@ class ReducedRun:
         poses, velocities = self._evaluate_motion(state[np.newaxis])
         return poses[0], velocities[0]
 
-    def _make_equation(self, start: float, mode: IntArray, counts: IntArray) -> integration.ReducedEquation:
+    def _make_equation(self, start: float, mode: IntArray, counts: IntArray, tolerance: float) -> integration.ReducedEquation:
         """Return the equation in a contact mode, with the cubics of the inputs from a time (s) up to their next breakpoint."""
         input_cubics = stack_local_cubics(self.motion_table.time_functions, np.array([start]))[0]
-        return integration.make_reduced_equation(self.motion_table.table, self.motion_table.forces, input_cubics, mode, counts)
+        return integration.make_reduced_equation(self.motion_table.table, self.motion_table.forces, input_cubics, mode, counts, tolerance)
 
     def state_history(self, solution: ReducedSolution) -> StateHistory:
         """Return the states of all bodies at the times reached."""

@@ -1,4 +1,4 @@
-"""Event logs: compare those of two runs, and remove events that cancel each other."""
+"""Event logs: compare those of two runs, and remove events that cancel each other or belong to the start."""
 
 from collections.abc import Sequence
 
@@ -44,6 +44,25 @@ def compare_event_logs(
             largest_delay = max(largest_delay, min([*time_differences, max(end - event.time, time_tolerance)]))
             is_near_event |= np.abs(times - event.time) <= time_tolerance
     return largest_delay, is_near_event
+
+
+def select_start_events(events: Sequence[Event]) -> list[Event]:
+    """Return which events of the start of a motion happen to it: strikes, and rests on the stops that were struck.
+
+    The others describe the state in which it starts: what rests or sticks there has not moved before.
+
+    Parameters
+    ----------
+    events
+        Events of the first contact mode.
+
+    Returns
+    -------
+    list[Event]
+        Those that happen, in the same order.
+    """
+    struck = {event.subject for event in events if event.kind == EventKind.IMPACT}
+    return [event for event in events if event.subject in struck and event.kind in (EventKind.IMPACT, EventKind.REST)]
 
 
 OPPOSITE_EVENTS = {EventKind.SLIP: EventKind.STICK, EventKind.SEPARATION: EventKind.REST}

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.mechanics.contact.event_log import select_start_events
 from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses
 from governor_mechanism.mechanics.contact.input_modes import InputModes
 from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, find_active_stop, is_locked, is_resting, solve_forces
@@ -152,7 +153,7 @@ class SceneContacts:
         return self._get_model(self.mode)
 
     def start(self, state: FloatArray, input_cubics: FloatArray) -> None:
-        """Select the mode at the start of a run.
+        """Select the mode at the start of a run, with strikes as its only events.
 
         Parameters
         ----------
@@ -163,7 +164,7 @@ class SceneContacts:
         """
         self.continue_from(initial_mode(self._scene))
         self.change_mode(0.0, state, input_cubics)
-        self.events.clear()
+        self.events = select_start_events(self.events)
 
     def change_mode(
         self, time: float, state: FloatArray, input_cubics: FloatArray, triggered: Collection[int] = (), stopped: Collection[int] = ()

@@ -31,7 +31,23 @@ def time_scale(scene: Scene) -> float:
     float
         Time, s; 1 s if nothing moves the mechanism.
     """
-    return 1 / (max(_max_spindle_rate(scene), _max_other_rate(scene)) or 1.0)
+    return 1 / (max(loading_rate(scene), _max_spring_rate(scene)) or 1.0)
+
+
+def loading_rate(scene: Scene) -> float:
+    """Return the largest characteristic rate of what moves a scene, without springs: a stiff spring need not swing.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Returns
+    -------
+    float
+        Rate, 1/s; 0 if nothing but springs moves the mechanism.
+    """
+    return max(_max_spindle_rate(scene), _max_load_rate(scene))
 
 
 def max_step_scale(scene: Scene) -> float:
@@ -55,7 +71,8 @@ def max_step_scale(scene: Scene) -> float:
     is_steady = all(speed and speed.speed_function.is_constant and not speed.speed_fluctuation for speed in speeds)
     if not is_steady or has_contacts(scene):
         return motion_time_scale
-    return min(1 / (_max_other_rate(scene) or 1.0), MAX_STEP_SCALE_RATIO * motion_time_scale)
+    other_rate = max(_max_load_rate(scene), _max_spring_rate(scene))
+    return min(1 / (other_rate or 1.0), MAX_STEP_SCALE_RATIO * motion_time_scale)
 
 
 def _max_spindle_rate(scene: Scene) -> float:
@@ -66,11 +83,18 @@ def _max_spindle_rate(scene: Scene) -> float:
     return max([*given_speeds, *start_speeds], default=0.0)
 
 
-def _max_other_rate(scene: Scene) -> float:
-    """Return the largest characteristic rate (1/s) of everything but the spindle."""
+def _max_spring_rate(scene: Scene) -> float:
+    """Return the largest characteristic rate (1/s) of a spring."""
+    springs = [element for element in scene.mechanism.force_elements if isinstance(element, Spring | TorsionSpring)]
+    return math.sqrt(max((_force_element_rate_squared(scene.mechanism, spring) for spring in springs), default=0.0))
+
+
+def _max_load_rate(scene: Scene) -> float:
+    """Return the largest characteristic rate (1/s) of everything but the spindle and springs."""
     mechanism, length_scale = scene.mechanism, scene.mechanism.length_scale
     rates_squared = [max(scene.system.gravity, default=0.0) / length_scale]
-    rates_squared += [_force_element_rate_squared(mechanism, element) for element in mechanism.force_elements]
+    loads = [element for element in mechanism.force_elements if not isinstance(element, Spring | TorsionSpring)]
+    rates_squared += [_force_element_rate_squared(mechanism, load) for load in loads]
     rates = [0.0, *(math.sqrt(square) for square in rates_squared)]
     spindle_angles = {f"{plane.prefix}{SPINDLE_ANGLE}" for plane in scene.system.planes}
     rates += [abs(rate) / mechanism.output_scale(name) for name, rate in scene.start.rates.items() if name not in spindle_angles]

@@ -15,7 +15,7 @@ from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKin
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_drives, evaluate_rows, rotate_vector_jit
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed
 from governor_mechanism.numerics.array_copy import copy_array
-from governor_mechanism.numerics.banded_cholesky import solve_band_system
+from governor_mechanism.numerics.banded_cholesky import factorise_band, solve_band_system, solve_factorised_band
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray, RecordArray
 
@@ -29,6 +29,9 @@ N_ENERGY_STATES = 2
 """Number of states after poses and velocities: the work term of the energy balance (J) and the energy dissipated by dashpots and friction
 (J). The states of the lags follow them."""
 
+CLEAR_PIVOT_RATIO = 0.1
+"""Pivot ratio of the constraint rows above which they are independent in any metric: no integrator steers around a change point there, and
+rounding costs the multipliers a single digit."""
 
 MAX_PROJECTION_ITERATIONS = 8
 """Maximum number of Newton iterations of a projection; they converge quadratically from a state near the manifold."""
@@ -58,8 +61,8 @@ def evaluate_accelerations(
     """Evaluate the accelerations of the body origins into result (bodies, 3).
 
     The Lagrange multipliers remain in `workspace.multipliers`, with the Jacobian of the rows in `workspace.jacobian`.
-    Returns the smallest pivot ratio (see `solve_band_system`), the power (W) of drives and of forces without a
-    potential, dissipation subtracted, and the power (W) that dashpots and friction dissipate.
+    Returns the smallest pivot ratio (see `solve_band_system`), in the metric of the masses or of equal masses; the power (W) of drives and
+    of forces without a potential, dissipation subtracted; and the power (W) that dashpots and friction dissipate.
     """
     rows, forces = system.constraint_rows, workspace.generalised_forces
     evaluate_drives(rows, input_cubics, local_time, workspace.row_values)
@@ -78,7 +81,21 @@ def evaluate_accelerations(
     pivot_ratio = solve_constrained_system(system, workspace, forces, 1.0, result)
     for i in range(workspace.multipliers.size):
         power -= workspace.multipliers[i] * workspace.row_values[i, RowColumn.DRIVE_RATE]
+    if 0.0 < pivot_ratio < CLEAR_PIVOT_RATIO:
+        pivot_ratio = max(pivot_ratio, _equal_mass_pivot_ratio(system, workspace))
     return pivot_ratio, power, dissipated_power
+
+
+@jit_in_place
+def _equal_mass_pivot_ratio(system: System, workspace: SystemWorkspace) -> float:
+    """Return the smallest pivot ratio of the rows in the workspace as if all bodies had the same mass.
+
+    Where a light body carries a heavy one, the pivot ratio in the metric of the masses is as small as the ratio of the masses, though
+    nothing is singular. At a change point it vanishes in every metric.
+    """
+    band, metric = workspace.equal_mass_band, system.equal_mass_metric
+    assemble_schur_band(system.constraint_rows.row_bodies, system.row_pairs, workspace.jacobian, metric, band)
+    return factorise_band(band, workspace.factor)
 
 
 @jit_in_place
@@ -98,16 +115,46 @@ def solve_constrained_system(
 @jit_in_place
 def _solve_with_stand_ins(system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray) -> float:
     """Solve as `solve_constrained_system`, with a mass matrix that includes the stand-in inertia."""
-    row_bodies = system.constraint_rows.row_bodies
     for k in range(system.bodies.size):
         for c in range(3):
             result[k, c] = workspace.inverse_mass[k, c] * forces[k, c]
-    apply_jacobian(row_bodies, workspace.jacobian, result, workspace.multipliers)
-    for i in range(workspace.multipliers.size):
-        workspace.multipliers[i] -= gamma_factor * workspace.row_values[i, RowColumn.GAMMA]
+    _evaluate_row_residuals(system, workspace, gamma_factor, result, workspace.multipliers)
     pivot_ratio = solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
-    subtract_minv_jt(row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, result)
+    _subtract_row_forces(system, workspace, workspace.multipliers, result)
+    if 0.0 < pivot_ratio < CLEAR_PIVOT_RATIO:
+        _refine_multipliers(system, workspace, gamma_factor, result)
     return pivot_ratio
+
+
+@jit_in_place
+def _evaluate_row_residuals(
+    system: System, workspace: SystemWorkspace, gamma_factor: float, accelerations: FloatArray, residuals: FloatArray
+) -> None:
+    """Fill the residuals J accelerations - gamma_factor * gamma of the rows."""
+    apply_jacobian(system.constraint_rows.row_bodies, workspace.jacobian, accelerations, residuals)
+    for i in range(residuals.size):
+        residuals[i] -= gamma_factor * workspace.row_values[i, RowColumn.GAMMA]
+
+
+@jit_in_place
+def _subtract_row_forces(system: System, workspace: SystemWorkspace, multipliers: FloatArray, accelerations: FloatArray) -> None:
+    """Subtract the accelerations by forces of the rows, in place."""
+    subtract_minv_jt(system.constraint_rows.row_bodies, workspace.jacobian, workspace.inverse_mass, multipliers, accelerations)
+
+
+@jit_in_place
+def _refine_multipliers(system: System, workspace: SystemWorkspace, gamma_factor: float, accelerations: FloatArray) -> None:
+    """Refine multipliers and accelerations by what the accelerations leave of the rows (iterative refinement).
+
+    Rounding of the force in a joint that a light body passes on to a heavy one accelerates the light body by 1 / its mass. The rows
+    tell that from motion: without this, step control takes it for motion and shortens the steps without end.
+    """
+    corrections = workspace.multiplier_corrections
+    _evaluate_row_residuals(system, workspace, gamma_factor, accelerations, corrections)
+    solve_factorised_band(workspace.factor, corrections)
+    _subtract_row_forces(system, workspace, corrections, accelerations)
+    for i in range(corrections.size):
+        workspace.multipliers[i] += corrections[i]
 
 
 @jit

@@ -79,6 +79,9 @@ class System(NamedTuple):
     inverse_mass
         Inverse mass (twice) and inverse moment of inertia about the origin, 0 for coordinates that cannot change; shape (bodies, 3). For a
         shaft it changes with the poses, see `update_inverse_mass`. It includes the stand-in inertia.
+    equal_mass_metric
+        The inverse masses that the bodies would have if all had the same mass, 1; shape (bodies, 3). In this metric the rows of the joints
+        are nearly dependent near a change point alone, not where a light body carries a heavy one.
     stand_in_inertia
         Mass (twice) and moment of inertia in `inverse_mass` that a massless coordinate does not have; shape (bodies, 3).
     has_stand_in_inertia
@@ -107,6 +110,7 @@ class System(NamedTuple):
     bandwidth: int
     bodies: RecordArray
     inverse_mass: FloatArray
+    equal_mass_metric: FloatArray
     stand_in_inertia: FloatArray
     has_stand_in_inertia: bool
     planes: RecordArray
@@ -132,8 +136,12 @@ class SystemWorkspace(NamedTuple):
         Band of J M^-1 J^T; shape (rows, bandwidth + 1).
     factor
         Its Cholesky factor, with the shape of `band`.
+    equal_mass_band
+        As `band`, in the metric of equal masses.
     multipliers
         Lagrange multipliers, N; shape (rows,).
+    multiplier_corrections
+        Their corrections by iterative refinement, N; shape (rows,).
     generalised_forces
         Applied forces, N and N m; shape (bodies, 3).
     output_row_values
@@ -153,7 +161,9 @@ class SystemWorkspace(NamedTuple):
     jacobian: FloatArray
     band: FloatArray
     factor: FloatArray
+    equal_mass_band: FloatArray
     multipliers: FloatArray
+    multiplier_corrections: FloatArray
     generalised_forces: FloatArray
     output_row_values: FloatArray
     output_jacobian: FloatArray
@@ -200,13 +210,16 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     inputs: list[InputFunction | PrescribedMotion] = [speed.speed_function for speed in speeds]
     inputs += [*constraint_table.motions, *loads, *(InputFunction(),) * n_further_inputs]
     inertia, stand_in_inertia = _make_inertia(mechanism, origins)
+    total_inertia = inertia + stand_in_inertia
+    inverse_mass = np.divide(1.0, total_inertia, out=np.zeros_like(inertia), where=total_inertia > 0)
     system = System(
         constraint_rows=rows,
         force_elements=force_elements,
         row_pairs=row_pairs,
         bandwidth=int(np.max(row_pairs[:, 0] - row_pairs[:, 1], initial=0)),
         bodies=_make_body_records(scene, origins),
-        inverse_mass=np.divide(1.0, inertia + stand_in_inertia, out=np.zeros_like(inertia), where=inertia + stand_in_inertia > 0),
+        inverse_mass=inverse_mass,
+        equal_mass_metric=inverse_mass * np.where(total_inertia[:, :1] > 0, total_inertia[:, :1], 1.0),
         stand_in_inertia=stand_in_inertia,
         has_stand_in_inertia=bool(stand_in_inertia.any()),
         planes=_make_plane_records(scene, speeds),
@@ -446,7 +459,9 @@ def make_system_workspace(system: System) -> SystemWorkspace:
         jacobian=np.zeros((rows, 2, 3)),
         band=np.zeros(band),
         factor=np.zeros(band),
+        equal_mass_band=np.zeros(band),
         multipliers=np.zeros(rows),
+        multiplier_corrections=np.zeros(rows),
         generalised_forces=np.zeros((bodies, 3)),
         output_row_values=np.zeros((len(system.output_rows.table), N_ROW_COLUMNS)),
         output_jacobian=np.zeros((len(system.output_rows.table), 2, 3)),

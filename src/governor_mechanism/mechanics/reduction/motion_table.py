@@ -11,6 +11,7 @@ from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
 from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, allocate_table, evaluate_poses, grow_table
 from governor_mechanism.mechanics.reduction.table_refinement import extend_table
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.trajectory import FLIGHT_DETAIL
 from governor_mechanism.types import FloatArray
 
 BOUND_TOLERANCE = 1e-3
@@ -93,6 +94,8 @@ class MotionTable:
         own_limits = [limit for limit in mechanism.limits if limit.reading == mechanism.coordinate]
         other_limits = [limit for limit in mechanism.limits if limit.reading != mechanism.coordinate]
         bound = self.arrays.high if side == 1 else self.arrays.low
+        if reason == EndReason.TOO_FAR:
+            return True, FLIGHT_DETAIL
         if own_limits and (reason == EndReason.AT_BOUND or self.end_coordinate(side) == bound):
             limit, at_high = own_limits[0], side == 1
         elif reason >= EndReason.AT_LIMIT:

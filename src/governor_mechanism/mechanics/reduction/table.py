@@ -32,7 +32,9 @@ class EndReason(IntEnum):
     """At a bound of the coordinate."""
     AT_SINGULARITY = 2
     """Where the coordinate does not determine the poses."""
-    AT_LIMIT = 3
+    TOO_FAR = 3
+    """So far from the start that a body flies away."""
+    AT_LIMIT = 4
     """At a limit of a reading: this plus twice the index of the limit, plus 1 at a high one."""
 
 

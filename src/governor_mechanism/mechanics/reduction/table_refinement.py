@@ -22,6 +22,12 @@ FIT_TOLERANCE = 1e-13
 MAX_PIECE_WIDTH = 1.0
 """Largest width of a piece, in coordinate scales."""
 
+WIDTH_PER_DISTANCE = 0.25
+"""Largest width of a piece relative to its distance from the start, where that is more: a body that flies away needs few pieces."""
+
+MAX_DISTANCE = 1e6
+"""Distance from the start, in coordinate scales, at which the table ends: no machine is so large."""
+
 MIN_PIECE_WIDTH = 1e-9
 """Smallest width of a piece, in coordinate scales; where a narrower one is needed, the table ends."""
 
@@ -110,7 +116,11 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
         return ExtensionStatus.TABLE_FULL
     start, direction = table.intervals[edge_piece, side], 1.0 if side == 1 else -1.0
     bound = arrays.high if side == 1 else arrays.low
-    width = min(table.next_widths[side], MAX_PIECE_WIDTH * arrays.lagrangian.assembly.coordinate_scale)
+    coordinate_scale, distance = arrays.lagrangian.assembly.coordinate_scale, abs(start - table.periodicity[1])
+    if distance > MAX_DISTANCE * coordinate_scale:
+        table.end_reasons[side] = EndReason.TOO_FAR
+        return ExtensionStatus.TABLE_ENDED
+    width = min(table.next_widths[side], max(MAX_PIECE_WIDTH * coordinate_scale, WIDTH_PER_DISTANCE * distance))
     while True:
         end, at_bound = start + direction * width, False
         if direction * (end - bound) >= 0.0:

@@ -32,8 +32,8 @@ from governor_mechanism.types import FloatArray
 
 FRAME_DPI = 64
 """A power of two, so that size / DPI * DPI is exactly the size."""
-MIN_FRAME_SIZE = 320
-"""Smallest frame (pixels) in which text is readable."""
+MIN_FRAME_SIZE, MAX_FRAME_SIZE = 320, 4320
+"""Smallest frame (pixels) in which text is readable, and the largest that screens show."""
 TRACE_DURATION = 1.0
 """Duration (s of film) of the traced path that is shown."""
 MAX_SHOWN_READINGS = {True: 3, False: 4}
@@ -66,8 +66,8 @@ class FramePainter:
         compared: Sequence[ShownParts] = (),
         animated: bool = True,
     ) -> None:
-        if size < MIN_FRAME_SIZE:
-            raise MechanismError(f"size of a film must be at least {MIN_FRAME_SIZE} pixels; got {size}")
+        if not MIN_FRAME_SIZE <= size <= MAX_FRAME_SIZE:
+            raise MechanismError(f"size of a film must be {MIN_FRAME_SIZE} to {MAX_FRAME_SIZE} pixels; got {size}")
         self._shown_parts = parts
         self.frame_data = frame_data = parts[-1]
         # Whether the plan of the turning plane is shown.

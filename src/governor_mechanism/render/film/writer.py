@@ -24,6 +24,8 @@ from governor_mechanism.render.film.layout import ELEVATION_RECT, HEADER_RULE_Y,
 from governor_mechanism.render.geometry.primitives import Vec2, round_step
 from governor_mechanism.render.style import FILM_COLOURS, RULE, parse_rgb
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.arguments import NUMBER, PATH, TEXT, check_arguments
+from governor_mechanism.units.quantities import format_value
 
 FilmProgress = Callable[[int, int], None]
 """Called with the number of frames done and in total."""
@@ -68,6 +70,7 @@ class SideBySidePainter:
         return pixels
 
 
+@check_arguments(path=PATH, size=NUMBER, frames_per_second=NUMBER, part=TEXT, start=NUMBER, stop=NUMBER, slow_down=NUMBER)
 def write_film(
     run: Trajectory | Sequence[Trajectory],
     path: str | os.PathLike[str],
@@ -124,7 +127,9 @@ def write_film(
     if suffix == ".mp4":
         require_video_writer()
     schedule, open_encoder = FILM_FORMATS[suffix]
-    runs = (run,) if isinstance(run, Trajectory) else tuple(run)
+    runs = tuple(run) if isinstance(run, list | tuple) else (run,)
+    if not all(isinstance(one, Trajectory) for one in runs):
+        raise MechanismError(f"a film shows a run, as from gm.run, or a list of two; found {format_value(run)}")
     _check_run_pair(runs, titles)
     time_span = _select_time_span(runs[0], start, stop)
     slow_factor = _select_slow_down(runs[0], time_span, slow_down)
@@ -196,8 +201,8 @@ def _check_run_pair(runs: Sequence[Trajectory], titles: Sequence[str] | None) ->
         raise MechanismError(f"a film shows one run, or two side by side; got {len(runs)}")
     if titles is not None and len(runs) == 1:
         raise MechanismError("titles are for a film of two runs; one run takes the title of its scene")
-    if titles is not None and (isinstance(titles, str) or len(titles) != 2):
-        raise MechanismError(f"titles must be a list of two, one for each run; got {titles!r}")
+    if titles is not None and not (isinstance(titles, list | tuple) and list(map(type, titles)) == [str, str]):
+        raise MechanismError(f"titles must be a list of two texts, one for each run; got {format_value(titles)}")
     times, other_times = runs[0].times, runs[-1].times
     if len(times) != len(other_times) or not np.allclose(times, other_times, rtol=1e-9, atol=1e-12):
         first, second = (_describe_times(run) for run in runs)

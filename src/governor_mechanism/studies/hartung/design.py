@@ -29,7 +29,7 @@ ANGLE_SEARCH_STEP = math.radians(1.0)
 """Step of the initial search for the best angle (rad)."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class HartungLayout:
     """A governor with springs along Doerfel's line and its forces over the stroke, inner end first.
 

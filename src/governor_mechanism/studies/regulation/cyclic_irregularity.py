@@ -37,7 +37,7 @@ THRESHOLD_TOLERANCE = 1e-6
 """Tolerance of the threshold of cyclic motion, relative to the insensitivity band."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class CyclicMotionStudy:
     """Amplitude of the sleeve per turn, after a number of turns, against the speed fluctuation.
 
@@ -78,7 +78,7 @@ class CyclicMotionStudy:
         return f"{threshold}; the band is {self.insensitivity_band:.6g}"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ClearanceStudy:
     """Amplitudes of sleeve and arms per turn, after a number of turns, against the clearance.
 

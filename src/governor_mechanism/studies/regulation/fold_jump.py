@@ -30,7 +30,7 @@ AIRY_PRIME_FIRST_ZERO = 1.018792971647471
 """First zero of Ai', negated: y' = t + y^2, started far below on its stable branch, passes y = 0 at this t."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class FoldJumpStudy:
     """Speeds at which the arms pass the fold, against the ramp rate of the spindle speed.
 

@@ -25,7 +25,7 @@ SETTLING_TOLERANCE = 0.02
 """Half-width of the settling band about the new equilibrium, relative to the whole change."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SettlingStudy:
     """Settling time after a change of load, against the damping of the sleeve.
 

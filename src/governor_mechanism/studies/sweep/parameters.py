@@ -162,7 +162,7 @@ def _parse_axis_requests(vary: Mapping[str, Any] | Sequence[str], collector: Pro
     requests: list[AxisRequest] = []
     for request in vary.items() if isinstance(vary, Mapping) else vary:
         with collector.at("vary:"):
-            requests.append(_parse_request_text(request) if isinstance(request, str) else _parse_request(*request))
+            requests.append(_parse_request(*request) if isinstance(vary, Mapping) else _parse_request_text(request))
     counts = Counter(one.key for one in requests)
     repeated = (f"vary: {key} is given {count} times; give all its values at once" for key, count in counts.items() if count > 1)
     collector.add(ProblemCode.DUPLICATE, *repeated)
@@ -173,8 +173,8 @@ def _parse_axis_requests(vary: Mapping[str, Any] | Sequence[str], collector: Pro
     return [one for one in requests if counts[one.key] == 1]
 
 
-def _parse_request_text(text: str) -> AxisRequest:
-    key, separator, values = text.partition("=")
+def _parse_request_text(text: object) -> AxisRequest:
+    key, separator, values = text.partition("=") if isinstance(text, str) else ("", "", "")
     if not separator or not values.strip():
         raise MechanismError(f"{format_value(text)} has no values; write {AXIS_EXAMPLE}")
     return _parse_request(key.strip(), values)

@@ -154,6 +154,8 @@ def _parse_quantity(name: Any, rule: Any, scene: Scene, reading_units: Mapping[s
         raise MechanismError(f"a quantity needs a name; found {format_value(name)}; write 'max arm_angle'")
     if callable(rule):
         return _make_function_quantity(name, rule)
+    if not isinstance(rule, str):
+        raise MechanismError(f"quantity {name!r} must be text or a function of a run; found {format_value(rule)}")
     if rule == ERROR_ESTIMATE_RULE and not certify:
         raise MechanismError(f"quantity {ERROR_ESTIMATE_RULE!r} needs certified runs; set certify, or leave it out")
     if rule in (DURATION_RULE, ERROR_ESTIMATE_RULE):
@@ -166,19 +168,19 @@ def _parse_quantity(name: Any, rule: Any, scene: Scene, reading_units: Mapping[s
     return RunQuantity(name=name, rule=rule, unit=f"{reading_units[reading]}{'/s' if is_rate else ''}", scale=scale)
 
 
-def _split_rule(rule: object) -> tuple[str, bool, str]:
+def _split_rule(rule: str) -> tuple[str, bool, str]:
     """Return the statistic, whether it is one of the rate, and the reading of a rule; an empty reading for anything else."""
-    parts = _RULE_PATTERN.fullmatch(rule) if isinstance(rule, str) else None
+    parts = _RULE_PATTERN.fullmatch(rule)
     return (parts[1] or "final", bool(parts[2]), parts[3]) if parts else ("", False, "")
 
 
-def _unknown_rule_message(rule: Any, reading_units: Mapping[str, str], readings_with_rate: Iterable[str]) -> str:
+def _unknown_rule_message(rule: str, reading_units: Mapping[str, str], readings_with_rate: Iterable[str]) -> str:
     rates = [f"{RATE_PREFIX}{name}" for name in reading_units if name in readings_with_rate]
     known_rules = [f"{one} {name}".strip() for names in (reading_units, rates) for one in (*STATISTICS, "") for name in names]
     return (
         f"quantity {format_value(rule)} is unknown; known are final, min, max or span of a reading (final if none is given): "
         f"{', '.join(reading_units)}, or of 'rate of' a position; also {DURATION_RULE} and {ERROR_ESTIMATE_RULE}."
-        f"{did_you_mean(str(rule), [*known_rules, DURATION_RULE, ERROR_ESTIMATE_RULE])}"
+        f"{did_you_mean(rule, [*known_rules, DURATION_RULE, ERROR_ESTIMATE_RULE])}"
     )
 
 
@@ -187,7 +189,7 @@ def _make_function_quantity(name: str, function: Callable[[Trajectory], float]) 
         pickle.dumps(function)
     except Exception as error:  # pickle raises many types of error
         raise MechanismError(
-            f"quantity {name!r}: {function!r} cannot be sent to another process; define the function with def at module level"
+            f"quantity {name!r}: the function cannot be sent to another process; define the function with def at module level"
         ) from error
     return RunQuantity(name=name, function=function)
 

@@ -136,14 +136,12 @@ def make_task(
     axes = (collector.attempt("", parse_axes, document, vary) if document else None) or ()
     parsed_quantities = collector.attempt("", partial(parse_quantities, certify=certify), scene, quantities) or ()
     with collector.at(""):
-        if not isinstance(engine, str):
-            raise MechanismError(f"engine must be the name of an engine; found {format_value(engine)}")
         select_engine(engine, scene)
     problems: list[str] = [*collector.problems]
     if accuracy is not None and not (isinstance(accuracy, int | float) and 0 < accuracy < 1):
-        problems.append(f"accuracy must lie between 0 and 1; got {accuracy!r}")
+        problems.append(f"accuracy must lie between 0 and 1; got {format_value(accuracy)}")
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
-        problems.append(f"workers must be a whole number of at least 1; got {workers!r}")
+        problems.append(f"workers must be a whole number of at least 1; got {format_value(workers)}")
     given_for_all = {"run.engine": engine != "auto", "run.accuracy": accuracy is not None}
     keys, reason = [axis.key for axis in axes], "has no effect if it is also given for all rows; leave one of the two out"
     problems += [f"vary: {key} {reason}" for key in keys if given_for_all.get(key)]

@@ -16,15 +16,15 @@ import numpy as np
 from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import make_reported_times
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
-from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.studies.regression import FittedParameter, fit_slope
+from governor_mechanism.studies.run_comparison import compare_runs
 from governor_mechanism.studies.work_precision.results import AccuracyStudy, EngineVariant, ErrorReference, WorkPrecisionPoint
 from governor_mechanism.studies.work_precision.settings import SettingsLadder, build_ladders, format_step
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.quantities import format_value
 
 REFERENCE_TOLERANCE = 1e-14
 """Tolerance of the reference and of the run that confirms it."""
@@ -60,12 +60,6 @@ ITERATION_FACTOR, MAX_ITERATION_FACTOR = 4, 64
 
 SAME_RUN_TOLERANCE = 1e-6
 """Relative difference of the errors below which two settings with equally many evaluations are the same run."""
-
-MAX_EVENT_EXCLUSION = 0.1
-"""Upper bound of the interval around an event that is not compared, in time scales; the interval is the error of the event times."""
-
-MIN_EVENT_EXCLUSION = 1e-9
-"""Lower bound of that interval, in time scales."""
 
 MAX_ASYMPTOTIC_ERROR, N_FITTED_SETTINGS = 0.03, 5
 """Error below which an order is fitted, and number of the finest steps used; no ladder ends above this error."""
@@ -107,7 +101,7 @@ def run_accuracy_study(
         If max_time is not positive and finite, or there is no reference run that is long enough.
     """
     if not (isinstance(max_time, int | float) and 0 < max_time < math.inf):
-        raise MechanismError(f"the maximum time of a setting must be a positive number of seconds; got {max_time!r}")
+        raise MechanismError(f"the maximum time of a setting must be a positive number of seconds; got {format_value(max_time)}")
     n_times = min(len(make_reported_times(scene)) - 1, MAX_COMPARED_TIMES) + 1
     benchmark = ErrorBenchmark(scene, np.linspace(0.0, scene.run.duration, n_times), float(max_time), timer=timer)
     reference_run = benchmark.reference_run
@@ -146,7 +140,6 @@ class ErrorBenchmark:
     ) -> None:
         self.scene, self.times, self.max_time, self.target_error, self.timer = scene, times, max_time, target_error, timer
         self.time_scale, self.length_scale = time_scale(scene), scene.mechanism.length_scale
-        self.has_contacts = has_contacts(scene)
         engine = MultibodyEngine(tolerance=REFERENCE_TOLERANCE)
         refusal = engine.refusal(scene)
         if refusal:
@@ -168,7 +161,7 @@ class ErrorBenchmark:
             return unconfirmed
         if run is None or self._early_end_message(run):
             return unconfirmed
-        errors, event_time_error = self._measure_errors(run)
+        errors, event_time_error = compare_runs(run, self.reference_run)
         difference = max(*errors.values(), (event_time_error or 0.0) / self.time_scale)
         error = max(unconfirmed.error / ESTIMATE_TOLERANCE_RATIO, difference)
         return replace(unconfirmed, confirmed_by=reduced_engine.name, confirmation_error=difference, error=error)
@@ -233,7 +226,7 @@ class ErrorBenchmark:
             setting = format_step(run.cost.step * 2 ** (engine.levels - 1))
         if run.cost.iterations > ImpulseEngine.iterations:
             setting = f"{setting}, {run.cost.iterations} iterations"
-        errors, event_time_error = self._measure_errors(run)
+        errors, event_time_error = compare_runs(run, self.reference_run)
         joint_gap = float(np.max(run.joint_gap)) / self.length_scale
         if not all(map(math.isfinite, (*errors.values(), run.energy.drift))) or not joint_gap < MAX_COMPARED_JOINT_GAP:
             return "the joints open: the solution is lost"
@@ -277,30 +270,6 @@ class ErrorBenchmark:
         """Return the message of a run that ends before the reference does; empty otherwise."""
         is_too_short = len(self.reference_run.times) - len(run.times) > 1
         return run.message if run.outcome not in SCENE_OUTCOMES or is_too_short else ""
-
-    def _measure_errors(self, run: Trajectory) -> tuple[Mapping[str, float], float | None]:
-        """Return the largest scaled difference of each reading and rate away from events, and the error of the event times (s).
-
-        The event time error is None for a scene without contacts.
-        """
-        reference_run = self.reference_run
-        n_shared = min(len(reference_run.times), len(run.times))
-        compared, event_time_error = np.arange(n_shared), None
-        if self.has_contacts:
-            times = reference_run.times[:n_shared]
-            event_time_error, _ = compare_event_logs(reference_run.events, run.events, times, 0.0)
-            exclusion_time = max(min(event_time_error, MAX_EVENT_EXCLUSION * self.time_scale), MIN_EVENT_EXCLUSION * self.time_scale)
-            exclusion_time *= 1 + MIN_EVENT_EXCLUSION
-            compared = np.flatnonzero(~compare_event_logs(reference_run.events, run.events, times, exclusion_time)[1])
-
-        def largest_difference(values: FloatArray, reference_values: FloatArray) -> float:
-            return float(np.max(np.abs(reference_values[compared] - values[compared]), initial=0.0))
-
-        scales, rates = reference_run.scales, reference_run.rates
-        errors = {name: largest_difference(run.readings[name], one) / scales[name] for name, one in reference_run.readings.items()}
-        rate_errors = {name: largest_difference(run.rates[name], one) * self.time_scale / scales[name] for name, one in rates.items()}
-        errors |= {f"rate of {name}": error for name, error in rate_errors.items()}
-        return errors, event_time_error
 
 
 def _format_notes(notes: Mapping[str, list[str]]) -> tuple[str, ...]:

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import pymunk
 
-from governor_mechanism.errors import UnsupportedEffect
-from governor_mechanism.model.joints import GROUND, Pin
+from governor_mechanism.model.joints import GROUND, Pin, Point
 from governor_mechanism.model.mechanism import Body, Mechanism
 
 QUASI_INFINITE_MASS = 1e30
@@ -55,20 +54,28 @@ def to_body_axes(poses: Poses, index: int, point: PlanarVector) -> PlanarVector:
     return cosine * dx + sine * dy, cosine * dy - sine * dx
 
 
+def cannot_rotate_in_pymunk(mechanism: Mechanism, body: Body) -> bool:
+    """Return whether a body that must rotate has no inertia for it: a point mass without a pin to the ground."""
+    return body.can_rotate and body.planar_inertia <= 0.0 and _find_ground_pin(mechanism, body) is None
+
+
+def _find_ground_pin(mechanism: Mechanism, body: Body) -> tuple[Point, Point] | None:
+    """Return the points of the body and the ground that a pin joins; None without such a pin."""
+    for joint in mechanism.joints:
+        points = {joint.first.body: joint.first, joint.second.body: joint.second}
+        if isinstance(joint, Pin) and set(points) == {GROUND, body.name}:
+            return points[body.name], points[GROUND]
+    return None
+
+
 def make_body_proxy(mechanism: Mechanism, body: Body) -> BodyProxy:
-    """Create the pymunk body of a mechanism's body; raise UnsupportedEffect if it must rotate and has no inertia."""
+    """Create the pymunk body of a mechanism's body."""
     if not body.can_rotate:
         return BodyProxy(pymunk.Body(body.mass, math.inf))
-    for joint in mechanism.joints:
-        joint_points = {joint.first.body: joint.first, joint.second.body: joint.second}
-        if isinstance(joint, Pin) and set(joint_points) == {GROUND, body.name}:
-            pin, ground = joint_points[body.name], joint_points[GROUND]
-            # The mass is so large that the body does not translate: the pin carries every force, only rotation is left.
-            pinned_body = pymunk.Body(QUASI_INFINITE_MASS, body.planar_inertia + body.mass * (pin.x**2 + pin.y**2))
-            pinned_body.position = (ground.x, ground.y)
-            return BodyProxy(pinned_body, (pin.x, pin.y), is_pinned=True)
-    if body.planar_inertia <= 0.0:
-        raise UnsupportedEffect(
-            f"engine 'impulse' cannot rotate body {body.name!r}: it is a point mass without a pin to the ground; use engine 'multibody'"
-        )
+    if points := _find_ground_pin(mechanism, body):
+        pin, ground = points
+        # The mass is so large that the body does not translate: the pin carries every force, only rotation is left.
+        pinned_body = pymunk.Body(QUASI_INFINITE_MASS, body.planar_inertia + body.mass * (pin.x**2 + pin.y**2))
+        pinned_body.position = (ground.x, ground.y)
+        return BodyProxy(pinned_body, (pin.x, pin.y), is_pinned=True)
     return BodyProxy(pymunk.Body(body.mass, body.planar_inertia))

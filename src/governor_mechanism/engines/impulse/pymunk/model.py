@@ -1,6 +1,7 @@
 """A scene's mechanism as a pymunk space: start it, step it, read its state."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pymunk
@@ -30,11 +31,13 @@ BODY_FORCE = BodyFields.FORCE | BodyFields.TORQUE
 class PymunkModel:
     """A scene's mechanism in a pymunk space.
 
-    `plain` keeps pymunk's own joint correction, force evaluation and start.
+    `plain` keeps pymunk's own joint correction, force evaluation and start. `count_step` takes the solver iterations of every step.
     """
 
-    def __init__(self, scene: Scene, *, iterations: int, plain: bool = False) -> None:
-        self.is_plain, self._iterations = plain, iterations
+    def __init__(
+        self, scene: Scene, *, iterations: int, plain: bool = False, count_step: Callable[[int], None] = lambda iterations: None
+    ) -> None:
+        self.is_plain, self._iterations, self._present_iterations, self._count_step = plain, iterations, iterations, count_step
         self._mechanism = scene.part.mechanism
         self._space = pymunk.Space()
         self._space.iterations = iterations
@@ -107,12 +110,13 @@ class PymunkModel:
         set_space_bodies(self._space, BODY_FORCE, self._force_buffer)
         for constraint in self._contact_constraints:
             constraint.update(joint_poses, self.forces.output_values, self.forces.output_jacobian, inputs)
+        self._count_step(self._present_iterations)
         self._space.step(inputs.h)
         return velocities
 
     def set_iteration_factor(self, factor: int) -> None:
         """Multiply the number of solver iterations by `factor` from now on."""
-        self._space.iterations = factor * self._iterations
+        self._space.iterations = self._present_iterations = factor * self._iterations
 
     def zero_velocities(self) -> None:
         """Set all velocities to zero."""

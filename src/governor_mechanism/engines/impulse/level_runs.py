@@ -1,0 +1,178 @@
+"""Runs of one scene with halved steps and enough solver iterations, within the budget, and how and when they end."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from governor_mechanism.engines.impulse.joint_gaps import count_closed_times, has_open_joints
+from governor_mechanism.engines.impulse.records import FixedStepProblem, FixedStepSolution
+from governor_mechanism.engines.impulse.run import integrate_over_grid
+from governor_mechanism.model.trajectory import FLIGHT_DETAIL, Outcome
+from governor_mechanism.types import FloatArray
+
+MAX_OPEN_JOINT_HALVINGS = 5
+"""Largest number of halvings of the first step because of open joints."""
+
+ITERATION_GROWTH_FACTOR = 4
+"""Factor by which the solver iterations grow when a result is doubtful."""
+
+MAX_EXIT_DISAGREEMENT = 4
+"""Number of monitor times within which runs with different steps must leave the limits for the exit to be accepted."""
+
+MAX_TORN_GAP_RATIO = 0.1
+"""Joint gap, relative to the length scale, beyond which a body far away has been torn off; a flight keeps the joints closed."""
+
+MAX_FLIGHT_DIFFERENCE_RATIO = 0.2
+"""Largest difference of the places of a body that flies away, between runs with different steps and relative to its distance.
+
+Steps of a quarter of the time scale follow a flight to a few hundredths. An instability grows by another factor in each run.
+"""
+
+RangeExit = tuple[int, str]
+"""Index of the first monitor time outside the limits, or with a body too far away, and the sentence that describes it."""
+
+
+@dataclass(frozen=True)
+class Termination:
+    """Number of monitor times that runs keep; how and why they end if they end early, and whether because a body flies away."""
+
+    n_times: int
+    outcome: Outcome | None = None
+    detail: str = ""
+    is_flight: bool = False
+
+
+class LevelRuns:
+    """Runs by level, each with half the step of the one before, all with the same solver iterations.
+
+    `is_complete` states whether the grid reaches the last reported time; `steps`, `n_runs` and `evaluation_counts` count all runs.
+    `is_limited` states whether the budget did not allow further runs.
+    """
+
+    def __init__(self, problem: FixedStepProblem, is_complete: bool) -> None:
+        self._problem, self._is_complete, self._budget = problem, is_complete, problem.budget
+        self._settings, self._evaluator, self._times = problem.settings, problem.evaluator, problem.grid.monitor_times
+        self.iterations, self.solutions = problem.settings.iterations, dict[int, FixedStepSolution]()
+        self.n_runs, self.steps, self.evaluation_counts = 0, 0, Counter[str]()
+        self._works, self._works_iterations, self.is_limited = dict[int, float](), self.iterations, False
+
+    def levels_from(self, level: int) -> range:
+        """Return the levels of the runs that make one result, of which the coarsest is given."""
+        return range(level, level + self._settings.levels)
+
+    def integrate(self, level: int) -> Termination:
+        """Run from a level on, with more iterations while joints stay open or the runs leave the limits at different times."""
+        while True:
+            self._run_missing(level)
+            runs = [self.solutions[one] for one in self.levels_from(level)]
+            n_times = min([len(self._times), *(len(run.raw_poses) for run in runs if run.reached_limit)])
+            exits = [self._find_first_exit(run.raw_poses[:n_times]) for run in runs]
+            is_open = self._has_open_joints(runs, n_times, exits)
+            # Shorter steps, rather than more iterations, resolve many events in a step: the step is halved first.
+            has_chatter = any(run.has_chatter for run in runs) and level < MAX_OPEN_JOINT_HALVINGS
+            if has_chatter or not (is_open or _exits_disagree(exits)) or not self.raise_iterations(level):
+                break
+        if is_open:
+            return self._end_with_open_joints(runs, n_times)
+        first_exit = min((range_exit for range_exit in exits if range_exit is not None), default=None)
+        if first_exit is not None:
+            index, message = first_exit
+            detail = f"{message}, at about t = {self._times[index]:.6g} s"
+            return Termination(index, Outcome.LEFT_RANGE, detail, message == FLIGHT_DETAIL)
+        if n_times < len(self._times) or not self._is_complete:
+            detail = f"max_steps = {self._budget.limit}, for all runs together, is reached at t = {self._times[n_times - 1]:.6g} s"
+            return Termination(n_times, Outcome.STEP_LIMIT, detail)
+        return Termination(n_times)
+
+    def _find_first_exit(self, poses: FloatArray) -> RangeExit | None:
+        """Return where a run leaves the limits, or where a body flies away if that is earlier."""
+        n_near, limit_exit = self._count_near_times(poses), self._evaluator.find_first_out_of_range(poses)
+        flight = (n_near, FLIGHT_DETAIL) if n_near < len(poses) else None
+        return min((one for one in (limit_exit, flight) if one is not None), default=None)
+
+    def _count_near_times(self, poses: FloatArray) -> int:
+        """Return the number of monitor times before a body is too far away."""
+        is_far = np.max(np.abs(poses[..., :2]), axis=(1, 2)) > self._settings.max_distance_ratio * self._evaluator.mechanism.length_scale
+        return int(np.argmax(is_far)) if is_far.any() else len(poses)
+
+    def _run_missing(self, level: int) -> None:
+        """Run the levels that have no solution; a run ends where a coarser one has spent its share of the budget."""
+        levels = self.levels_from(level)
+        missing = [one for one in levels if one not in self.solutions]
+        for index, one in enumerate(missing):
+            work_before, known = self._budget.spent, [self.solutions[other] for other in levels if other in self.solutions]
+            n_times = min([len(self._times), *(len(solution.raw_poses) for solution in known if solution.reached_limit)])
+            self._budget.begin_run([2.0 ** (later - one) for later in missing[index + 1 :]])
+            solution = self.solutions[one] = integrate_over_grid(self._problem, one, self.iterations, n_times)
+            if self._works_iterations != self.iterations:
+                self._works, self._works_iterations = {}, self.iterations
+            self._works[one] = self._budget.spent - work_before
+            self.evaluation_counts.update(solution.evaluation_counts)
+            self.steps, self.n_runs = self.steps + solution.n_steps, self.n_runs + 1
+
+    def fits_budget(self, level: int) -> bool:
+        """Return whether the runs from a level on are not expected to exceed the budget."""
+        missing = [one for one in self.levels_from(level) if one not in self.solutions]
+        return self._is_affordable(missing, self.iterations)
+
+    def raise_iterations(self, level: int = 0) -> bool:
+        """Raise the solver iterations and discard the runs; return False at the maximum, or if the budget does not suffice."""
+        iterations = min(ITERATION_GROWTH_FACTOR * self.iterations, self._settings.max_iterations)
+        if iterations == self.iterations or not self._is_affordable(self.levels_from(level), iterations):
+            return False
+        self.iterations = iterations
+        self.solutions.clear()
+        return True
+
+    def _is_affordable(self, levels: Sequence[int], iterations: int) -> bool:
+        """Return whether runs are expected to fit into the budget: the steps double from level to level, events and intervals do not."""
+        coarse, fine = min(self._works), max(self._works)
+        slope = max(self._works[fine] - self._works[coarse], 0.0) / (2.0**fine - 2.0**coarse) if fine > coarse else 0.0
+        constant = self._works[fine] - slope * 2.0**fine
+        ratio = self._budget.steps_per_step(iterations) / self._budget.steps_per_step(self._works_iterations)
+        is_affordable = ratio * sum(constant + slope * 2.0**level for level in levels) <= self._budget.remaining
+        self.is_limited |= not is_affordable
+        return is_affordable
+
+    def restore_iterations(self) -> None:
+        """Return to the first number of iterations, and discard the runs with another one."""
+        if self.iterations > self._settings.iterations:
+            self.iterations = self._settings.iterations
+            self.solutions.clear()
+
+    def _has_open_joints(self, runs: list[FixedStepSolution], n_times: int, exits: list[RangeExit | None]) -> bool:
+        """Return whether bodies diverged or joints opened up to the first monitor time outside the limits, inclusive.
+
+        Torn joints leave the limits too.
+        """
+        count = min([n_times, *(range_exit[0] + 1 for range_exit in exits if range_exit is not None)])
+        if any(len(run.raw_poses) < count for run in runs) or (any(exits) and self._have_diverged(runs, count)):
+            return True
+        return not self._settings.plain and has_open_joints(self._evaluator, runs, self._times[:count])
+
+    def _have_diverged(self, runs: list[FixedStepSolution], count: int) -> bool:
+        """Return whether a joint is torn at the first monitor times of a run, or steps too long for the forces alone throw a body away."""
+        gaps = [self._evaluator.evaluate_joint_gap(run.raw_poses[:count], self._times[:count]) for run in runs]
+        length_scale, positions = self._evaluator.mechanism.length_scale, np.array([run.raw_poses[count - 1, :, :2] for run in runs])
+        distance, difference = float(np.max(np.abs(positions))), float(np.max(np.ptp(positions, axis=0)))
+        is_flight = distance > self._settings.max_distance_ratio * length_scale
+        return float(np.max(gaps)) > MAX_TORN_GAP_RATIO * length_scale or (
+            is_flight and difference > MAX_FLIGHT_DIFFERENCE_RATIO * distance
+        )
+
+    def _end_with_open_joints(self, runs: list[FixedStepSolution], n_times: int) -> Termination:
+        n_closed = count_closed_times(self._evaluator, runs, self._times[:n_times])
+        n_closed = min([n_closed, *(self._count_near_times(run.raw_poses) for run in runs)])
+        detail = f"{self.iterations} solver iterations did not close the joints"
+        detail += f" at about t = {self._times[min(n_closed, len(self._times) - 1)]:.6g} s"
+        if self.iterations < self._settings.max_iterations:
+            detail += f", and max_steps = {self._budget.limit}, for all runs together, allows no more of them"
+        return Termination(n_closed, Outcome.JOINT_OPENED, detail)
+
+
+def _exits_disagree(exits: list[RangeExit | None]) -> bool:
+    """Return whether runs leave the limits at different monitor times, or only some of them do."""
+    exit_indices = [-MAX_EXIT_DISAGREEMENT if range_exit is None else range_exit[0] for range_exit in exits]
+    return max(exit_indices) - min(exit_indices) >= MAX_EXIT_DISAGREEMENT

@@ -1,0 +1,76 @@
+"""Scales to which the errors of a run are relative: they follow its motion, not the stiffest spring."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from governor_mechanism.mechanics.dynamics.characteristic_scales import loading_rate, time_scale
+from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.types import FloatArray
+
+JOINT_GAP = "joint_gap"
+"""Name of the largest joint gap among errors and scales."""
+
+EVENT_TIMES = "event times"
+"""Name of the times of contact events among errors and scales."""
+
+
+def name_of_rate(reading: str) -> str:
+    """Return the name of the rate of a reading among errors and scales."""
+    return f"rate of {reading}"
+
+
+class MotionScales:
+    """Scales of rates, energies and errors of one scene in a given motion.
+
+    A spring sets the scale of rates only as far as the motion follows it: a stiff spring that hardly swings does not.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Attributes
+    ----------
+    mass
+        Mass of all bodies, kg.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._mechanism, self._planes = scene.mechanism, scene.system.planes
+        self._time_scale, self._loading_rate = time_scale(scene), loading_rate(scene)
+        self.mass = sum(body.mass for body in scene.mechanism.bodies)
+
+    def motion_rate(self, rates: Mapping[str, FloatArray]) -> float:
+        """Return the rate (1/s) that a scale per second is multiplied by, from the rates (n,) of all readings."""
+        return self._follow([np.abs(values) / self._mechanism.output_scale(name) for name, values in rates.items()])
+
+    def spindle_rate(self, readings: Mapping[str, FloatArray]) -> float:
+        """Return the scale (rad/s) of spindle speeds, from the readings (n,)."""
+        names = [f"{plane.prefix}{SPINDLE_SPEED}" for plane in self._planes]
+        return self._follow([np.abs(readings[name]) for name in names if name in readings])
+
+    def _follow(self, rates: list[FloatArray]) -> float:
+        """Return the largest rate (1/s) of a motion, or of what moves it; at most that of the stiffest spring."""
+        largest = max([self._loading_rate, *(float(np.max(values, initial=0.0)) for values in rates)])
+        return min(largest, 1 / self._time_scale) if self._loading_rate else 1 / self._time_scale
+
+    def energy_scale(self, rates: Mapping[str, FloatArray]) -> float:
+        """Return the scale (J) of energies and moments, from the rates (n,) of all readings."""
+        return self.mass * (self._mechanism.length_scale * self.motion_rate(rates)) ** 2
+
+    def error_scales(self, readings: Mapping[str, FloatArray], rates: Mapping[str, FloatArray]) -> dict[str, float]:
+        """Return the scale of each reading and rate, of the joint gap and of the event times, from readings and rates (n,), in SI.
+
+        A reading has 1 rad or its length scale, its rate that per second of the motion; what belongs to a spindle has a scale of its own.
+        """
+        mechanism, rate, energy_scale = self._mechanism, self.motion_rate(rates), self.energy_scale(rates)
+        scales = {reading.name: mechanism.output_scale(reading.name) for reading in mechanism.readings}
+        scales |= {name_of_rate(name): rate * scales[name] for name in rates}
+        scales |= {output.name: energy_scale / mechanism.length_scale for output in mechanism.derived_forces}
+        spindle_scales = {SPINDLE_SPEED: self.spindle_rate(readings), SPINDLE_TORQUE: energy_scale, SPINDLE_ANGLE: 1.0}
+        for plane in self._planes:
+            named_scales = {f"{plane.prefix}{name}": scale for name, scale in spindle_scales.items()}
+            scales |= {name: scale for name, scale in named_scales.items() if name in readings}
+        return scales | {JOINT_GAP: mechanism.length_scale, EVENT_TIMES: self._time_scale}

@@ -1,0 +1,64 @@
+"""Excursions beyond the limits of a mechanism between two monitor times: a motion that passes a limit and comes back has ended there."""
+
+import numpy as np
+
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.observables.run_result import StateHistory
+from governor_mechanism.types import FloatArray
+
+CUBIC_ERROR_FACTOR = 1 / 384
+"""Largest error of a cubic Hermite interpolant, relative to the fourth derivative times the fourth power of the interval."""
+
+
+def find_first_excursion(mechanism: Mechanism, states: StateHistory, event_times: FloatArray, accuracy: float) -> tuple[int, str] | None:
+    """Return the first monitor time after an excursion beyond a limit and the sentence that describes it, or None.
+
+    Parameters
+    ----------
+    mechanism
+        Mechanism with its limits.
+    states
+        States at the monitor times.
+    event_times
+        Times of contact events, s; shape (events,). An interval with an event is not smooth and is left out. The motion begins after
+        the events of its start.
+    accuracy
+        Accuracy of the states relative to the scales: a motion within it of a limit has not passed it.
+
+    Returns
+    -------
+    tuple[int, str] | None
+        Index of the monitor time, at least 1, and sentence.
+    """
+    times, excursions = states.times, list[tuple[int, str]]()
+    if len(times) < 2:
+        return None
+    is_smooth = np.ones(len(times) - 1, dtype=np.bool_)
+    for side in ("left", "right"):  # an event at a monitor time may belong to either interval
+        is_smooth[np.clip(np.searchsorted(times, event_times[event_times > times[0]], side) - 1, 0, len(times) - 2)] = False
+    for limit in mechanism.limits:
+        output, tolerance = evaluate_output(mechanism, limit.reading, states.poses), accuracy * mechanism.output_scale(limit.reading)
+        value, rate = output.value, output.rate(states.velocities)
+        for excess, rise, message in ((limit.low - value, -rate, limit.low_message), (value - limit.high, rate, limit.high_message)):
+            is_outside = is_smooth & (_largest_within(times, excess, rise) > tolerance)
+            if is_outside.any():
+                excursions.append((int(np.argmax(is_outside)) + 1, f"{limit.reading}: {message}"))
+    return min(excursions) if excursions else None
+
+
+def _largest_within(times: FloatArray, values: FloatArray, rates: FloatArray) -> FloatArray:
+    """Return the least certain value (n - 1,) of a maximum within each interval, by cubic interpolation; minus infinity without one."""
+    lengths, change = np.diff(times), np.diff(values)
+    start, end = lengths * rates[:-1], lengths * rates[1:]
+    cubic, quadratic = start + end - 2 * change, 3 * change - 2 * start - end
+    has_maximum = (start > 0.0) & (end < 0.0)
+    with np.errstate(all="ignore"):  # where there is no maximum
+        fraction = start / (np.sqrt(quadratic**2 - 3 * cubic * start) - quadratic)
+        maximum = values[:-1] + fraction * (start + fraction * (quadratic + fraction * cubic))
+    # The third derivative differs from one interval to the next by the fourth times their distance.
+    third = np.pad(6 * cubic / lengths**3, 1, mode="edge")
+    jump = np.maximum(np.abs(third[1:-1] - third[:-2]), np.abs(third[2:] - third[1:-1]))
+    error = CUBIC_ERROR_FACTOR * jump * lengths**3
+    result: FloatArray = np.where(has_maximum, maximum - error, -np.inf)
+    return result

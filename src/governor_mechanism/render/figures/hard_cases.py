@@ -1,0 +1,99 @@
+"""Figure of a hard case: true error and estimate of every engine against the hard parameter."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.ticker import LogLocator, NullFormatter
+
+from governor_mechanism.render.figures.page import Page, Panel, add_legend, use_plain_decades
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, RULE, VERMILLION
+from governor_mechanism.studies.hard_cases.case import HardCase
+from governor_mechanism.studies.hard_cases.results import HardCaseRow, HardCasesReport, Verdict
+from governor_mechanism.studies.hard_cases.study import ROUNDING_ERROR
+
+_ENGINE_STYLES = {"reduced": (GREEN, "o"), "multibody": (BLUE, "s"), "impulse": (VERMILLION, "^"), "every": (INK, "D")}
+"""Colour and marker of each engine."""
+
+_MIN_SHOWN_ERROR, _MAX_SHOWN_ERROR = 1e-17, 10.0
+"""Limits of the axis of errors."""
+
+_MIN_VALUE_RATIO = 2.0
+"""Smallest ratio of neighbouring values of the parameter with which its axis is logarithmic."""
+
+
+def hard_case_figure(report: HardCasesReport, case: HardCase) -> Page:
+    """Draw true errors and error estimates of a hard case.
+
+    Parameters
+    ----------
+    report
+        Result of a study of hard cases.
+    case
+        One of its cases.
+
+    Returns
+    -------
+    Page
+        The figure; `save_png` writes it.
+    """
+    rows = report.rows_of(case)
+    engines = [name for name in _ENGINE_STYLES if any(row.engine == name for row in rows)]
+    page = Page(8.4, 5.2 + 0.22 * len(engines))
+    page.write_title(case.title)
+    page.write_title(
+        "filled: true error; hollow: error estimate; above: outcomes of runs that do not reach their end", y=0.893, size=9.5, colour=MUTED
+    )
+    values = sorted({row.value for row in rows}, key=lambda value: (math.isnan(value), value))
+    panel = page.add_panel(
+        (0.095, 0.11, 0.875, 0.60), case.parameter, "error, in units of each reading's scale", tick_colour=INK, which="both"
+    )
+    places = _choose_places(panel, values)
+    panel.set(yscale="log", ylim=(_MIN_SHOWN_ERROR, _MAX_SHOWN_ERROR))
+    panel.yaxis.set_major_locator(LogLocator(numticks=12))
+    panel.yaxis.set_minor_formatter(NullFormatter())
+    panel.axhspan(_MIN_SHOWN_ERROR, ROUNDING_ERROR, color=RULE, alpha=0.45, linewidth=0)
+    panel.write_note("rounding", (1.0, ROUNDING_ERROR), (-4, -11), xycoords=("axes fraction", "data"), color=MUTED, fontsize=8, ha="right")
+    for line, engine in enumerate(engines):
+        _draw_engine(panel, places, [row for row in rows if row.engine == engine], line)
+    add_legend(panel, {"fontsize": 9}, loc="lower left", ncols=len(engines))
+    return page
+
+
+def _choose_places(panel: Panel, values: list[float]) -> dict[float, float]:
+    """Return the place of each value on the axis: the value itself on a wide range, else its number, with the value as a label."""
+    is_positive = all(value > 0 and math.isfinite(value) for value in values)
+    if is_positive and len(values) > 1 and all(high / low >= _MIN_VALUE_RATIO for low, high in pairwise(values)):
+        panel.set(xscale="log", xlim=(values[0] / 2, values[-1] * 2))
+        use_plain_decades(panel.xaxis)
+        return {value: value for value in values}
+    panel.set(xlim=(-0.5, len(values) - 0.5))
+    panel.set_xticks(range(len(values)), [f"{value:.10g}" for value in values])
+    return {value: float(place) for place, value in enumerate(values)}
+
+
+def _draw_engine(panel: Panel, places: dict[float, float], rows: list[HardCaseRow], line: int) -> None:
+    """Draw the rows of one engine; `line` is the line above the panel in which its outcomes are written."""
+    colour, marker = _ENGINE_STYLES[rows[0].engine]
+    x = np.array([places.get(row.value, places[next(iter(places))]) for row in rows])
+    errors = np.array([_shown(row.error) for row in rows])
+    estimates = np.array([_shown(row.estimate) if row.error is not None else math.nan for row in rows])
+    panel.plot(x, errors, color=colour, marker=marker, markersize=5, linewidth=1.3, zorder=3, label=rows[0].engine)
+    panel.plot(
+        x, estimates, color=colour, marker=marker, markersize=5, markerfacecolor="none", linewidth=0.9, linestyle=(0, (4, 2)), zorder=2
+    )
+    for row, place in zip(rows, x, strict=True):
+        if row.verdict is Verdict.WITHIN_ESTIMATE:
+            continue
+        words = row.outcome.lower().replace("_", " ") if row.verdict is Verdict.NAMED_END else row.verdict.value
+        weight = "normal" if row.verdict.passed else "bold"
+        position = (place, 1.02 + 0.065 * line)
+        note = panel.write_note(
+            words.replace(" ", "\n"), position, xycoords=("data", "axes fraction"), color=colour, fontsize=6.5, ha="center"
+        )
+        note.set(fontweight=weight, linespacing=0.9)
+
+
+def _shown(error: float | None) -> float:
+    """Return an error within the limits of the axis."""
+    return math.nan if error is None else min(max(error, _MIN_SHOWN_ERROR * 2), _MAX_SHOWN_ERROR / 2)

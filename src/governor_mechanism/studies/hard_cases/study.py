@@ -1,0 +1,204 @@
+"""Runs the hard cases by every engine and judges each run.
+
+A row passes if the true error is within the stated estimate, or if the run ends with an outcome that the case names, within bounded time.
+The true error is measured against a solution that is independent of the engines, or else against another engine at a tight tolerance.
+"""
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, ReducedEngine
+from governor_mechanism.errors import GovernorMechanismError, MechanismError, did_you_mean
+from governor_mechanism.mechanics.contact.event_log import compare_event_logs
+from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.trajectory import Outcome, Trajectory
+from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.studies.hard_cases.case import HardCase
+from governor_mechanism.studies.hard_cases.registry import HARD_CASES
+from governor_mechanism.studies.hard_cases.results import HardCaseRow, HardCasesReport, Verdict
+from governor_mechanism.studies.run_comparison import compare_motions, compare_runs
+from governor_mechanism.units.quantities import format_value
+
+MAX_WALL_TIME = 20.0
+"""Longest time of a run that passes, s."""
+
+IMPULSE_ACCURACY = 1e-4
+"""Accuracy requested from impulse, whose cost grows fast; the other engines take that of the scene."""
+
+REFERENCE_TOLERANCE = 1e-13
+"""Tolerance of a reference run: near the rounding of double precision."""
+
+ROUNDING_ERROR = 1e-11
+"""Relative error that is rounding, of runs, references and solutions: all add up thousands of terms in double precision."""
+
+NO_DIGITS_ESTIMATE = 0.1
+"""Estimate from which a run claims no correct digit; how large its error is, is then open."""
+
+COMPLETE_OUTCOMES = (Outcome.DONE, Outcome.ACCURACY_MISSED)
+"""Outcomes of runs that reached their end with an estimate."""
+
+
+def run_hard_cases(
+    names: Iterable[str] = (), *, short: bool = False, progress: Callable[[int, int], None] | None = None
+) -> HardCasesReport:
+    """Run hard cases by every engine over their hard parameters.
+
+    Parameters
+    ----------
+    names
+        Names of the cases; all without any.
+    short
+        Whether to run the few values of the short form only.
+    progress
+        Called with the number of finished values and the number of all.
+
+    Returns
+    -------
+    HardCasesReport
+        One row per case, value and engine.
+
+    Raises
+    ------
+    MechanismError
+        If a name is unknown.
+    """
+    cases = tuple(_find_case(name) for name in names) or tuple(HARD_CASES.values())
+    if short:
+        cases = tuple(replace(case, values=case.short_values) for case in cases)
+    tasks = [(case, value) for case in cases for value in case.values]
+    rows: list[HardCaseRow] = []
+    for n_done, (case, value) in enumerate(tasks):
+        if progress is not None:
+            progress(n_done, len(tasks))
+        rows += _HardScene(case, value).run_engines()
+    if progress is not None:
+        progress(len(tasks), len(tasks))
+    return HardCasesReport(cases=cases, rows=tuple(rows))
+
+
+def _find_case(name: str) -> HardCase:
+    if name not in HARD_CASES:
+        names = list(HARD_CASES)
+        raise MechanismError(f"no hard case {format_value(name)}; the cases are {', '.join(names)}.{did_you_mean(name, names)}")
+    return HARD_CASES[name]
+
+
+class _HardScene:
+    """The scene of a case at a value, its engines and references."""
+
+    def __init__(self, case: HardCase, value: float) -> None:
+        self.case, self.value = case, value
+        self._references: dict[str, Trajectory | None] = {}
+
+    def run_engines(self) -> list[HardCaseRow]:
+        """Return a row for each engine; a single one if the scene is refused."""
+        try:
+            scene = parse_scene_document(self.case.make_document(self.value), self.case.name)
+        except MechanismError as error:
+            return [self._refused_row("every", str(error))]
+        return [self._run(scene, engine) for engine in self.case.engines(self.value)]
+
+    def _is_refusal_expected(self) -> bool:
+        return any(self.value == one or (np.isnan(self.value) and np.isnan(one)) for one in self.case.refused_values)
+
+    def _refused_row(self, engine: str, message: str) -> HardCaseRow:
+        verdict = Verdict.REFUSED if self._is_refusal_expected() else Verdict.UNEXPECTED_END
+        return HardCaseRow(case=self.case.name, value=self.value, engine=engine, verdict=verdict, message=message)
+
+    def _run(self, scene: Scene, engine: Engine) -> HardCaseRow:
+        if message := engine.refusal(scene):
+            return HardCaseRow(case=self.case.name, value=self.value, engine=engine.name, verdict=Verdict.NOT_SUPPORTED, message=message)
+        started = time.perf_counter()
+        try:
+            run = engine.run(scene, accuracy=IMPULSE_ACCURACY if isinstance(engine, ImpulseEngine) else None)
+        except GovernorMechanismError as error:
+            return self._refused_row(engine.name, str(error))
+        except Exception as error:  # whatever it is, the user should not see it: it is what this study looks for
+            message = f"{type(error).__name__}: {error}"
+            return HardCaseRow(case=self.case.name, value=self.value, engine=engine.name, verdict=Verdict.CRASHED, message=message)
+        wall_time = time.perf_counter() - started
+        if wall_time > MAX_WALL_TIME:  # perhaps it compiled its kernels, or waited for other processes: the second run counts
+            return self._judge(run, _time_again(engine, run))
+        return self._judge(run, wall_time)
+
+    def _judge(self, run: Trajectory, wall_time: float) -> HardCaseRow:
+        reference, error = self._measure_error(run)
+        return HardCaseRow(
+            case=self.case.name,
+            value=self.value,
+            engine=run.cost.engine,
+            verdict=self._find_verdict(run, error, wall_time),
+            outcome=run.outcome.name,
+            reference=reference,
+            error=error,
+            estimate=run.error_estimate,
+            reached=float(run.times[-1]) / run.scene.run.duration if run.times.size else 0.0,
+            wall_time=wall_time,
+            message=run.message,
+        )
+
+    def _find_verdict(self, run: Trajectory, error: float | None, wall_time: float) -> Verdict:
+        is_complete = run.outcome in COMPLETE_OUTCOMES
+        if not all(np.all(np.isfinite(values)) for values in (*run.readings.values(), *run.rates.values(), run.energy.jacobi)):
+            return Verdict.NOT_FINITE
+        if self._is_refusal_expected():
+            return Verdict.NOT_REFUSED
+        if wall_time > MAX_WALL_TIME:
+            return Verdict.TOO_SLOW
+        if not is_complete and run.outcome not in self.case.named_ends:
+            return Verdict.UNEXPECTED_END
+        claims_digits = (run.error_estimate or 0.0) <= NO_DIGITS_ESTIMATE
+        if claims_digits and error is not None and error > max(run.error_estimate or 0.0, ROUNDING_ERROR):
+            return Verdict.ERROR_EXCEEDS_ESTIMATE
+        if not is_complete:
+            return Verdict.NAMED_END
+        if not claims_digits:
+            return Verdict.NO_DIGITS
+        return Verdict.NO_REFERENCE if error is None else Verdict.WITHIN_ESTIMATE
+
+    def _measure_error(self, run: Trajectory) -> tuple[str, float | None]:
+        """Return what a run is compared with, and its largest error in units of the scales beyond the error of the reference."""
+        if len(run.times) < 2:
+            return "", None
+        unit = time_scale(run.scene)
+        if self.case.solve is not None:
+            # Next to an event a sample may lie on either side of it, as the certificate allows too.
+            time_tolerance = min(max(run.settings["asked_accuracy"], run.error_estimate or 0.0), NO_DIGITS_ESTIMATE) * unit
+            is_near_event = compare_event_logs(run.events, run.events, run.times, time_tolerance)[1]
+            is_near_event |= run.times <= time_tolerance  # the start may be an event too
+            return "solution", _largest(compare_motions(run, self.case.solve(self.value, run.times), ~is_near_event))
+        engines = [ReducedEngine(tolerance=REFERENCE_TOLERANCE), MultibodyEngine(tolerance=REFERENCE_TOLERANCE)]
+        # The same engine at a tighter tolerance is the last resort: an error that does not depend on the tolerance stays unseen.
+        for engine in sorted(engines, key=lambda engine: engine.name == run.cost.engine):
+            reference = self._reference_run(run.scene, engine)
+            if reference is not None and len(reference.times) >= len(run.times) - 1:
+                errors, event_time_error = compare_runs(run, reference)
+                error = max(_largest(errors), (event_time_error or 0.0) / unit)
+                name = f"{engine.name} at {REFERENCE_TOLERANCE:g}" if engine.name == run.cost.engine else engine.name
+                return name, max(error - (reference.error_estimate or 0.0), 0.0)
+        return "", None
+
+    def _reference_run(self, scene: Scene, engine: Engine) -> Trajectory | None:
+        """Return the run of an engine at a tight tolerance; None if it cannot run the scene."""
+        if engine.name not in self._references:
+            try:
+                run = None if engine.refusal(scene) else engine.run(scene)
+            except GovernorMechanismError:
+                run = None
+            self._references[engine.name] = run
+        return self._references[engine.name]
+
+
+def _time_again(engine: Engine, run: Trajectory) -> float:
+    """Return the time, s, of the same run once more."""
+    started = time.perf_counter()
+    engine.run(run.scene, accuracy=run.settings["asked_accuracy"])
+    return time.perf_counter() - started
+
+
+def _largest(errors: Mapping[str, float]) -> float:
+    return max(errors.values(), default=0.0)

@@ -1,0 +1,69 @@
+"""Checks of the types of the arguments of public functions."""
+
+import functools
+import os
+import sys
+from collections.abc import Callable, Mapping
+from numbers import Real
+from typing import Any, Final, ParamSpec, TypeVar
+
+from governor_mechanism.errors import MechanismError
+
+_Parameters = ParamSpec("_Parameters")
+_Result = TypeVar("_Result")
+_Requirement = tuple[str, Callable[[Any], bool]]
+
+
+def _is_numeric(value: Any) -> bool:
+    """Return whether NumPy reads a value as a list of numbers."""
+    import numpy as np
+
+    try:
+        return bool(np.asarray(value, dtype=np.float64).ndim == 1)
+    except (TypeError, ValueError, OverflowError):
+        return False
+
+
+TEXT: Final[_Requirement] = "text", lambda value: isinstance(value, str)
+FLAG: Final[_Requirement] = "true or false", lambda value: isinstance(value, bool)
+NUMBER: Final[_Requirement] = (
+    "a finite number",
+    lambda value: isinstance(value, Real) and not isinstance(value, bool) and bool(abs(value) <= sys.float_info.max),  # type: ignore[operator]
+)
+NUMBERS: Final[_Requirement] = "a list of finite numbers", _is_numeric
+FUNCTION: Final[_Requirement] = "a function", callable
+PATH: Final[_Requirement] = "a path", lambda value: isinstance(value, str | os.PathLike)
+NUMBERS_BY_NAME: Final[_Requirement] = (
+    "lists of finite numbers by name",
+    lambda value: isinstance(value, Mapping) and all(map(_is_numeric, value.values())),
+)
+
+
+def check_arguments(**requirements: _Requirement) -> Callable[[Callable[_Parameters, _Result]], Callable[_Parameters, _Result]]:
+    """Return a decorator that checks arguments before each call; the default of an argument is always allowed.
+
+    What each argument must be, in words and as a predicate, is given by its name.
+
+    Returns
+    -------
+    Callable
+        The decorator; the function that it returns raises MechanismError.
+    """
+
+    def decorate(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Result]:
+        @functools.wraps(function)
+        def checked(*arguments: _Parameters.args, **options: _Parameters.kwargs) -> _Result:
+            import inspect
+
+            signature = inspect.signature(function)
+            given = signature.bind(*arguments, **options).arguments
+            for name, (description, is_met) in requirements.items():
+                if name in given and given[name] is not signature.parameters[name].default and not is_met(given[name]):
+                    from governor_mechanism.units.quantities import format_value
+
+                    raise MechanismError(f"{name} must be {description}; found {format_value(given[name])}")
+            return function(*arguments, **options)
+
+        return checked
+
+    return decorate
