@@ -207,7 +207,8 @@ LOADS = {
 
 @pytest.mark.parametrize("load", LOADS.values(), ids=LOADS)
 def test_every_force_element_agrees_over_several_turns(load):
-    reduced, multibody = both(crank(load))
+    # Over 3 s a constant torque turns the crank by 78 rad, where the roundings of the steps alone may exceed the request.
+    reduced, multibody = both(crank(load, duration=2.0))
     assert reduced.outcome is Outcome.DONE
     turns = np.ptp(reduced.readings["crank"]) / math.tau
     assert turns > 1  # so that the table is periodic and used again
