@@ -15,6 +15,7 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.observables.branch_choice import find_unresolved_branch, may_branch
 from governor_mechanism.observables.error_scales import EVENT_TIMES
 from governor_mechanism.observables.evaluation import ReadingEvaluator
@@ -119,6 +120,12 @@ class Engine(ABC):
         str
             Reason, or an empty string.
         """
+        refusals = _kept_refusals(scene)
+        if self not in refusals:
+            refusals[self] = self._find_refusal(scene)
+        return refusals[self]
+
+    def _find_refusal(self, scene: Scene) -> str:
         effect_types, joint_types = {type(effect) for effect in scene.effects}, {type(joint) for joint in scene.mechanism.joints}
         if missing := (effect_types - self.effects) | (joint_types - self.joints):
             names = sorted(missing_type.__name__ for missing_type in missing)
@@ -128,6 +135,12 @@ class Engine(ABC):
     def _refuses(self, scene: Scene) -> str:
         """Return what an engine refuses in addition to unknown effects and joints; empty if nothing."""
         return ""
+
+
+@once_per_object
+def _kept_refusals(scene: Scene) -> dict[Engine, str]:
+    """Return the refusals of a scene that are known, by engine."""
+    return {}
 
 
 class Runner(ABC):

@@ -12,7 +12,7 @@ from governor_mechanism.engines.stall_causes import describe_stall
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
-from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import FLIGHT_DETAIL, Outcome
 from governor_mechanism.observables.error_scales import JOINT_GAP
@@ -188,7 +188,7 @@ class CertifiedRunner(Runner):
         """Return a result whose estimate is at least the error that explains its energy drift, unless drivers alone give the motion."""
         estimate, energy = result.error_estimate or 0.0, result.observables.energy
         error = smallest_error_of_drift(energy, self.evaluator.energy_scale)
-        if error <= estimate or PositionSolver(self.evaluator.mechanism).mobility == 0:
+        if error <= estimate or mobility_of(self.evaluator.mechanism) == 0:
             return result
         detail = f"the energy balance drifts by {energy.drift:.1e} of its scale, more than errors of {estimate:.1e} in the readings explain"
         return replace(result, error_estimate=error, detail=result.detail or (detail if error > self.request.accuracy else ""))
@@ -274,10 +274,11 @@ def _choose_better(best: RunResult, other: RunResult) -> RunResult:
 def speed_jump_work(evaluator: ReadingEvaluator, time: float, poses: FloatArray) -> float:
     """Return the work (J) that jumps of given spindle speeds do at a time on the bodies of loaded planes, with poses (bodies, 3)."""
     work = 0.0
-    for index, (plane, speed_function) in enumerate(zip(evaluator.planes, evaluator.speed_functions, strict=True)):
-        before, after = speed_function.limits_at(time) if plane.is_loaded and speed_function else (0.0, 0.0)
-        if before != after:
-            work += 0.5 * float(evaluator.evaluate_spindle_inertia(index, poses[np.newaxis])[0]) * (after**2 - before**2)
+    for rotation in evaluator.rotations:
+        if rotation.plane.is_loaded and rotation.speed_function is not None:
+            before, after = rotation.speed_function.limits_at(time)
+            if before != after:
+                work += 0.5 * float(rotation.inertia(poses[np.newaxis])[0]) * (after**2 - before**2)
     return work
 
 

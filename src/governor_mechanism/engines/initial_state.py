@@ -9,7 +9,7 @@ import numpy as np
 from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import contacts_of, once_per_scene
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
@@ -22,6 +22,7 @@ from governor_mechanism.model.part import EQUILIBRIUM, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.numerics.least_squares import numerical_rank
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared, has_spindle_dependent_loads
 from governor_mechanism.statics.linearisation import settle
@@ -78,7 +79,7 @@ def part_initial_state(scene: Scene) -> Motion:
     return poses[:n_bodies], velocities[:n_bodies]
 
 
-@once_per_scene
+@once_per_object
 def _solve_initial_state(scene: Scene) -> Motion:
     mechanism = scene.mechanism
     warn_before_compiling(evaluate_jacobian, 5)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, IntArray
 
 SAME_TIME_RATIO = 1e-12
 """Times closer than this fraction of the run are the same time."""
@@ -31,12 +31,22 @@ class TimeGrid:
     """
 
     monitor_times: FloatArray
-    reported_indices: np.ndarray[tuple[int], np.dtype[np.int64]]
-    min_steps: np.ndarray[tuple[int], np.dtype[np.int64]]
+    reported_indices: IntArray
+    min_steps: IntArray
 
     def truncate(self, n_times: int) -> TimeGrid:
         """Return the grid of the first `n_times` monitor times."""
         return TimeGrid(self.monitor_times[:n_times], self.reported_indices[self.reported_indices < n_times], self.min_steps[: n_times - 1])
+
+
+def _divide_intervals(knots: FloatArray, n_intervals: IntArray) -> FloatArray:
+    """Return the knots (n,) and the points that divide each interval between them into equal ones, as many as given for it."""
+    ends = np.cumsum(n_intervals)
+    interval = np.repeat(np.arange(len(n_intervals)), n_intervals)
+    place = np.arange(1, len(interval) + 1) - (ends - n_intervals)[interval]
+    points = knots[:-1][interval] + place * (np.diff(knots) / n_intervals)[interval]
+    points[ends - 1] = knots[1:]
+    return np.append(knots[:1], points)
 
 
 def make_time_grid(times: FloatArray, breakpoints: FloatArray, max_step: float, max_interval: float) -> TimeGrid:
@@ -65,9 +75,7 @@ def make_time_grid(times: FloatArray, breakpoints: FloatArray, max_step: float, 
     at_breakpoint = np.abs(times[:, np.newaxis] - inner_breakpoints).min(axis=1, initial=np.inf) < SAME_TIME_RATIO * times[-1]
     knots = np.unique(np.concatenate([[0.0], times[~at_breakpoint], inner_breakpoints]))
     n_intervals = np.maximum(1, np.ceil(np.diff(knots) / max_interval * (1 - 1e-12)).astype(np.int64))
-    monitor_times = np.concatenate(
-        [[knots[0]]] + [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(knots, knots[1:], n_intervals, strict=False)]
-    )
+    monitor_times = _divide_intervals(knots, n_intervals)
     min_steps = np.maximum(1, np.ceil(np.minimum(np.diff(monitor_times) / max_step * (1 - 1e-12), MAX_COUNTED_STEPS)).astype(np.int64))
     # The velocity at a jump of a load is extrapolated from the two half steps before it.
     min_steps = np.where(np.isin(monitor_times[1:], inner_breakpoints), np.maximum(min_steps, 2), min_steps)

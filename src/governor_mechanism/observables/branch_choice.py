@@ -9,7 +9,8 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.observables.singular_configurations import SampledMotion, find_nearly_singular_samples, locate_nearly_singular_poses
+from governor_mechanism.observables.sampled_motion import SampledMotion
+from governor_mechanism.observables.singular_configurations import find_nearly_singular_samples, locate_nearly_singular_poses
 from governor_mechanism.types import FloatArray
 
 EXACT_DEFECT = 1e-13
@@ -61,14 +62,14 @@ def find_unresolved_branch(mechanism: Mechanism, motion: SampledMotion) -> tuple
         Time of the pass, s, and of the last sample that is clearly before it; None if there is no such pass.
     """
     position_solver, exact_poses = PositionSolver(mechanism), list[FloatArray]()
-    for k in find_nearly_singular_samples(motion):
+    for k in find_nearly_singular_samples(motion).tolist():
         before, after = (_orientation(position_solver, motion.poses[i], motion.velocities[i]) for i in (k - 1, k + 1))
         goes_on = np.sum(motion.velocities[k - 1] * motion.velocities[k + 1]) > 0
         if before * after >= 0 or not goes_on or any(_are_close(position_solver, motion.poses[k], poses) for poses in exact_poses):
             continue
-        time, poses, singular_value = locate_nearly_singular_poses(position_solver, motion, k)
+        (time,), (poses,), (singular_value,) = locate_nearly_singular_poses(mechanism, motion, np.array([k]))
         if singular_value < MAX_SINGULAR_VALUE_RATIO and abs(_defect_at_saddle(position_solver, poses, time)) > EXACT_DEFECT:
-            return time, float(motion.times[k - 1])
+            return float(time), float(motion.times[k - 1])
         exact_poses.append(poses)
     return None
 

@@ -1,23 +1,30 @@
 """Named crossings of readings through values, located on a finished motion by root finding."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import BPoly, PPoly
 
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, unwrap_output, wrap_difference
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, wrap_difference
 from governor_mechanism.model.events import Event, EventKind, NamedCrossing
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.numerics.roots import find_root
-from governor_mechanism.observables.singular_configurations import BodyState, SampledMotion
-from governor_mechanism.types import FloatArray
+from governor_mechanism.observables.sampled_motion import BodyState, SampledMotion, SampledReading
+from governor_mechanism.types import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 ROUNDING_TOLERANCE = 1e-12
 """Deviation of a reading from a value that is rounding, in units of its scale."""
+
+N_SUBDIVISIONS = 8
+"""Parts of an interval of which each has at most one extreme: an interval is a quarter of the time in which the motion changes."""
 
 EVENT_TIME_MARGIN = 1e-6
 """A contact event closer to a sample than this fraction of the interval is at the sample."""
@@ -52,7 +59,8 @@ def find_crossings(
     """
     if len(motion.times) < 2:
         return []
-    readings = {name: SampledReading(mechanism, motion, name, start) for name in dict.fromkeys(item.reading for item in crossings)}
+    names = dict.fromkeys(item.reading for item in crossings)
+    readings = {name: CrossedReading(mechanism, motion, name, start) for name in names}
     events = []
     for crossing in crossings:
         tolerance = max(errors[crossing.reading], ROUNDING_TOLERANCE * mechanism.output_scale(crossing.reading))
@@ -61,31 +69,27 @@ def find_crossings(
     return events
 
 
-class SampledReading:
-    """A reading along a sampled motion, with its first two derivatives at the samples."""
+class CrossedReading:
+    """A reading along a sampled motion, whose crossings of values are found."""
 
     def __init__(self, mechanism: Mechanism, motion: SampledMotion, name: str, start: tuple[float, Mapping[str, float]]) -> None:
         self._mechanism, self._motion, self._name = mechanism, motion, name
-        start_time, start_values = start
-        output = evaluate_output(mechanism, name, motion.poses, motion.velocities)
-        values = unwrap_output(mechanism.reading(name), output.value)
-        shift = start_values.get(name, 0.0) - float(np.interp(start_time, motion.times, values))
-        self._values = values + (math.tau * round(shift / math.tau) if isinstance(mechanism.reading(name), LineAngle) else 0.0)
-        self._rates, self._accelerations = output.rate(motion.velocities), output.acceleration(motion.accelerations)
+        self._sampled = SampledReading(mechanism, motion, name, start)
+        self._values, self._rates, self._accelerations = self._sampled.values, self._sampled.rates, self._sampled.accelerations
 
     def find_times(self, value: float, direction: str, tolerance: float) -> list[float]:
         """Return the times, s, at which the reading passes a value (SI) in a direction, from beyond the tolerance to beyond it."""
         times, values = self._insert_extremes(value)
         deviations = values - value
         signs = {"up": (1.0,), "down": (-1.0,), "both": (1.0, -1.0)}[direction]
-        crossing_times = []
+        low_indices = list[int]()
         for before, after in pairwise(np.flatnonzero(np.abs(deviations) > tolerance).tolist()):
             sign = math.copysign(1.0, deviations[after])
             if sign in signs and deviations[before] * sign < 0:
                 # Between two neighbouring points the reading is monotonic. After a rest at the value the last pair counts.
-                low = before + int(np.flatnonzero(deviations[before:after] * sign <= 0)[-1])
-                crossing_times.append(self._locate(value, times[low : low + 2].tolist()))
-        return crossing_times
+                low_indices.append(before + int(np.flatnonzero(deviations[before:after] * sign <= 0)[-1]))
+        lows = np.array(low_indices, dtype=np.int64)
+        return self._locate(value, times[lows], times[lows + 1]).tolist() if len(lows) else []
 
     def _insert_extremes(self, value: float) -> tuple[FloatArray, FloatArray]:
         """Return times and values of the samples, and of the extremes between them in all intervals that may contain the value."""
@@ -93,18 +97,33 @@ class SampledReading:
         intervals, distances = np.diff(sample_times), np.abs(self._values - value)
         reach = intervals * (np.maximum(rates[:-1], rates[1:]) + intervals * np.max(np.abs(self._accelerations)))
         may_contain = np.minimum(distances[:-1], distances[1:]) <= reach
-        times, values = [sample_times], [self._values]
-        for k in np.flatnonzero(may_contain).tolist():
+        intervals_to_search = np.flatnonzero(may_contain)
+        is_smooth = self._motion.is_smooth(intervals_to_search, intervals_to_search + 1)
+        times, values = self._find_smooth_extremes(intervals_to_search[is_smooth])
+        all_times, all_values = [sample_times, times], [self._values, values]
+        for k in intervals_to_search[~is_smooth].tolist():
             path = self._interpolant(k)
             extremes = path.derivative().roots(extrapolate=False)
-            times.append(extremes[np.isfinite(extremes)])
-            values.append(path(times[-1]))
-        all_times, all_values = np.concatenate(times), np.concatenate(values)
-        order = np.argsort(all_times, kind="stable")
-        return all_times[order], all_values[order]
+            all_times.append(extremes[np.isfinite(extremes)])
+            all_values.append(path(all_times[-1]))
+        order = np.argsort(np.concatenate(all_times), kind="stable")
+        return np.concatenate(all_times)[order], np.concatenate(all_values)[order]
+
+    def _find_smooth_extremes(self, intervals: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return times and values of the extremes in intervals (m,) without kinks."""
+        starts, lengths = self._motion.times[intervals], np.diff(self._motion.times)[intervals]
+        parts = np.repeat(intervals, N_SUBDIVISIONS)
+        edges = starts[:, np.newaxis] + lengths[:, np.newaxis] * np.linspace(0.0, 1.0, N_SUBDIVISIONS + 1)
+        low, high = edges[:, :-1].ravel(), edges[:, 1:].ravel()
+        interpolants = self._sampled.interpolant(parts, 2)
+        turns = np.flatnonzero(interpolants.evaluate(low)[1] * interpolants.evaluate(high)[1] < 0)
+        times, _ = self._sampled.find_extremes(parts[turns], low[turns], high[turns])
+        return times, self._sampled.interpolant(parts[turns], 2).evaluate(times)[0]
 
     def _interpolant(self, k: int) -> PPoly:
         """Return the Hermite interpolant between samples k and k + 1, with a kink at each contact event between them."""
+        from scipy.interpolate import BPoly, PPoly
+
         start, end = self._motion.times[k : k + 2].tolist()
         margin, contact_times = EVENT_TIME_MARGIN * (end - start), self._motion.contact_times
         contact_times = contact_times[(contact_times > start + margin) & (contact_times <= end + margin)]
@@ -145,9 +164,18 @@ class SampledReading:
         deviation = float(output.value) - value
         return wrap_difference(self._mechanism.reading(self._name), deviation), float(output.rate(state[1]))
 
-    def _locate(self, value: float, bracket: list[float]) -> float:
-        """Return the time, s, between two points at which the reading passes a value."""
-        k = min(int(np.searchsorted(self._motion.times, bracket[0], side="right")), len(self._motion.times) - 1) - 1
-        path = self._interpolant(k)
-        time = find_root(lambda time: float(path(time)) - value, *bracket)
-        return self._motion.polish_root(k, time, partial(self._deviation, value), bracket)
+    def _locate(self, value: float, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Return the times (m,) s between pairs of neighbouring points at which the reading passes a value."""
+        n_samples = len(self._motion.times)
+        intervals = np.minimum(np.searchsorted(self._motion.times, low, side="right"), n_samples - 1) - 1
+        times, is_certain = self._sampled.find_crossings(value, intervals, low, high)
+        for i in np.flatnonzero(~is_certain).tolist():
+            k, bracket = int(intervals[i]), (float(low[i]), float(high[i]))
+            path = self._interpolant(k)
+            time = find_root(partial(_deviation_from, path, value), *bracket)
+            times[i] = self._motion.polish_root(k, time, partial(self._deviation, value), bracket)
+        return times
+
+
+def _deviation_from(path: PPoly, value: float, time: float) -> float:
+    return float(path(time)) - value

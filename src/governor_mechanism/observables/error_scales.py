@@ -58,14 +58,18 @@ class MotionScales:
 
     def energy_scale(self, rates: Mapping[str, FloatArray]) -> float:
         """Return the scale (J) of energies and moments, from the rates (n,) of all readings."""
-        return self.mass * (self._mechanism.length_scale * self.motion_rate(rates)) ** 2
+        return self._energy_scale(self.motion_rate(rates))
+
+    def _energy_scale(self, motion_rate: float) -> float:
+        return self.mass * (self._mechanism.length_scale * motion_rate) ** 2
 
     def error_scales(self, readings: Mapping[str, FloatArray], rates: Mapping[str, FloatArray]) -> dict[str, float]:
         """Return the scale of each reading and rate, of the joint gap and of the event times, from readings and rates (n,), in SI.
 
         A reading has 1 rad or its length scale, its rate that per second of the motion; what belongs to a spindle has a scale of its own.
         """
-        mechanism, rate, energy_scale = self._mechanism, self.motion_rate(rates), self.energy_scale(rates)
+        mechanism, rate = self._mechanism, self.motion_rate(rates)
+        energy_scale = self._energy_scale(rate)
         scales = {reading.name: mechanism.output_scale(reading.name) for reading in mechanism.readings}
         scales |= {name_of_rate(name): rate * scales[name] for name in rates}
         scales |= {output.name: energy_scale / mechanism.length_scale for output in mechanism.derived_forces}

@@ -1,7 +1,7 @@
 """Evaluate observables from states, for every engine: readings, rates, energies, joint gaps, and the trajectory of a run."""
 
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Iterator
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -9,12 +9,12 @@ import numpy as np
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.force_elements import spring_potential_energy as spring_potential
-from governor_mechanism.mechanics.dynamics.force_laws import gravitational_energy, spindle_inertia, spindle_inertia_rate
+from governor_mechanism.mechanics.dynamics.force_laws import gravitational_energy
 from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
-from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes
-from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
-from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output, evaluate_output_value, unwrap_output
-from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes, mobility_of
+from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
+from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output_value, evaluate_readings, unwrap_output
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.force_elements import Spring, TorsionSpring
 from governor_mechanism.model.mechanism import Mechanism
@@ -22,6 +22,7 @@ from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
 from governor_mechanism.observables.error_scales import JOINT_GAP, MotionScales, name_of_rate
+from governor_mechanism.observables.rotation import plane_rotations
 from governor_mechanism.observables.run_result import DeferredMotionAnalysis, Observables, RunResult, StateHistory
 from governor_mechanism.observables.static_forces import evaluate_derived_forces
 from governor_mechanism.observables.work import integrate_work
@@ -47,10 +48,8 @@ class ReadingEvaluator:
         Scene.
     mechanism
         Mechanism of all its parts.
-    planes
-        Planes that turn with a spindle.
-    speed_functions
-        Given spindle speed of each plane as a function of time; None where it is not given.
+    rotations
+        Rotation of each plane that turns with a spindle.
     time_scale
         Time scale of the scene, s.
     energy_scale
@@ -61,49 +60,60 @@ class ReadingEvaluator:
         self.scene = scene
         self._initial_poses = initial_poses
         self.mechanism: Mechanism = scene.mechanism
-        self.planes = scene.system.planes
-        speeds = [(plane.given_speed, plane.ratio) for plane in self.planes]
-        self.speed_functions = [SpindleSpeedFunction(given, ratio) if given else None for given, ratio in speeds]
-        self._shaft_indices = [self.mechanism.body_index(plane.shaft) if plane.shaft else -1 for plane in self.planes]
-        self._constraint_equations = ConstraintEquations(self.mechanism)
+        self.rotations = plane_rotations(scene)
+        self._constraint_equations = constraint_equations_of(self.mechanism)
         self.time_scale, self._motion_scales = time_scale(scene), MotionScales(scene)
         self.energy_scale = self._motion_scales.mass * self.mechanism.length_scale**2 / self.time_scale**2
 
-    def _spindle_outputs(self) -> Iterator[tuple[str, str, Callable[[StateHistory], FloatArray]]]:
-        """Yield name and unit of each output of a spindle, and the function that evaluates it."""
-        for index, plane in enumerate(self.planes):
-            yield f"{plane.prefix}{SPINDLE_SPEED}", "rad/s", partial(self.evaluate_speed, index)
+    def _evaluate_spindles(self, history: StateHistory) -> Iterator[tuple[str, str, FloatArray]]:
+        """Yield name, unit and values (n,) of each output of a spindle."""
+        for rotation in self.rotations:
+            plane = rotation.plane
+            yield f"{plane.prefix}{SPINDLE_SPEED}", "rad/s", rotation.speed(history.times, history.velocities)
             if plane.given_speed and plane.is_loaded:
-                yield f"{plane.prefix}{SPINDLE_TORQUE}", "N m", partial(self._evaluate_spindle_torque, index)
+                torque = rotation.driving_torque(history.times, history.poses, history.velocities)
+                yield f"{plane.prefix}{SPINDLE_TORQUE}", "N m", torque
             elif not plane.given_speed and not plane.has_reaction:
-                yield f"{plane.prefix}{SPINDLE_ANGLE}", "rad", partial(self._evaluate_spindle_angle, index)
+                yield f"{plane.prefix}{SPINDLE_ANGLE}", "rad", rotation.of_shaft(history.poses)
 
     def evaluate(self, history: StateHistory) -> Observables:
         """Return all observables at the states of a history."""
-        readings, rates, units = dict[str, FloatArray](), dict[str, FloatArray](), dict[str, str]()
-        for reading in self.mechanism.readings:
-            name, output = reading.name, evaluate_output(self.mechanism, reading.name, history.poses)
-            readings[name], rates[name] = unwrap_output(reading, output.value), output.rate(history.velocities)
-            units[name] = READING_UNITS[reading.quantity]
+        mechanism = self.mechanism
+        values, rates_of_values = evaluate_readings(mechanism, history.poses, history.velocities)
+        names = [reading.name for reading in mechanism.readings]
+        readings = {one.name: unwrap_output(one, value) for one, value in zip(mechanism.readings, values, strict=True)}
+        units = {reading.name: READING_UNITS[reading.quantity] for reading in mechanism.readings}
         readings |= evaluate_derived_forces(self.scene, history.poses)
-        units |= {output.name: "N" for output in self.mechanism.derived_forces}
-        for name, unit, evaluate_output_of in self._spindle_outputs():
-            readings[name], units[name] = evaluate_output_of(history), unit
-        joint_gap = self.evaluate_joint_gap(history.poses, history.times)
-        energy = self._evaluate_energy(history, self._motion_scales.energy_scale(rates))
-        return Observables(readings=readings, rates=rates, units=units, joint_gap=joint_gap, energy=energy)
+        units |= {output.name: "N" for output in mechanism.derived_forces}
+        for name, unit, spindle_values in self._evaluate_spindles(history):
+            readings[name], units[name] = spindle_values, unit
+        rates = dict(zip(names, rates_of_values, strict=True))
+        scales = self._motion_scales.error_scales(readings, rates)
+        return Observables(
+            readings=readings,
+            rates=rates,
+            units=units,
+            scales=scales,
+            evaluate_joint_gap=partial(self.evaluate_joint_gap, history.poses, history.times),
+            evaluate_energy=partial(self._evaluate_energy, history, self._motion_scales.energy_scale(rates)),
+        )
 
     def make_trajectory(self, result: RunResult, *, cost: Cost, settings: dict[str, Any]) -> Trajectory:
         """Return the trajectory of a run; its joint reactions and events are computed on first access."""
-        states, position_solver = result.reported_states, PositionSolver(self.mechanism)
-        mobility = position_solver.count_degrees_of_freedom(states.poses[0]) if result.n_reached else position_solver.mobility
+        states, observables, mobility = result.reported_states, result.observables, mobility_of(self.mechanism)
+        if result.n_reached:
+            mobility = PositionSolver(self.mechanism).count_degrees_of_freedom(states.poses[0])
         return Trajectory(
             scene=self.scene,
             times=states.times,
             poses=states.poses,
             velocities=states.velocities,
-            **vars(result.observables),
-            scales=self._motion_scales.error_scales(result.observables.readings, result.observables.rates),
+            readings=observables.readings,
+            rates=observables.rates,
+            units=observables.units,
+            scales=observables.scales,
+            joint_gap=observables.joint_gap,
+            energy=observables.energy,
             outcome=result.outcome or Outcome.NOT_CERTIFIED,
             detail=result.detail,
             cost=cost,
@@ -123,20 +133,6 @@ class ReadingEvaluator:
             return ()
         return ("crossings named in [events] between two contact events in quick succession may be missing; choose engine 'multibody'",)
 
-    def evaluate_speed(self, index: int, history: StateHistory) -> FloatArray:
-        """Return the speed (n,) rad/s of a plane at the states of a history."""
-        speed_function = self.speed_functions[index]
-        return self._shaft_column(index, history.velocities) if speed_function is None else speed_function(history.times)
-
-    def _evaluate_spindle_angle(self, index: int, history: StateHistory) -> FloatArray:
-        """Return the angle (n,) rad of a plane that turns with a shaft."""
-        return self._shaft_column(index, history.poses)
-
-    def _shaft_column(self, index: int, motion: FloatArray) -> FloatArray:
-        """Return the angles or angular velocities (n,) of a plane from those of its shaft."""
-        column: FloatArray = self.planes[index].ratio * motion[:, self._shaft_indices[index], 2]
-        return column
-
     def with_shaft(
         self, times: FloatArray, poses: FloatArray, velocities: FloatArray, spindle_angle: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
@@ -147,11 +143,10 @@ class ReadingEvaluator:
         spindle = self.scene.spindle
         if not isinstance(spindle, FreeSpindle):
             return poses, velocities
-        initial_inertia = spindle.inertia + self.evaluate_spindle_inertia(0, self._initial_poses[np.newaxis])[0]
+        initial_inertia = spindle.inertia + self.rotations[0].inertia(self._initial_poses[np.newaxis])[0]
         torque = CubicTimeFunction(spindle.torque)
-        impulses = np.array([torque.integral(0.0, float(time)) for time in times])
-        momentum = initial_inertia * (spindle.start_speed or 0.0) + impulses
-        speed = momentum / (spindle.inertia + self.evaluate_spindle_inertia(0, poses))
+        momentum = initial_inertia * (spindle.start_speed or 0.0) + torque.integrals(0.0, times)
+        speed = momentum / (spindle.inertia + self.rotations[0].inertia(poses))
         shaft_motion = np.zeros((2, len(poses), 1, 3))
         shaft_motion[:, :, 0, 2] = spindle_angle, speed
         return np.concatenate([poses, shaft_motion[0]], axis=1), np.concatenate([velocities, shaft_motion[1]], axis=1)
@@ -185,8 +180,7 @@ class ReadingEvaluator:
 
     def to_relative_error(self, errors: dict[str, float], observables: Observables) -> float:
         """Return the largest error relative to its scale in this motion, and at least the rounding error that all runs share."""
-        scales = self._motion_scales.error_scales(observables.readings, observables.rates)
-        return max(ERROR_ESTIMATE_FLOOR, *(error / scales[name] for name, error in errors.items()))
+        return max(ERROR_ESTIMATE_FLOOR, *(error / observables.scales[name] for name, error in errors.items()))
 
     def find_first_out_of_range(self, poses: FloatArray) -> tuple[int, str] | None:
         """Return the index of the first pose outside the mechanism's limits and the sentence that describes it, or None."""
@@ -197,17 +191,6 @@ class ReadingEvaluator:
                 if is_outside.any():
                     exits.append((int(np.argmax(is_outside)), f"{limit.reading}: {message}"))
         return min(exits) if exits else None
-
-    def _evaluate_spindle_torque(self, index: int, history: StateHistory) -> FloatArray:
-        """Return the driving torque at a given speed: the rate of the parts' angular momentum, d(J omega)/dt."""
-        speed_function = self.speed_functions[index]
-        speed, inertia_rate = self.evaluate_speed(index, history), np.zeros(len(history.times))
-        acceleration = np.zeros_like(speed) if speed_function is None else speed_function.derivative(history.times)
-        for k in self.planes[index].bodies:
-            body, (x, _, angle), (x_rate, _, angular_velocity) = self.mechanism.bodies[k], history.poses[:, k].T, history.velocities[:, k].T
-            inertia_rate += spindle_inertia_rate(body.mass, *body.second_moments.in_plane, x, angle, x_rate, angular_velocity)
-        torque: FloatArray = inertia_rate * speed + self.evaluate_spindle_inertia(index, history.poses) * acceleration
-        return torque
 
     def count_model_size(self) -> dict[str, int]:
         """Return the number of bodies, constraint equations, force elements, contacts and so on; only those that are not zero."""
@@ -223,35 +206,31 @@ class ReadingEvaluator:
         }
         return {name: count for name, count in counts.items() if count}
 
-    def evaluate_spindle_inertia(self, index: int, poses: FloatArray) -> FloatArray:
-        """Return the moment of inertia J (n,) kg m2 of the bodies of a plane about its spindle."""
-        total = np.zeros(len(poses))
-        for k in self.planes[index].bodies:
-            body = self.mechanism.bodies[k]
-            total += spindle_inertia(body.mass, *body.second_moments.in_plane, body.second_moments.zz, poses[:, k, 0], poses[:, k, 2])
-        return total
-
     def _evaluate_energy(self, history: StateHistory, scale: float) -> Energy:
         """Return the energy balance, with the scale (J) of its errors."""
-        kinetic, potential, rotation, work = (np.zeros(len(history.times)) for _ in range(4))
-        shafts = {index for index, plane in zip(self._shaft_indices, self.planes, strict=True) if plane.has_reaction}
-        for index, body in enumerate(self.mechanism.bodies):
-            velocity = history.velocities[:, index]
-            if index in shafts:
-                continue
-            kinetic += 0.5 * body.mass * np.sum(velocity[:, :2] ** 2, axis=1)
-            kinetic += 0.5 * body.planar_inertia * velocity[:, 2] ** 2
-            potential += gravitational_energy(body.mass, self.scene.system.gravity[index], history.poses[:, index, 1])
-        potential += spring_potential(self.mechanism, history.poses)
+        rotation, work = np.zeros((2, len(history.times)))
+        weights, inertias = self._energy_coefficients
+        n_times = len(history.times)
+        kinetic = (history.velocities**2).reshape(n_times, -1) @ inertias.ravel()
+        potential = history.poses[:, :, 1] @ weights + spring_potential(self.mechanism, history.poses)
         for effect in output_forces_of(self.scene):
             value = evaluate_output_value(self.mechanism, effect.reading, history.poses)
             potential += np.where(value < effect.slack_below, 0.0, effect.potential(effect.coefficients, value)[0])
-        for index, plane in enumerate(self.planes):
-            if plane.is_loaded:
-                own_inertia = self.mechanism.bodies[self._shaft_indices[index]].planar_inertia if plane.has_reaction else 0.0
-                inertia = own_inertia + self.evaluate_spindle_inertia(index, history.poses)
-                energy = 0.5 * inertia * self.evaluate_speed(index, history) ** 2
+        for one in self.rotations:
+            if one.plane.is_loaded:
+                own_inertia = self.mechanism.bodies[one.shaft_index].planar_inertia if one.plane.has_reaction else 0.0
+                energy = 0.5 * (own_inertia + one.inertia(history.poses)) * one.speed(history.times, history.velocities) ** 2
                 rotation += energy
-                work += energy if plane.has_reaction else -energy
+                work += energy if one.plane.has_reaction else -energy
         jacobi, dissipated = kinetic + potential + work + history.work, history.dissipated_energy
         return Energy(kinetic=kinetic, potential=potential, rotation=rotation, jacobi=jacobi, dissipated_energy=dissipated, scale=scale)
+
+    @cached_property
+    def _energy_coefficients(self) -> tuple[FloatArray, FloatArray]:
+        """Weight (bodies,) N of each body, and half the inertia (bodies, 3) of its motion in the plane; zero for shafts of spindles."""
+        shafts = {one.shaft_index for one in self.rotations if one.plane.has_reaction}
+        counted = np.array([index not in shafts for index in range(len(self.mechanism.bodies))])
+        masses = np.array([body.mass for body in self.mechanism.bodies])
+        inertias = np.array([[body.mass, body.mass, body.planar_inertia] for body in self.mechanism.bodies]).reshape(-1, 3)
+        weights = gravitational_energy(masses, np.array(self.scene.system.gravity), 1.0)
+        return counted * weights, 0.5 * counted[:, np.newaxis] * inertias

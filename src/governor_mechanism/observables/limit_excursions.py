@@ -40,7 +40,10 @@ def find_first_excursion(mechanism: Mechanism, states: StateHistory, event_times
     for limit in mechanism.limits:
         output, tolerance = evaluate_output(mechanism, limit.reading, states.poses), accuracy * mechanism.output_scale(limit.reading)
         value, rate = output.value, output.rate(states.velocities)
+        reach = float(np.max(np.abs(rate)) * np.max(np.diff(times)))
         for excess, rise, message in ((limit.low - value, -rate, limit.low_message), (value - limit.high, rate, limit.high_message)):
+            if np.max(excess) + reach <= tolerance:
+                continue
             is_outside = is_smooth & (_largest_within(times, excess, rise) > tolerance)
             if is_outside.any():
                 excursions.append((int(np.argmax(is_outside)) + 1, f"{limit.reading}: {message}"))

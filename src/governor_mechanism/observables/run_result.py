@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
 from governor_mechanism.mechanics.dynamics.inverse_dynamics import InverseDynamics, compute_inverse_dynamics
-from governor_mechanism.mechanics.dynamics.lowering import ground_pin_of_point_mass
+from governor_mechanism.mechanics.dynamics.lowering import ground_pin_of_point_mass, make_system
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.model.events import Event
@@ -20,7 +21,8 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Energy, Outcome, Reaction
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.observables.crossings import find_crossings
-from governor_mechanism.observables.singular_configurations import DenseOutput, SampledMotion, find_singular_configurations
+from governor_mechanism.observables.sampled_motion import DenseOutput, SampledMotion
+from governor_mechanism.observables.singular_configurations import find_singular_configurations
 from governor_mechanism.types import FloatArray, IntArray
 
 NEAR_DEPENDENT_PIVOT_RATIO = 1e-9
@@ -79,17 +81,30 @@ class Observables:
         Rates of the readings by name, SI per second; shape (n,) each.
     units
         Units of the readings by name.
-    joint_gap
-        Largest constraint violation, m; shape (n,).
-    energy
-        Energy balance.
+    scales
+        Scales of the errors of readings and rates in this motion, as in `Trajectory.scales`.
+    evaluate_joint_gap
+        Function that evaluates `joint_gap`.
+    evaluate_energy
+        Function that evaluates `energy`.
     """
 
     readings: dict[str, FloatArray]
     rates: dict[str, FloatArray]
     units: dict[str, str]
-    joint_gap: FloatArray
-    energy: Energy
+    scales: dict[str, float]
+    evaluate_joint_gap: Callable[[], FloatArray]
+    evaluate_energy: Callable[[], Energy]
+
+    @cached_property
+    def joint_gap(self) -> FloatArray:
+        """Largest constraint violation, m; shape (n,)."""
+        return self.evaluate_joint_gap()
+
+    @cached_property
+    def energy(self) -> Energy:
+        """Energy balance."""
+        return self.evaluate_energy()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,7 +193,8 @@ class DeferredMotionAnalysis:
         dynamics = self._evaluate_dynamics(states, modes)
         contact_times = np.unique([event.time for event in self.result.contact_events])
         motion = states.times, states.poses, states.velocities, dynamics.accelerations
-        return SampledMotion(*motion, dynamics.pivot_ratios, dense_output or (lambda k, time: None), contact_times)
+        breakpoints = np.unique(np.concatenate([np.empty(0), *(one.breakpoints for one in make_system(self.scene)[1])]))
+        return SampledMotion(*motion, dynamics.pivot_ratios, dense_output or (lambda k, time: None), contact_times, breakpoints)
 
     def _find_crossings(self, motion: SampledMotion) -> list[Event]:
         """Return the named crossings; without an error estimate, the errors are taken to be those that the scene asks for."""

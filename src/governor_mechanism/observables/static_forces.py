@@ -7,6 +7,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.force_elements import element_law
+from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output_value
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.force_elements import Spring
@@ -77,7 +78,7 @@ def _spring_force(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatAr
     if not isinstance(spring, Spring):
         spring_names = [load.name for load in mechanism.force_elements if isinstance(load, Spring)]
         raise MechanismError(f"there is no spring {name!r} among the force elements; springs are {spring_names}")
-    length = OutputDerivatives(mechanism, spring.displacements[0], poses).value
+    length = OutputDerivatives(rows_of_readings(mechanism, spring.displacements[:1], {}), poses).value
     law, coefficients = element_law(spring)
     force: FloatArray = -law.force(coefficients, length, 0.0)
     return force

@@ -1,13 +1,18 @@
 """Checks of the types of the arguments of public functions."""
 
+from __future__ import annotations
+
 import functools
 import os
 import sys
 from collections.abc import Callable, Mapping
 from numbers import Real
-from typing import Any, Final, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, Final, ParamSpec, TypeVar
 
 from governor_mechanism.errors import MechanismError
+
+if TYPE_CHECKING:
+    from inspect import Signature
 
 _Parameters = ParamSpec("_Parameters")
 _Result = TypeVar("_Result")
@@ -51,11 +56,15 @@ def check_arguments(**requirements: _Requirement) -> Callable[[Callable[_Paramet
     """
 
     def decorate(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Result]:
-        @functools.wraps(function)
-        def checked(*arguments: _Parameters.args, **options: _Parameters.kwargs) -> _Result:
+        @functools.cache
+        def find_signature() -> Signature:
             import inspect
 
-            signature = inspect.signature(function)
+            return inspect.signature(function)
+
+        @functools.wraps(function)
+        def checked(*arguments: _Parameters.args, **options: _Parameters.kwargs) -> _Result:
+            signature = find_signature()
             given = signature.bind(*arguments, **options).arguments
             for name, (description, is_met) in requirements.items():
                 if name in given and given[name] is not signature.parameters[name].default and not is_met(given[name]):

@@ -12,7 +12,7 @@ from governor_mechanism.engines.impulse.richardson import RichardsonRefinement
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts, reading_functions_of
-from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
+from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint, ProportionalDisplacement, RackAndPinion
 from governor_mechanism.model.scene import Scene
@@ -110,7 +110,7 @@ class ImpulseEngine(ImpulseSettings, Engine):
             return ""
         if has_contacts(scene):
             return "engine 'impulse' with plain=True has no friction, stops and one-sided springs along readings; leave plain=True out"
-        if ConstraintEquations(scene.part.mechanism).is_driven.any():
+        if constraint_equations_of(scene.part.mechanism).is_driven.any():
             return "engine 'impulse' with plain=True does not enforce drives; leave plain=True out"
         return ""
 

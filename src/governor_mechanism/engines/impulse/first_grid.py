@@ -63,6 +63,6 @@ def _resolving_step(evaluator: ReadingEvaluator) -> float:
     With a whole number of cycles in each step, all runs would agree on a motion without the fluctuation. The time scale resolves the
     harmonics of drivers, and steps end at the points of programs.
     """
-    speeds = [plane.given_speed for plane in evaluator.planes if plane.given_speed and plane.given_speed.speed_fluctuation]
+    speeds = [plane.given_speed for plane in evaluator.scene.system.planes if plane.given_speed and plane.given_speed.speed_fluctuation]
     rates = [max(map(abs, speed.speeds)) * speed.cycles_per_turn for speed in speeds]
     return min((1 / rate for rate in rates if rate), default=math.inf)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -106,7 +105,7 @@ class TimeInputs:
             changes, jumps = left_limits[1:] - right_limits[:-1], right_limits[1:] - left_limits[1:]
             self._speed_squared_changes = np.stack([changes, jumps], axis=1).tolist()
         if self._torque_function:
-            self._torque_impulses = [self._torque_function.integral(a, b) for a, b in pairwise(times.tolist())]
+            self._torque_impulses = np.diff(self._torque_function.integrals(float(times[0]), times)).tolist()
 
     def step_inputs(self, index: int) -> StepInputs:
         """Return the inputs at the end of step `index` of the interval."""

@@ -20,7 +20,8 @@ from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
 from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, ContactMode, reading_functions_of
 from governor_mechanism.mechanics.dynamics.inputs import output_of_reading
-from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.assembly import mobility_of
+from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
 from governor_mechanism.mechanics.reduction.lowering import OutputForceColumn
 from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
 from governor_mechanism.model.effect import Effect
@@ -32,7 +33,7 @@ from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult, StateHistory
-from governor_mechanism.observables.singular_configurations import DenseOutput
+from governor_mechanism.observables.sampled_motion import DenseOutput
 from governor_mechanism.types import FloatArray
 
 
@@ -69,11 +70,10 @@ class ReducedEngine(ErrorControlledEngine):
                 f"at their mass centres; of {[part.name for part in scene.parts]}, {len(parts)} are more than a shaft; {remedy}"
             )
         prefix, part = parts[0]
-        solver = PositionSolver(part.mechanism)
-        if solver.equations.is_driven.any():
+        if constraint_equations_of(part.mechanism).is_driven.any():
             return f"engine 'reduced' integrates one free coordinate, but drives move this mechanism; {remedy}"
-        if solver.mobility != 1:
-            return f"engine 'reduced' integrates one degree of freedom; this mechanism has mobility {solver.mobility}; {remedy}"
+        if (mobility := mobility_of(part.mechanism)) != 1:
+            return f"engine 'reduced' integrates one degree of freedom; this mechanism has mobility {mobility}; {remedy}"
         own_readings = {prefix + reading.name for reading in (*part.mechanism.readings, *part.mechanism.internal_outputs)}
         for problem in _shaft_problems(scene, find_shaft_train(scene), own_readings):
             return f"engine 'reduced' cannot model {problem}; {remedy}"

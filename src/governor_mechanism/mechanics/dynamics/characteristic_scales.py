@@ -10,11 +10,13 @@ from governor_mechanism.model.force_elements import Force, ForceElement, Spring,
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.numerics.once_per_object import once_per_object
 
 MAX_STEP_SCALE_RATIO = 8.0
 """Upper bound of `max_step_scale` relative to `time_scale`."""
 
 
+@once_per_object
 def time_scale(scene: Scene) -> float:
     """Return the characteristic time of a scene: the time to move by one radian or one length scale.
 
@@ -34,6 +36,7 @@ def time_scale(scene: Scene) -> float:
     return 1 / (max(loading_rate(scene), _max_spring_rate(scene)) or 1.0)
 
 
+@once_per_object
 def loading_rate(scene: Scene) -> float:
     """Return the largest characteristic rate of what moves a scene, without springs: a stiff spring need not swing.
 
@@ -50,6 +53,7 @@ def loading_rate(scene: Scene) -> float:
     return max(_max_spindle_rate(scene), _max_load_rate(scene))
 
 
+@once_per_object
 def max_step_scale(scene: Scene) -> float:
     """Return the time that bounds the steps of an integration.
 

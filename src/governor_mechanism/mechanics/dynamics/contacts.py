@@ -2,10 +2,9 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import wraps
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, ReadingFunction, TableFunction
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import FloatArray, RecordArray, record_dtype
 
 FRICTION_LAW_NAME = "dry friction"
@@ -77,36 +77,7 @@ class ContactMode:
     broken: tuple[str, ...] = ()
 
 
-Result = TypeVar("Result")
-
-
-def once_per_scene(function: Callable[[Scene], Result]) -> Callable[[Scene], Result]:
-    """Return a function of a scene that keeps its result with the scene, which never changes.
-
-    Parameters
-    ----------
-    function
-        Function whose result nobody changes.
-
-    Returns
-    -------
-    Callable[[Scene], Result]
-        The same function, evaluated once for each scene.
-    """
-    key = f"_{function.__name__}"
-
-    @wraps(function)
-    def evaluate_once(scene: Scene) -> Result:
-        cache = vars(scene)
-        if key not in cache:
-            cache[key] = function(scene)
-        result: Result = cache[key]
-        return result
-
-    return evaluate_once
-
-
-@once_per_scene
+@once_per_object
 def contacts_of(scene: Scene) -> tuple[Contact, ...]:
     """Return the contacts of a scene.
 
@@ -153,7 +124,7 @@ def make_contact_table(scene: Scene, output_names: Sequence[str], first_friction
     return np.array(rows, dtype=CONTACT_DTYPE)
 
 
-@once_per_scene
+@once_per_object
 def output_forces_of(scene: Scene) -> tuple[OutputForce, ...]:
     """Return the effects of a scene that act along readings with a force law.
 
@@ -187,7 +158,7 @@ def one_sided_forces_of(scene: Scene) -> tuple[OutputForce, ...]:
     return tuple(effect for effect in output_forces_of(scene) if effect.slack_below > -math.inf)
 
 
-@once_per_scene
+@once_per_object
 def loads_of(scene: Scene) -> tuple[InputFunction, ...]:
     """Return the loads of a scene: those of force elements, then the friction forces.
 
@@ -205,7 +176,7 @@ def loads_of(scene: Scene) -> tuple[InputFunction, ...]:
     return (*element_loads, *(contact.friction for contact in contacts_of(scene) if contact.friction is not None))
 
 
-@once_per_scene
+@once_per_object
 def reading_functions_of(scene: Scene) -> tuple[ReadingFunction, ...]:
     """Return the functions of readings in the loads of a scene.
 
@@ -257,7 +228,7 @@ def active_forces_of(scene: Scene, mode: ContactMode) -> tuple[OutputForce, ...]
     return tuple(effect for effect in output_forces_of(scene) if effect.slack_below == -math.inf or next(is_taut))
 
 
-@once_per_scene
+@once_per_object
 def initial_mode(scene: Scene) -> ContactMode:
     """Return the mode in which nothing is held, nothing slides and every one-sided spring is slack.
 

@@ -97,5 +97,7 @@ def spring_potential_energy(mechanism: Mechanism, poses: FloatArray) -> FloatArr
     for element in mechanism.force_elements:
         if isinstance(element, Spring | TorsionSpring):
             law, coefficients = element_law(element)
-            total += law.potential(coefficients, OutputDerivatives(mechanism, element.displacements[0], poses).value)[0]
+            total += law.potential(
+                coefficients, OutputDerivatives(rows_of_readings(mechanism, element.displacements[:1], {}), poses).value
+            )[0]
     return total

@@ -29,7 +29,7 @@ def weight(mass: float, gravity: float) -> float:
     return -mass * gravity
 
 
-def gravitational_energy(mass: float, gravity: float, y: Any) -> Any:
+def gravitational_energy(mass: Any, gravity: Any, y: Any) -> Any:
     """Return the gravitational potential energy of a body.
 
     Parameters
@@ -95,7 +95,7 @@ def centrifugal_moment(xx: float, yy: float, xy: float, angle: Any, speed_square
     return -0.5 * speed_squared * ((xx - yy) * np.sin(2 * angle) + 2 * xy * np.cos(2 * angle))
 
 
-def spindle_inertia(mass: float, xx: float, yy: float, xy: float, zz: float, x: Any, angle: Any) -> Any:
+def spindle_inertia(mass: Any, xx: Any, yy: Any, xy: Any, zz: Any, x: Any, angle: Any) -> Any:
     """Return the moment of inertia of a body about the spindle axis.
 
     Parameters
@@ -123,7 +123,7 @@ def spindle_inertia(mass: float, xx: float, yy: float, xy: float, zz: float, x: 
     return mass * x * x + xx * np.cos(angle) ** 2 + yy * np.sin(angle) ** 2 - xy * np.sin(2 * angle) + zz
 
 
-def spindle_inertia_rate(mass: float, xx: float, yy: float, xy: float, x: Any, angle: Any, x_rate: Any, angular_velocity: Any) -> Any:
+def spindle_inertia_rate(mass: Any, xx: Any, yy: Any, xy: Any, x: Any, angle: Any, x_rate: Any, angular_velocity: Any) -> Any:
     """Return the time derivative of the moment of inertia of a body about the spindle axis.
 
     Parameters

@@ -10,7 +10,7 @@ import numpy as np
 from governor_mechanism.mechanics.dynamics import contacts, output_forces
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.constraint_solver import bandwidth_reducing_order, find_coupled_rows
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, once_per_scene
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode
 from governor_mechanism.mechanics.dynamics.force_elements import lower_outputs
 from governor_mechanism.mechanics.dynamics.inputs import make_input_terms, output_of_reading
 from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
@@ -24,6 +24,7 @@ from governor_mechanism.model.mechanism import Body, Mechanism, Shaft
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion, TableFunction
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import FloatArray, IntArray, RecordArray, record_dtype
 
 BODY_DTYPE = record_dtype("f8 mass x y xx yy xy zz gravity", "i8 plane")
@@ -189,7 +190,16 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     inputs : tuple[CubicTimeFunction, ...]
         Inputs as functions of time: given spindle speeds, drives, loads of force elements, friction forces, inputs of factors and lags.
     """
-    mechanism, mode = scene.mechanism, initial_mode(scene) if mode is None else mode
+    return _make_initial_system(scene) if mode is None else _make_system_in_mode(scene, mode)
+
+
+@once_per_object
+def _make_initial_system(scene: Scene) -> tuple[System, tuple[CubicTimeFunction, ...]]:
+    return _make_system_in_mode(scene, initial_mode(scene))
+
+
+def _make_system_in_mode(scene: Scene, mode: ContactMode) -> tuple[System, tuple[CubicTimeFunction, ...]]:
+    mechanism = scene.mechanism
     origins = {body.name: body_reference_point(mechanism, body) for body in mechanism.bodies}
     constraint_table = make_constraint_table(mechanism, origins)
     output_names = forced_output_names(scene)
@@ -283,7 +293,7 @@ def _disable_rows(constraint_table: ConstraintTable, joints: Sequence[int]) -> R
     return table
 
 
-@once_per_scene
+@once_per_object
 def forced_output_names(scene: Scene) -> list[str]:
     """Return the readings along which effects act or on which loads depend.
 

@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
+from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value, wrap_difference
 from governor_mechanism.model.joints import Distance
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import least_norm_solution, numerical_rank
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import FloatArray
 
 MAX_CONTINUATION_STEP = 0.1
@@ -66,7 +67,7 @@ class PositionSolver:
 
     def __init__(self, mechanism: Mechanism, time: float = 0.0) -> None:
         self.mechanism, self.time = mechanism, time
-        self.equations = ConstraintEquations(mechanism)
+        self.equations = constraint_equations_of(mechanism)
         self.free_mask = np.array([body.moves for body in mechanism.bodies], dtype=np.bool_).ravel()
         self.pose_scales = np.array([mechanism.length_scale, mechanism.length_scale, 1.0])
         self.free_coordinate_scales = np.tile(self.pose_scales, len(mechanism.bodies))[self.free_mask]
@@ -288,6 +289,23 @@ REPORTABLE_GAP_RATIO = 1e-9
 """Gap of the initial guess relative to the length scale below which the guess counts as exact and is not reported."""
 
 
+@once_per_object
+def mobility_of(mechanism: Mechanism) -> int:
+    """Return the degrees of freedom that joints and drives leave at the initial guess, as `PositionSolver.mobility`.
+
+    Parameters
+    ----------
+    mechanism
+        The mechanism.
+
+    Returns
+    -------
+    int
+        Free coordinates minus the rank of the Jacobian.
+    """
+    return PositionSolver(mechanism).mobility
+
+
 def assembly_notes(scene: Scene) -> tuple[str, ...]:
     """Return the notes on a scene's dimensions and on the closing of its initial guess.
 
@@ -304,7 +322,7 @@ def assembly_notes(scene: Scene) -> tuple[str, ...]:
     mechanism = scene.mechanism
     if scene.start.values or not mechanism.joints:
         return mechanism.notes
-    joint, gap = ConstraintEquations(mechanism).largest_gap(np.array(mechanism.initial_guess, dtype=np.float64))
+    joint, gap = constraint_equations_of(mechanism).largest_gap(np.array(mechanism.initial_guess, dtype=np.float64))
     if abs(gap) < REPORTABLE_GAP_RATIO * mechanism.length_scale:
         return mechanism.notes
     return (*mechanism.notes, f"the start was a guess: joint {joint.name!r} was open by {abs(gap):.3g} m and has been closed")

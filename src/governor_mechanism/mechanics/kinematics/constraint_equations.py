@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics import constraint_kernels
@@ -17,6 +16,7 @@ from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import PrescribedMotion
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
 
@@ -185,6 +185,8 @@ def make_curve_segments(curve: Curve) -> FloatArray:
     if isinstance(curve, PolynomialCurve):
         return np.array([[0.0, *reversed(curve.coefficients)]])
     if isinstance(curve, SplineCurve):
+        from scipy.interpolate import CubicSpline
+
         spline = CubicSpline(curve.x, curve.y)
         return np.column_stack([spline.x[:-1], spline.c.T])
     raise TypeError(f"no segments are defined for curves of type {type(curve).__name__}")
@@ -257,6 +259,23 @@ class ConstraintEquations:
     def _prescribed_motion_per_pose(self, poses: FloatArray, times: FloatArray | float) -> FloatArray:
         """Return the prescribed motion at each of the flattened poses; shape (n, rows, 3)."""
         return self.prescribed_motion(np.broadcast_to(times, poses.shape[:-2]).ravel())
+
+
+@once_per_object
+def constraint_equations_of(mechanism: Mechanism) -> ConstraintEquations:
+    """Return the constraint equations of a mechanism, which are made once.
+
+    Parameters
+    ----------
+    mechanism
+        Mechanism with its bodies and joints.
+
+    Returns
+    -------
+    ConstraintEquations
+        Equations of all joints.
+    """
+    return ConstraintEquations(mechanism)
 
 
 def _flatten_poses(poses: FloatArray) -> FloatArray:

@@ -5,10 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_gamma, evaluate_jacobian, evaluate_residuals
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, evaluate_gamma, evaluate_jacobian, evaluate_residuals
 from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle, Reading
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import FloatArray
 
 READING_UNITS = {"angle": "rad", "length": "m"}
@@ -20,18 +21,16 @@ class OutputDerivatives:
 
     Parameters
     ----------
-    mechanism
-        Mechanism with its bodies.
-    reading
-        Output variable; the mechanism need not list it among its readings.
+    row
+        Output row of the variable, for poses of the mass centres.
     poses
         Poses; shape (..., bodies, 3).
     velocities
         Velocities; same shape. Default: zero.
     """
 
-    def __init__(self, mechanism: Mechanism, reading: Reading, poses: FloatArray, velocities: FloatArray | None = None) -> None:
-        self._rows = rows_of_readings(mechanism, [reading], {})
+    def __init__(self, row: ConstraintRows, poses: FloatArray, velocities: FloatArray | None = None) -> None:
+        self._rows = row
         self._shape = poses.shape
         self._poses, self._velocities = (
             np.ascontiguousarray(motion, dtype=np.float64).reshape(-1, *poses.shape[-2:])
@@ -83,7 +82,52 @@ def evaluate_output(mechanism: Mechanism, name: str, poses: FloatArray, velociti
     OutputDerivatives
         Value, gradient and quadratic velocity term.
     """
-    return OutputDerivatives(mechanism, mechanism.reading(name), poses, velocities)
+    return OutputDerivatives(_output_row(mechanism, name), poses, velocities)
+
+
+def evaluate_readings(mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Evaluate all readings that a mechanism lists, and their rates.
+
+    Parameters
+    ----------
+    mechanism
+        The mechanism.
+    poses
+        Poses; shape (n, bodies, 3).
+    velocities
+        Velocities; same shape.
+
+    Returns
+    -------
+    values : FloatArray
+        Values, SI; shape (readings, n). Angles of lines lie within half a turn.
+    rates : FloatArray
+        Rates, SI/s; same shape.
+    """
+    rows, poses = _reading_rows(mechanism), np.ascontiguousarray(poses)
+    values = evaluate_residuals(rows, poses, np.zeros((len(poses), len(rows.table), 3)))
+    gradients = evaluate_jacobian(rows, poses).reshape(*values.shape, 3 * poses.shape[1])
+    rates = np.matmul(gradients, velocities.reshape(len(poses), 3 * poses.shape[1], 1))[..., 0]
+    return values.T, rates.T
+
+
+@once_per_object
+def _reading_rows(mechanism: Mechanism) -> ConstraintRows:
+    """Return the output rows of all readings that a mechanism lists."""
+    return rows_of_readings(mechanism, mechanism.readings, {})
+
+
+@once_per_object
+def _output_rows_by_name(mechanism: Mechanism) -> dict[str, ConstraintRows]:
+    """Return the output row of each reading by name."""
+    readings = (*mechanism.internal_outputs, *mechanism.readings)
+    return {reading.name: rows_of_readings(mechanism, [reading], {}) for reading in readings}
+
+
+def _output_row(mechanism: Mechanism, name: str) -> ConstraintRows:
+    """Return the output row of a reading. Raise MechanismError if there is no reading of that name."""
+    row = _output_rows_by_name(mechanism).get(name)
+    return rows_of_readings(mechanism, [mechanism.reading(name)], {}) if row is None else row
 
 
 def evaluate_output_value(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatArray:

@@ -1,14 +1,13 @@
 """Inputs and prescribed motions as functions of time, piecewise cubic plus harmonics: values, derivatives, integrals."""
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
+from governor_mechanism.numerics.piecewise_cubic import PiecewiseCubic
 from governor_mechanism.types import FloatArray
 
 N_CUBIC_COLUMNS = 5
@@ -55,10 +54,7 @@ class CubicTimeFunction:
         self._harmonics: FloatArray = np.array(harmonics).reshape(-1, 3)
         self._is_level, self._first_value = len(set(function.values)) == 1, float(values[0])
         self.is_constant = self._is_level and not harmonics
-        jumps = np.flatnonzero(np.diff(times) == 0.0) + 1
-        segments = list(zip(np.split(times, jumps), np.split(values, jumps), strict=True))
-        self._segments = [_make_piecewise_cubic(t, v, motion is not None) for t, v in segments]
-        self._segment_starts = np.array([t[0] for t, _ in segments])
+        self._cubic = None if self._is_level else _make_piecewise_cubic(times, values, motion is not None)
         is_single_cubic = self._is_level or (motion is not None and len(times) == 2)
         self.breakpoints: FloatArray = np.array([]) if is_single_cubic else np.unique(times)
 
@@ -74,11 +70,9 @@ class CubicTimeFunction:
         """Return second time derivatives (n,); at a breakpoint the right limit."""
         return self._evaluate(times, 2)
 
-    def integral(self, start: float, end: float) -> float:
-        """Return the integral over time from start to end (s), without harmonics."""
-        knots = [start, *(float(knot) for knot in self._segment_starts if start < knot < end), end]
-        segments = [max(int(np.searchsorted(self._segment_starts, knot, side="right")) - 1, 0) for knot in knots[:-1]]
-        return sum(float(self._segments[k].integrate(a, b)) for k, (a, b) in zip(segments, pairwise(knots), strict=True))
+    def integrals(self, start: float, ends: FloatArray) -> FloatArray:
+        """Return the integrals over time (n,) from a start to each end (s), without harmonics."""
+        return (ends - start) * self._first_value if self._cubic is None else self._cubic.integrals(start, ends)
 
     def local_cubics(self, times: FloatArray) -> FloatArray:
         """Return the function after each time, up to the next breakpoint, in the local time since then; shape (n, columns).
@@ -87,50 +81,51 @@ class CubicTimeFunction:
         frequency (rad/s) and phase of each harmonic at the time.
         """
         cubics = np.zeros((len(times), N_CUBIC_COLUMNS))
-        if self._is_level:
+        if self._cubic is None:
             cubics[:, 3] = self._first_value
         else:
             for column, (order, factorial) in enumerate(((3, 6), (2, 2), (1, 1), (0, 1))):
-                cubics[:, column] = self._evaluate_cubics(times, order, left_limit=False) / factorial
-        cubics[:, 4] = self.integrals_from_zero(times)
+                cubics[:, column] = self._cubic.derivative(times, order) / factorial
+        cubics[:, 4] = self.integrals(0.0, times)
+        if not len(self._harmonics):
+            return cubics
         harmonics = np.tile(self._harmonics, (len(times), 1, 1))
         harmonics[:, :, 2] += np.multiply.outer(times, self._harmonics[:, 1])
         return np.hstack([cubics, harmonics.reshape(len(times), self._harmonics.size)])
 
-    def integrals_from_zero(self, times: FloatArray) -> FloatArray:
-        """Return the integrals (n,) from 0 s to each time, without harmonics."""
-        if self._is_level:
-            return times * self._first_value
-        return np.array([self.integral(0.0, float(time)) for time in times])
-
     def _evaluate(self, times: FloatArray, derivative_order: int, *, left_limit: bool = False) -> FloatArray:
         """Return the derivative of the given order (n,); at a breakpoint the right limit, or the left limit if requested."""
-        result = self._evaluate_cubics(times, derivative_order, left_limit=left_limit)
+        if self._cubic is None:
+            result = np.full(times.shape, 0.0 if derivative_order else self._first_value)
+        else:
+            result = self._cubic.derivative(times, derivative_order, left_limit=left_limit)
         for amplitude, angular_frequency, phase in self._harmonics:
             sine_or_cosine = np.cos if derivative_order == 1 else np.sin
             factor = amplitude * angular_frequency**derivative_order * (-1.0 if derivative_order == 2 else 1.0)
             result += factor * sine_or_cosine(angular_frequency * times + phase)
         return result
 
-    def _evaluate_cubics(self, times: FloatArray, derivative_order: int, *, left_limit: bool) -> FloatArray:
-        """Return the derivative of the piecewise cubic (n,)."""
-        segment_indices = np.searchsorted(self._segment_starts, times, side="left" if left_limit else "right") - 1
-        result = np.empty_like(times)
-        for index, segment in enumerate(self._segments):
-            in_segment = np.maximum(segment_indices, 0) == index
-            result[in_segment] = segment(times[in_segment], derivative_order)
-        return result
 
-
-def _make_piecewise_cubic(times: FloatArray, values: FloatArray, is_motion: bool) -> PPoly:
+def _make_piecewise_cubic(times: FloatArray, values: FloatArray, is_motion: bool) -> PiecewiseCubic:
     """Return a piecewise cubic that continues beyond its ends: an input at its value, a motion at its rate there."""
-    if len(times) == 1:
-        return PPoly(np.array([[0.0], [values[0]]]), np.array([times[0], times[0] + 1.0]))
-    interpolant = CubicSpline(times, values) if is_motion else PchipInterpolator(times, values)
-    start, end = times[0] - 1.0, times[-1] + 1.0
-    end_derivatives = [float(interpolant(time, 1)) if is_motion else 0.0 for time in (times[0], times[-1])]
-    end_segments = np.array([[0.0, 0.0], [0.0, 0.0], end_derivatives, [values[0] - end_derivatives[0], values[-1]]])
-    return PPoly(np.hstack([end_segments[:, :1], interpolant.c, end_segments[:, 1:]]), np.concatenate([[start], interpolant.x, [end]]))
+    jumps = np.flatnonzero(np.diff(times) == 0.0) + 1
+    segments = [(t, v) for t, v in zip(np.split(times, jumps), np.split(values, jumps), strict=True) if len(t) > 1]
+    coefficients = np.concatenate([np.zeros((0, 4)), *(_interpolate(t, v, is_motion) for t, v in segments)])
+    rates = [0.0, 0.0]
+    if is_motion:
+        length, (cubic, square, rate, _) = times[-1] - times[-2], coefficients[-1]
+        rates = [coefficients[0, 2], rate + length * (2 * square + length * 3 * cubic)]
+    before, after = ([[0.0, 0.0, rate, value]] for rate, value in zip(rates, values[[0, -1]], strict=True))
+    breaks = np.concatenate([*(t[:-1] for t, _ in segments), times[-1:]])
+    return PiecewiseCubic(breaks, np.append(times[0], breaks), np.concatenate([before, coefficients, after]))
+
+
+def _interpolate(times: FloatArray, values: FloatArray, is_motion: bool) -> FloatArray:
+    """Return the cubics (intervals, 4) between points: of a spline for a motion, monotone for an input."""
+    from scipy.interpolate import CubicSpline, PchipInterpolator
+
+    coefficients: FloatArray = (CubicSpline if is_motion else PchipInterpolator)(times, values).c.T
+    return coefficients
 
 
 def stack_local_cubics(functions: Sequence[CubicTimeFunction], times: FloatArray) -> FloatArray:
@@ -202,5 +197,5 @@ class SpindleSpeedFunction(CubicTimeFunction):
         """Return speeds and accelerations (n,) with the fluctuation, if any."""
         if not self._fluctuation_amplitude:
             return mean_speed, mean_acceleration
-        angles = self.integrals_from_zero(times)
+        angles = self.integrals(0.0, times)
         return fluctuating_speed(self._fluctuation_amplitude, self._cycles_per_turn, angles, mean_speed, mean_acceleration)

@@ -15,6 +15,7 @@ from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_ou
 from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, OUTPUT_FORCE_DTYPE, output_force_record
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import lower_assembly
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.node_evaluation import LagrangianArrays, ReductionArrays
 from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
 from governor_mechanism.model.effect import OutputForce
@@ -23,6 +24,7 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import Part, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import FloatArray, RecordArray
 
 UNBOUNDED_RANGE = 1e9
@@ -154,7 +156,8 @@ def lower_lagrangian(scene: Scene, prefix: str, part: Part, outputs: Sequence[st
     )
 
 
-def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, tuple[InputFunction, ...]]:
+@once_per_object
+def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, tuple[CubicTimeFunction, ...]]:
     """Lower a scene to the arrays of its motion table and its forces.
 
     Parameters
@@ -168,7 +171,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
         What is tabulated along the coordinate.
     forces : ReducedForces
         The forces that act along it and on the shaft.
-    inputs : tuple[InputFunction, ...]
+    input_functions : tuple[CubicTimeFunction, ...]
         Given spindle speed, loads of force elements, friction forces, factors of these.
     """
     (prefix, part), train = parts_with_coordinate(scene)[0], find_shaft_train(scene)
@@ -211,7 +214,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
         input_terms=input_terms,
         inputs=np.zeros(len(inputs)),
     )
-    return arrays, forces, inputs
+    return arrays, forces, tuple(map(CubicTimeFunction, inputs))
 
 
 def _is_elsewhere(element: ForceElement, prefix: str, part: Part) -> bool:

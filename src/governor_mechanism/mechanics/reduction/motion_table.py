@@ -4,7 +4,6 @@ import time
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import make_lagrangian_workspace
 from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
@@ -56,8 +55,8 @@ class MotionTable:
     def __init__(self, scene: Scene, q: float, poses: FloatArray, width_ratio: float = 1.0) -> None:
         start_time = time.perf_counter()
         self.scene = scene
-        self.arrays, self.forces, inputs = lower_reduced_scene(scene)
-        self.time_functions = tuple(map(CubicTimeFunction, inputs))
+        self.arrays, forces, self.time_functions = lower_reduced_scene(scene)
+        self.forces = forces._replace(inputs=np.zeros_like(forces.inputs))
         self._workspace = make_lagrangian_workspace(self.arrays.lagrangian)
         self.table = allocate_table(self.arrays, INITIAL_TABLE_CAPACITY, q, poses)
         self.table.next_widths[:] *= width_ratio

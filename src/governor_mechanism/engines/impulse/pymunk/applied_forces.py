@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of, loads_of, once_per_scene, output_forces_of
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of, loads_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_body_forces, inertia_of_plane
 from governor_mechanism.mechanics.dynamics.force_elements import lower_outputs
 from governor_mechanism.mechanics.dynamics.lowering import N_PLANE_COLUMNS, PlaneColumn, System, forced_output_names, make_system
@@ -18,6 +18,7 @@ from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import FloatArray, RecordArray
 
 
@@ -62,7 +63,7 @@ def _evaluate_dissipated_power(output_forces: RecordArray, values: FloatArray, r
     return power
 
 
-@once_per_scene
+@once_per_object
 def lower_scene(scene: Scene) -> tuple[System, tuple[CubicTimeFunction, ...]]:
     """Return the multibody model of a scene in its initial mode, and its inputs."""
     return make_system(scene)

@@ -1,0 +1,169 @@
+"""A motion known at samples, and the readings along it between the samples."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, unwrap_output
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import LineAngle
+from governor_mechanism.numerics.hermite import quintic_hermite
+from governor_mechanism.numerics.multipoint_hermite import MultipointHermite
+from governor_mechanism.numerics.roots import find_roots
+from governor_mechanism.types import BoolArray, FloatArray, IntArray
+
+MAX_NEWTON_POLISH_STEPS = 8
+"""Largest number of Newton steps with the engine's own dense output; two or three are usual."""
+
+POLISH_TOLERANCE = 1e-12
+"""Newton steps shorter than this fraction of the bracket end the search: rounding."""
+
+AGREEMENT_OF_INTERPOLANTS = 1e-7
+"""Difference of two times, relative to the interval, up to which the interpolant over four samples needs no refinement.
+
+The other time is that of the interpolant over three samples. Its error is larger by about the square of the ratio of the interval to
+the time in which the motion changes, which this difference bounds.
+"""
+
+BodyState = tuple[FloatArray, FloatArray]
+"""Poses and velocities (bodies, 3)."""
+DenseOutput = Callable[[int, float], BodyState | None]
+"""Function of interval index and time (s) that returns poses and velocities, or None if it cannot."""
+RootFunction = Callable[[BodyState], tuple[float, float]]
+"""Function of poses and velocities that returns a value and its rate."""
+
+
+@dataclass(frozen=True)
+class SampledMotion:
+    """A motion sampled at n times (s).
+
+    Attributes
+    ----------
+    times
+        Times, s, ascending; shape (n,).
+    poses
+        Poses; shape (n, bodies, 3).
+    velocities
+        Velocities; same shape.
+    accelerations
+        Accelerations, at a jump those after it; same shape.
+    pivot_ratios
+        Independence of the constraint rows; shape (n,).
+    dense_output
+        Function (k, time) that gives the engine's own state between samples k and k + 1, if it can.
+    contact_times
+        Times of contact events, s, ascending.
+    breakpoints
+        Times at which an input or a derivative of it jumps, s, ascending.
+    """
+
+    times: FloatArray
+    poses: FloatArray
+    velocities: FloatArray
+    accelerations: FloatArray
+    pivot_ratios: FloatArray
+    dense_output: DenseOutput
+    contact_times: FloatArray
+    breakpoints: FloatArray
+
+    def interpolate(self, intervals: IntArray, times: FloatArray) -> BodyState:
+        """Return poses and velocities (m, bodies, 3) at times (m,) s within intervals (m,), by quintic Hermite interpolation."""
+        lengths = self.times[intervals + 1] - self.times[intervals]
+        fractions = (times - self.times[intervals]) / lengths
+        start, end = ([one[samples] for one in (self.poses, self.velocities, self.accelerations)] for samples in (intervals, intervals + 1))
+        return quintic_hermite(*start, *end, lengths[:, np.newaxis, np.newaxis], fractions[:, np.newaxis, np.newaxis])
+
+    def is_smooth(self, first: IntArray, last: IntArray) -> BoolArray:
+        """Return whether the motion is smooth from one sample (m,) to a later one (m,), with its accelerations at both."""
+        kinks = np.sort(np.concatenate([self.contact_times, self.breakpoints]))
+        counts = [np.searchsorted(kinks, self.times[samples], side="right") for samples in (first, last)]
+        is_smooth: BoolArray = counts[0] == counts[1]
+        return is_smooth
+
+    def polish_root(self, k: int, time: float, function: RootFunction, bracket: Sequence[float]) -> float:
+        """Return a root (s) between samples k and k + 1, refined by Newton steps with the engine's own dense output."""
+        for _ in range(MAX_NEWTON_POLISH_STEPS):
+            state = self.dense_output(k, time)
+            value, slope = (0.0, 0.0) if state is None else function(state)
+            if state is None or not slope:
+                break
+            time = min(max(time - value / slope, bracket[0]), bracket[1])
+            if abs(value) <= POLISH_TOLERANCE * (bracket[1] - bracket[0]) * abs(slope):
+                break
+        return time
+
+
+class SampledReading:
+    """A reading along a sampled motion, with its first two derivatives at the samples.
+
+    Parameters
+    ----------
+    mechanism
+        The mechanism.
+    motion
+        Its motion.
+    name
+        Name of the reading.
+    start
+        A time, s, and the readings that the run reports there, SI, which fix the full turns of angles; None leaves them open.
+
+    Attributes
+    ----------
+    values, rates, accelerations
+        The reading, SI, and its derivatives; shape (n,).
+    """
+
+    def __init__(
+        self, mechanism: Mechanism, motion: SampledMotion, name: str, start: tuple[float, Mapping[str, float]] | None = None
+    ) -> None:
+        self._mechanism, self._motion, self._name = mechanism, motion, name
+        output = evaluate_output(mechanism, name, motion.poses, motion.velocities)
+        self.values = unwrap_output(mechanism.reading(name), output.value)
+        if start is not None and isinstance(mechanism.reading(name), LineAngle):
+            shift = start[1].get(name, 0.0) - float(np.interp(start[0], motion.times, self.values))
+            self.values = self.values + math.tau * round(shift / math.tau)
+        self.rates, self.accelerations = output.rate(motion.velocities), output.acceleration(motion.accelerations)
+
+    def interpolant(self, first: IntArray, n_samples: int) -> MultipointHermite:
+        """Return the interpolants over a number of samples from the first ones (m,) on."""
+        samples = first[:, np.newaxis] + np.arange(n_samples)
+        return MultipointHermite(*(one[samples] for one in (self._motion.times, self.values, self.rates, self.accelerations)))
+
+    def find_extremes(self, intervals: IntArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Return the times (m,) at which the rate changes its sign between two times of each interval, as `find_crossings` does."""
+        return self._find_times(intervals, low, high, lambda value, rate, acceleration: (rate, acceleration))
+
+    def find_crossings(self, value: float, intervals: IntArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Return the times (m,) at which the reading passes a value between two times of each interval, and whether they are certain.
+
+        A time is certain if interpolants of two orders agree on it.
+        """
+        return self._find_times(intervals, low, high, lambda one, rate, _: (one - value, rate))
+
+    def _find_times(
+        self,
+        intervals: IntArray,
+        low: FloatArray,
+        high: FloatArray,
+        select: Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]],
+    ) -> tuple[FloatArray, BoolArray]:
+        """Return the roots (m,) s of what a function selects from the reading and its derivatives, and whether they are certain."""
+        n_samples, motion = len(self._motion.times), self._motion
+        tolerance = POLISH_TOLERANCE * float(np.min(high - low, initial=1.0))
+
+        def roots(first: IntArray, n_nodes: int, chosen: BoolArray | slice) -> FloatArray:
+            interpolant = self.interpolant(first[chosen], n_nodes)
+            return find_roots(lambda times: select(*interpolant.evaluate(times)), low[chosen], high[chosen], tolerance)
+
+        times, is_certain = roots(intervals, 2, slice(None)), np.zeros(len(intervals), dtype=np.bool_)
+        if n_samples < 4:
+            return times, is_certain
+        first = np.clip(intervals - 1, 0, n_samples - 4)
+        is_smooth = motion.is_smooth(first, first + 3)
+        first_of_three = np.clip(intervals - 1, first, first + 1)
+        better, worse = roots(first, 4, is_smooth), roots(first_of_three, 3, is_smooth)
+        lengths = (motion.times[intervals + 1] - motion.times[intervals])[is_smooth]
+        times[is_smooth], is_certain[is_smooth] = better, np.abs(better - worse) <= AGREEMENT_OF_INTERPOLANTS * lengths
+        return times, is_certain
