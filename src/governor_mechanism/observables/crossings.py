@@ -145,7 +145,7 @@ class CrossedReading:
         if not len(times):
             return []
         states = [self._motion.dense_output(k, float(time)) for time in times]
-        values = [self._values[k] + self._deviation(self._values[k], state)[0] for state in states if state is not None]
+        values = [self._values[k] + self._deviation(self._values[k], state) for state in states if state is not None]
         if len(values) == len(times):
             return values
         first, last = (self._continue_sample(j, float(time)) for j, time in ((k, times[0]), (k + 1, times[-1])))
@@ -158,11 +158,10 @@ class CrossedReading:
         interval = time - float(self._motion.times[j])
         return float(self._values[j] + interval * (self._rates[j] + 0.5 * interval * self._accelerations[j]))
 
-    def _deviation(self, value: float, state: BodyState) -> tuple[float, float]:
-        """Return the deviation of the reading from a value, SI, and its rate; of an angle that wraps, the deviation within half a turn."""
-        output = evaluate_output(self._mechanism, self._name, state[0])
-        deviation = float(output.value) - value
-        return wrap_difference(self._mechanism.reading(self._name), deviation), float(output.rate(state[1]))
+    def _deviation(self, value: float, state: BodyState) -> float:
+        """Return the deviation of the reading from a value, SI; of an angle that wraps, the deviation within half a turn."""
+        deviation = float(evaluate_output(self._mechanism, self._name, state[0]).value) - value
+        return wrap_difference(self._mechanism.reading(self._name), deviation)
 
     def _locate(self, value: float, low: FloatArray, high: FloatArray) -> FloatArray:
         """Return the times (m,) s between pairs of neighbouring points at which the reading passes a value."""
@@ -173,7 +172,7 @@ class CrossedReading:
             k, bracket = int(intervals[i]), (float(low[i]), float(high[i]))
             path = self._interpolant(k)
             time = find_root(partial(_deviation_from, path, value), *bracket)
-            times[i] = self._motion.polish_root(k, time, partial(self._deviation, value), bracket)
+            times[i] = self._motion.refine_root(k, time, partial(self._deviation, value), bracket)
         return times
 
 

@@ -1,7 +1,7 @@
 """A motion known at samples, and the readings along it between the samples."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,14 +11,14 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.numerics.hermite import quintic_hermite
 from governor_mechanism.numerics.multipoint_hermite import MultipointHermite
-from governor_mechanism.numerics.roots import find_roots
+from governor_mechanism.numerics.roots import find_root, find_roots
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
 
-MAX_NEWTON_POLISH_STEPS = 8
-"""Largest number of Newton steps with the engine's own dense output; two or three are usual."""
+ROOT_TOLERANCE = 1e-9
+"""Newton steps shorter than this fraction of the bracket end the search: the next one would be about its square."""
 
-POLISH_TOLERANCE = 1e-12
-"""Newton steps shorter than this fraction of the bracket end the search: rounding."""
+REFINEMENT_MARGIN = 1e-3
+"""Distance from a first time, relative to the interval, within which the refined one is expected."""
 
 AGREEMENT_OF_INTERPOLANTS = 1e-7
 """Difference of two times, relative to the interval, up to which the interpolant over four samples needs no refinement.
@@ -31,8 +31,8 @@ BodyState = tuple[FloatArray, FloatArray]
 """Poses and velocities (bodies, 3)."""
 DenseOutput = Callable[[int, float], BodyState | None]
 """Function of interval index and time (s) that returns poses and velocities, or None if it cannot."""
-RootFunction = Callable[[BodyState], tuple[float, float]]
-"""Function of poses and velocities that returns a value and its rate."""
+StateFunction = Callable[[BodyState], float]
+"""Function of poses and velocities."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +72,9 @@ class SampledMotion:
         """Return poses and velocities (m, bodies, 3) at times (m,) s within intervals (m,), by quintic Hermite interpolation."""
         lengths = self.times[intervals + 1] - self.times[intervals]
         fractions = (times - self.times[intervals]) / lengths
-        start, end = ([one[samples] for one in (self.poses, self.velocities, self.accelerations)] for samples in (intervals, intervals + 1))
-        return quintic_hermite(*start, *end, lengths[:, np.newaxis, np.newaxis], fractions[:, np.newaxis, np.newaxis])
+        position, velocity, acceleration = self.poses, self.velocities, self.accelerations
+        start, end = ((one[k] for one in (position, velocity, acceleration)) for k in (intervals, intervals + 1))
+        return quintic_hermite(*start, *end, lengths[:, np.newaxis, np.newaxis], fractions[:, np.newaxis, np.newaxis])  # type: ignore[call-arg]
 
     def is_smooth(self, first: IntArray, last: IntArray) -> BoolArray:
         """Return whether the motion is smooth from one sample (m,) to a later one (m,), with its accelerations at both."""
@@ -82,17 +83,25 @@ class SampledMotion:
         is_smooth: BoolArray = counts[0] == counts[1]
         return is_smooth
 
-    def polish_root(self, k: int, time: float, function: RootFunction, bracket: Sequence[float]) -> float:
-        """Return a root (s) between samples k and k + 1, refined by Newton steps with the engine's own dense output."""
-        for _ in range(MAX_NEWTON_POLISH_STEPS):
-            state = self.dense_output(k, time)
-            value, slope = (0.0, 0.0) if state is None else function(state)
-            if state is None or not slope:
-                break
-            time = min(max(time - value / slope, bracket[0]), bracket[1])
-            if abs(value) <= POLISH_TOLERANCE * (bracket[1] - bracket[0]) * abs(slope):
-                break
-        return time
+    def refine_root(self, k: int, time: float, function: StateFunction, bracket: tuple[float, float]) -> float:
+        """Return a root (s) between samples k and k + 1 in a bracket with a change of sign, by the engine's own dense output.
+
+        Without such an output, the time that is given is returned.
+        """
+        states: dict[float, BodyState | None] = {instant: self.dense_output(k, instant) for instant in (time, *bracket)}
+
+        def value(instant: float) -> float:
+            state = states[instant] if instant in states else self.dense_output(k, instant)
+            return math.nan if state is None else function(state)
+
+        at_low, at_time, at_high = (value(instant) for instant in (bracket[0], time, bracket[1]))
+        if not at_low * at_high < 0:  # no dense output, or a root at an end
+            return time
+        margin = REFINEMENT_MARGIN * (bracket[1] - bracket[0])
+        near = time + (margin if (at_time < 0) == (at_low < 0) else -margin)
+        if bracket[0] < near < bracket[1] and value(near) * at_time < 0:
+            return find_root(value, *sorted((time, near)))
+        return find_root(value, *bracket)
 
 
 class SampledReading:
@@ -151,7 +160,7 @@ class SampledReading:
     ) -> tuple[FloatArray, BoolArray]:
         """Return the roots (m,) s of what a function selects from the reading and its derivatives, and whether they are certain."""
         n_samples, motion = len(self._motion.times), self._motion
-        tolerance = POLISH_TOLERANCE * float(np.min(high - low, initial=1.0))
+        tolerance = ROOT_TOLERANCE * float(np.min(high - low, initial=1.0))
 
         def roots(first: IntArray, n_nodes: int, chosen: BoolArray | slice) -> FloatArray:
             interpolant = self.interpolant(first[chosen], n_nodes)

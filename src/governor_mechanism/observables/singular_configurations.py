@@ -1,5 +1,7 @@
 """Turning points of readings and change points of the mechanism, located on a finished motion by root finding."""
 
+from functools import partial
+
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
@@ -50,36 +52,28 @@ def _find_turning_points(mechanism: Mechanism, motion: SampledMotion) -> list[Ev
         fractions = (before / (before - after + (before == after)))[intervals, np.newaxis, np.newaxis]
         velocities = (1 - fractions) * motion.velocities[intervals] + fractions * motion.velocities[intervals + 1]
         intervals = intervals[_overall_speed(mechanism, velocities) > _reversal_speed(speed, intervals)]  # else the whole motion reverses
-        times = _locate_turning_points(mechanism, sampled, reading.name, motion, intervals)
-        turning_velocities = motion.interpolate(intervals, times)[1]
-        is_passed = (_overall_speed(mechanism, turning_velocities) > _reversal_speed(speed, intervals)) & (times != motion.times[0])
+        starts, ends = motion.times[intervals], motion.times[intervals + 1]
+        times, is_certain = sampled.find_extremes(intervals, starts, ends)
+        times = np.where(np.abs(sampled.rates[intervals]) < ZERO_RATE_RATIO * np.abs(sampled.rates[intervals + 1]), starts, times)
+        times = np.where(np.abs(sampled.rates[intervals + 1]) < ZERO_RATE_RATIO * np.abs(sampled.rates[intervals]), ends, times)
+        passing_speed = _overall_speed(mechanism, motion.interpolate(intervals, times)[1])
+        is_passed = (passing_speed > _reversal_speed(speed, intervals)) & (times != motion.times[0])
+        for i in np.flatnonzero(is_passed & ~is_certain & (times > starts) & (times < ends)).tolist():
+            rate = partial(_rate_in_state, mechanism, reading.name)
+            times[i] = motion.refine_root(int(intervals[i]), float(times[i]), rate, (float(starts[i]), float(ends[i])))
         events += [Event(time=time, kind=EventKind.TURNING_POINT, subject=reading.name) for time in times[is_passed].tolist()]
     return events
+
+
+def _rate_in_state(mechanism: Mechanism, name: str, state: BodyState) -> float:
+    """Return the rate of a reading, SI/s."""
+    return float(evaluate_output(mechanism, name, state[0]).rate(state[1]))
 
 
 def _reversal_speed(speed: FloatArray, intervals: IntArray) -> FloatArray:
     """Return the overall speed (m,) below which the whole motion reverses in an interval, from that at the samples (n,)."""
     limit: FloatArray = REVERSAL_SPEED_RATIO * np.maximum(speed[intervals], speed[intervals + 1])
     return limit
-
-
-def _locate_turning_points(
-    mechanism: Mechanism, sampled: SampledReading, name: str, motion: SampledMotion, intervals: IntArray
-) -> FloatArray:
-    """Return the times (m,) s at which a reading turns in intervals (m,)."""
-    start_rates, end_rates = np.abs(sampled.rates[intervals]), np.abs(sampled.rates[intervals + 1])
-    starts, ends = motion.times[intervals], motion.times[intervals + 1]
-    times, is_certain = sampled.find_extremes(intervals, starts, ends)
-    for i in np.flatnonzero(~is_certain).tolist():
-        rate_derivative = float(sampled.interpolant(intervals[[i]], 2).evaluate(times[[i]])[2][0])
-
-        def rate(state: BodyState, slope: float = rate_derivative) -> tuple[float, float]:
-            return float(evaluate_output(mechanism, name, state[0]).rate(state[1])), slope
-
-        times[i] = motion.polish_root(int(intervals[i]), float(times[i]), rate, (float(starts[i]), float(ends[i])))
-    times = np.where(start_rates < ZERO_RATE_RATIO * end_rates, starts, times)
-    located: FloatArray = np.where(end_rates < ZERO_RATE_RATIO * start_rates, ends, times)
-    return located
 
 
 def _find_change_points(mechanism: Mechanism, motion: SampledMotion) -> list[Event]:
@@ -99,7 +93,7 @@ def find_nearly_singular_samples(motion: SampledMotion) -> IntArray:
 def locate_nearly_singular_poses(
     mechanism: Mechanism, motion: SampledMotion, samples: IntArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return times (m,) s, poses (m, bodies, 3) and singular values (m,) where the constraint rows are nearest to dependence, next to samples.
+    """Return times (m,) s, poses (m, bodies, 3) and singular values (m,) next to samples, where rows are nearest to dependence.
 
     The singular value is the smallest one of the scaled constraint Jacobian, relative to the largest. Near a change point its square is
     a parabola in time, whose vertex is found from three points closer and closer to each other.

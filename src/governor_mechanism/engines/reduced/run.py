@@ -52,8 +52,9 @@ class ReducedSettings(ErrorControlSettings):
     """
 
     max_step_work: float = 5e6
+    monitor_interval_ratio: float = 0.1
     comparison_width_ratio: float = 0.7
-    max_monitor_travel: float = 0.5
+    max_monitor_travel: float = 0.2
     max_monitor_times: int = 200_000
     table_end_step_ratio: float = 0.25
     min_end_step_ratio: float = 1e-12

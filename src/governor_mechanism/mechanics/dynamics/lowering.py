@@ -331,9 +331,17 @@ def count_output_forces(system: System) -> IntArray:
 
 def constraint_row_order(scene: Scene, mode: ContactMode | None = None) -> IntArray:
     """Return the index of each row of a system in the list of the joints' rows, then the holding rows; shape (rows,)."""
-    mechanism = scene.mechanism
-    output_rows = make_output_rows(mechanism, forced_output_names(scene), {})
-    return _row_order(make_constraint_table(mechanism).rows, _make_holding_rows(scene, mode or initial_mode(scene), output_rows))
+    return _initial_row_order(scene) if mode is None else _row_order_in_mode(scene, mode)
+
+
+@once_per_object
+def _initial_row_order(scene: Scene) -> IntArray:
+    return _row_order_in_mode(scene, initial_mode(scene))
+
+
+def _row_order_in_mode(scene: Scene, mode: ContactMode) -> IntArray:
+    output_rows = make_output_rows(scene.mechanism, forced_output_names(scene), {})
+    return _row_order(make_constraint_table(scene.mechanism).rows, _make_holding_rows(scene, mode, output_rows))
 
 
 def _row_order(rows: ConstraintRows, holding_rows: RecordArray) -> IntArray:
