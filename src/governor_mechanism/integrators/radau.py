@@ -85,10 +85,12 @@ class RadauIntegrator:
                 if solver.status == "failed":
                     return IntegrationStatus.STALLED, step, n_reached, t
                 self.n_steps += 1
-                dense_output = solver.dense_output()
-                while n_reached < output_times.size and output_times[n_reached] <= solver.t:
-                    output_states[n_reached] = self._expand_state(output_times[n_reached], dense_output(output_times[n_reached]))
-                    n_reached += 1
+                rows = slice(n_reached, int(np.searchsorted(output_times, solver.t, side="right")))
+                if rows.stop > n_reached:
+                    reduced_states = solver.dense_output()(output_times[rows])
+                    for row, reduced_state in zip(range(n_reached, rows.stop), reduced_states.T, strict=True):
+                        output_states[row] = self._expand_state(output_times[row], reduced_state)
+                    n_reached = rows.stop
                 t, step = solver.t, solver.step_size or step
                 state[:] = self._expand_state(t, solver.y)
                 self._poses = state[: 3 * self._n_bodies].reshape(-1, 3).copy()
@@ -97,6 +99,30 @@ class RadauIntegrator:
                 if self._is_ill_conditioned():
                     break
         return IntegrationStatus.DONE, step, n_reached, t
+
+    def rates_at(self, input_cubics: FloatArray, state: FloatArray) -> tuple[float, float]:
+        """Return the rates of the linearised motion at the start of the cubics in a state.
+
+        Parameters
+        ----------
+        input_cubics
+            Inputs, as in `integrate`.
+        state
+            State.
+
+        Returns
+        -------
+        decay_rate : float
+            Largest rate at which a displacement decays without oscillation, 1/s; 0 without one.
+        oscillation_rate : float
+            Largest rate of all other motion, 1/s.
+        """
+        self._input_cubics, self._cubics_start = input_cubics, 0.0
+        self._choose_partition(state)
+        eigenvalues = np.linalg.eigvals(self._evaluate_jacobian(0.0, self._reduce_state(state)))
+        decays = -eigenvalues.real > np.abs(eigenvalues.imag)
+        sizes = np.abs(eigenvalues)
+        return float(np.max(sizes[decays], initial=0.0)), float(np.max(sizes[~decays], initial=0.0))
 
     def _choose_partition(self, state: FloatArray) -> None:
         """Take as independent the coordinates that the pivoted QR factorisation of the constraint Jacobian chooses last.

@@ -72,9 +72,10 @@ class SampledMotion:
         """Return poses and velocities (m, bodies, 3) at times (m,) s within intervals (m,), by quintic Hermite interpolation."""
         lengths = self.times[intervals + 1] - self.times[intervals]
         fractions = (times - self.times[intervals]) / lengths
-        position, velocity, acceleration = self.poses, self.velocities, self.accelerations
-        start, end = ((one[k] for one in (position, velocity, acceleration)) for k in (intervals, intervals + 1))
-        return quintic_hermite(*start, *end, lengths[:, np.newaxis, np.newaxis], fractions[:, np.newaxis, np.newaxis])  # type: ignore[call-arg]
+        after = intervals + 1
+        start = self.poses[intervals], self.velocities[intervals], self.accelerations[intervals]
+        end = self.poses[after], self.velocities[after], self.accelerations[after]
+        return quintic_hermite(*start, *end, lengths[:, np.newaxis, np.newaxis], fractions[:, np.newaxis, np.newaxis])
 
     def is_smooth(self, first: IntArray, last: IntArray) -> BoolArray:
         """Return whether the motion is smooth from one sample (m,) to a later one (m,), with its accelerations at both."""

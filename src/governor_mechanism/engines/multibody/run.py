@@ -9,7 +9,7 @@ import numpy as np
 from governor_mechanism.engines.certificate import ErrorControlSettings, speed_jump_work
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.multibody.integration import MultibodyEquation, integrate_multibody
-from governor_mechanism.integrators.dop853 import StepLimits, make_step_buffers
+from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits, make_step_buffers
 from governor_mechanism.integrators.radau import RadauIntegrator
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
@@ -18,12 +18,13 @@ from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
 from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.dynamics import lowering
-from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts, initial_lags
+from governor_mechanism.mechanics.dynamics.characteristic_scales import loading_rate, max_step_scale
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts, initial_lags, output_forces_of
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES, project_state
 from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import Event
+from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import StateHistory
@@ -34,6 +35,12 @@ MIN_STEPS_TO_SWITCH, MIN_STEPS_TO_SWITCH_PER_STATE = 300, 0.5
 
 MIN_IMPLICIT_STEPS = 100
 """Implicit steps after which the explicit method may take over again: about what a smooth motion needs for a transient and its end."""
+
+IMPLICIT_STEPS_PER_MOTION, IMPLICIT_STEPS_OF_TRANSIENT = 1.5, 30.0
+"""Implicit steps in the time in which a motion changes, and those of the transient at its start; rough, as measured at 1e-6."""
+
+IMPLICIT_STEP_COST = 30.0
+"""Number of explicit steps that take as long as an implicit one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,12 +98,8 @@ class ConstrainedIntegrator:
         self.system, self.input_functions = lowering.make_system(self.scene)
         self.model = self.system, lowering.make_system_workspace(self.system)
         break_times = list(self.scene.system.breaking_gears.values())
-        breakpoints = np.unique(np.concatenate([break_times, *(function.breakpoints for function in self.input_functions)]))
         self._max_step_scale = max_step_scale(self.scene)
-        max_interval = settings.monitor_interval_ratio * evaluator.time_scale
-        self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
-        inner_breakpoints = breakpoints[(breakpoints > 0) & (breakpoints < self.time_grid.monitor_times[-1])]
-        self.breakpoints = np.concatenate([[0.0], inner_breakpoints, self.time_grid.monitor_times[-1:]])
+        breakpoints = np.unique(np.concatenate([break_times, *(function.breakpoints for function in self.input_functions)]))
         self.counters = np.zeros(len(StepCounter), dtype=np.int64)
         self.implicit_steps, self.stiffness_onset = 0, np.inf
         self.output_force_counts = np.zeros(SLIDING_FRICTION + 1, dtype=np.int64)
@@ -104,11 +107,17 @@ class ConstrainedIntegrator:
         self.constraint_tolerance = settings.constraint_tolerance_ratio * evaluator.mechanism.length_scale
         self.max_distance = settings.max_distance_ratio * evaluator.mechanism.length_scale
         self.initial_state = self._make_initial_state(*lowering.from_mass_centres(self.system, *initial_motion))
-        self.error_scale = self._make_error_scale()
+        self.error_scale = self._make_error_scale(evaluator.time_scale)
         self.scene_contacts, self._min_stiff_steps = None, MIN_STEPS_TO_SWITCH + MIN_STEPS_TO_SWITCH_PER_STATE * self.error_scale.size
         if has_contacts(self.scene):
             self.scene_contacts = SceneContacts(self.scene, evaluator.time_scale, self.constraint_tolerance)
             self._min_stiff_steps = np.inf  # the implicit method knows no events
+        self._stable_step, motion_time = self._find_stable_step(float(np.max(reported_times, initial=0.0)))
+        self.error_scale = self._make_error_scale(motion_time)
+        max_interval = settings.monitor_interval_ratio * motion_time
+        self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
+        inner_breakpoints = breakpoints[(breakpoints > 0) & (breakpoints < self.time_grid.monitor_times[-1])]
+        self.breakpoints = np.concatenate([[0.0], inner_breakpoints, self.time_grid.monitor_times[-1:]])
 
     @property
     def is_stiff(self) -> bool:
@@ -133,14 +142,16 @@ class ConstrainedIntegrator:
         radau: RadauIntegrator | None = None
         explicit_step, worthwhile_steps = limits.step, 0
         max_implicit_steps = math.ceil(self.max_steps / self.settings.implicit_step_cost)
+        if self._stable_step < np.inf:
+            status, run.step = IntegrationStatus.STIFF, self._stable_step
         for start, end in pairwise(self.breakpoints.tolist()):
             run.time = start
-            if radau is None or run.is_never_stiff:
+            if status == IntegrationStatus.DONE and (radau is None or run.is_never_stiff):
                 status = run.integrate(end)
             if status == IntegrationStatus.STIFF:
-                radau = RadauIntegrator(*self.model, self.error_scale, self.constraint_tolerance, self.max_distance)
+                radau = self._make_radau()
                 self.stiffness_onset, explicit_step = min(self.stiffness_onset, run.time), run.step
-                n_explicit = (self.breakpoints[-1] - run.time) / (self.settings.implicit_step_cost * explicit_step)
+                n_explicit = (self.breakpoints[-1] - run.time) / (IMPLICIT_STEP_COST * explicit_step)
                 worthwhile_steps = min(max(math.ceil(n_explicit), MIN_IMPLICIT_STEPS), max_implicit_steps)
             if radau is not None and not run.is_never_stiff:
                 rows, span = run.rows_until(end), (run.time, end)
@@ -167,6 +178,26 @@ class ConstrainedIntegrator:
         self.output_force_counts += run.output_force_counts
         events = drop_cancelled_events(contacts.events if contacts else (), SIMULTANEITY_TOLERANCE * self.evaluator.time_scale)
         return IntegrationResult(run.states[: run.n_filled], status, run.step, tuple(run.contact_modes), events)
+
+    def _make_radau(self) -> RadauIntegrator:
+        return RadauIntegrator(*self.model, self.error_scale, self.constraint_tolerance, self.max_distance)
+
+    def _find_stable_step(self, duration: float) -> tuple[float, float]:
+        """Return the largest stable explicit step if implicit steps cost less from the start on, else infinity, and the time of the motion.
+
+        Both are in s; without such stiffness the second is the time scale of the scene. Only dampers, dashpots and lags make a motion
+        stiff in that sense: undamped oscillations are followed, whatever the method.
+        """
+        is_damped = any(isinstance(element, Damper | TorsionDamper) for element in self.scene.mechanism.force_elements)
+        is_damped = is_damped or len(self.system.lags) > 0 or any(effect.dissipates for effect in output_forces_of(self.scene))
+        if not is_damped or self._min_stiff_steps == np.inf:
+            return math.inf, self.evaluator.time_scale
+        decay_rate, oscillation_rate = self._make_radau().rates_at(self.input_cubics(0.0), self.initial_state)
+        motion_rate = max(oscillation_rate, loading_rate(self.scene))
+        n_explicit = duration * decay_rate / STABILITY_LIMIT
+        n_implicit = IMPLICIT_STEPS_OF_TRANSIENT + IMPLICIT_STEPS_PER_MOTION * duration * motion_rate
+        is_stiff = n_explicit > max(self._min_stiff_steps, IMPLICIT_STEP_COST * n_implicit)
+        return (STABILITY_LIMIT / decay_rate, 1 / (motion_rate or 1.0)) if is_stiff else (math.inf, self.evaluator.time_scale)
 
     def state_history(self, states: FloatArray) -> StateHistory:
         """Return mass centres and spindle from state vectors (monitor times, components)."""
@@ -209,13 +240,13 @@ class ConstrainedIntegrator:
         cubics: FloatArray = stack_local_cubics(self.input_functions, np.array([start]))[0]
         return cubics
 
-    def _make_error_scale(self) -> FloatArray:
-        """Return the scales to which errors of a state vector are relative."""
+    def _make_error_scale(self, motion_time: float) -> FloatArray:
+        """Return the scales to which errors of a state vector are relative, for a motion that changes within a time (s)."""
         length_scale, n_bodies = self.evaluator.mechanism.length_scale, len(self.system.bodies)
         pose_scale = np.tile([length_scale, length_scale, 1.0], n_bodies)
         lag_scale = np.maximum(np.abs(self.initial_state[6 * n_bodies + N_ENERGY_STATES :]), 1.0)
         energy_scale = [self.evaluator.energy_scale] * N_ENERGY_STATES
-        return np.concatenate([pose_scale, pose_scale / self.evaluator.time_scale, energy_scale, lag_scale])
+        return np.concatenate([pose_scale, pose_scale / motion_time, energy_scale, lag_scale])
 
 
 class ExplicitRun:
