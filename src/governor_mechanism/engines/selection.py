@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from typing import final
 
 from governor_mechanism.engines.base import Engine, RunRequest
-from governor_mechanism.engines.certificate import initial_tolerance
+from governor_mechanism.engines.certificate import ORDER, initial_tolerance
 from governor_mechanism.engines.impulse.engine import ImpulseEngine
 from governor_mechanism.engines.multibody.engine import MultibodyEngine
 from governor_mechanism.engines.reduced.engine import ReducedEngine
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale, time_scale
+from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.units.quantities import format_value
@@ -21,14 +22,22 @@ from governor_mechanism.units.quantities import format_value
 ENGINES: dict[str, type[Engine]] = {"reduced": ReducedEngine, "multibody": MultibodyEngine, "impulse": ImpulseEngine}
 """Engine classes by name."""
 
-RUN_OVERHEAD_SECONDS = {"reduced": 0.004, "multibody": 0.006, "impulse": 0.02}
-"""Time of a run in addition to its steps, s: initial state, readings, certificate."""
+RUN_OVERHEAD_SECONDS = {"reduced": 0.002, "multibody": 0.004, "impulse": 0.02}
+"""Time of a run in addition to its steps, s: initial state, tables, certificate."""
 
-EVALUATION_SECONDS = {"reduced": (2e-8, 0.0), "multibody": (1e-6, 2.5e-7), "impulse": (3e-6, 1e-6)}
+REPORT_SECONDS = {"reduced": 1.5e-6, "multibody": 3e-6, "impulse": 3e-6}
+"""Time of each reported time, s: state, readings and energies of both runs of a certificate."""
+
+EVALUATION_SECONDS = {"reduced": (2e-7, 0.0), "multibody": (3e-7, 3e-7), "impulse": (3e-6, 1e-6)}
 """Time of one evaluation (of one step for impulse), s, and additional time for each joint, s."""
 
-TABLE_PIECE_SECONDS = 4e-5
-"""Time to build one table segment of `reduced`, s per joint; a certified run builds about ten."""
+STEPS_PER_MOTION, STEPS_PER_MOTION_WITH_CONTACTS = 0.13, 9.0
+"""Steps of order 8 in the time that bounds them, at a tolerance of 1, of which a power gives those at another one; with contacts at any
+tolerance: medians of the shipped models, from which most differ by less than a factor of 3 and a few by 10.
+"""
+
+EVALUATIONS_PER_CERTIFICATE_STEP = 24
+"""Evaluations in the two runs of a certificate for each step of one."""
 
 EVENT_COST_RATIO = 4.0
 """Cost factor of impulse runs with effects along readings."""
@@ -109,14 +118,15 @@ def estimate_run_time(name: str, scene: Scene, accuracy: float) -> float:
     valid_accuracy = accuracy if isinstance(accuracy, int | float) and 0 < accuracy < 1 else 1e-6
     n_time_scales, n_joints = scene.run.duration / time_scale(scene), len(scene.mechanism.joints)
     base_cost, joint_cost = EVALUATION_SECONDS[name]
+    overhead = RUN_OVERHEAD_SECONDS[name] + REPORT_SECONDS[name] * scene.run.duration / scene.run.output_interval
     cost = base_cost + joint_cost * n_joints
     if name == "impulse":
         offset, factor, exponent = IMPULSE_STEP_COUNT_MODEL
         steps = n_time_scales * (offset + factor * float(valid_accuracy**exponent))
-        return RUN_OVERHEAD_SECONDS[name] + steps * cost * (EVENT_COST_RATIO if scene.output_effects else 1.0)
-    evaluations = 2.0 * n_time_scales * 0.8 * float(initial_tolerance(valid_accuracy) ** -0.125)
-    table_cost = 10 * TABLE_PIECE_SECONDS * n_joints if name == "reduced" else 0.0
-    return RUN_OVERHEAD_SECONDS[name] + table_cost + evaluations * cost
+        return overhead + steps * cost * (EVENT_COST_RATIO if scene.output_effects else 1.0)
+    n_motions, tolerance_factor = scene.run.duration / max_step_scale(scene), float(initial_tolerance(valid_accuracy) ** (-1 / ORDER))
+    steps = n_motions * (STEPS_PER_MOTION_WITH_CONTACTS if has_contacts(scene) else STEPS_PER_MOTION * tolerance_factor)
+    return overhead + EVALUATIONS_PER_CERTIFICATE_STEP * steps * cost
 
 
 def format_seconds(seconds: float) -> str:
