@@ -1,12 +1,14 @@
 """Named crossings of readings through values, located on a finished motion by root finding."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import BPoly, PPoly
 
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, unwrap_output, wrap_difference
 from governor_mechanism.model.events import Event, EventKind, NamedCrossing
@@ -15,6 +17,9 @@ from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.observables.singular_configurations import BodyState, SampledMotion
 from governor_mechanism.types import FloatArray
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 ROUNDING_TOLERANCE = 1e-12
 """Deviation of a reading from a value that is rounding, in units of its scale."""
@@ -105,6 +110,8 @@ class SampledReading:
 
     def _interpolant(self, k: int) -> PPoly:
         """Return the Hermite interpolant between samples k and k + 1, with a kink at each contact event between them."""
+        from scipy.interpolate import BPoly, PPoly  # slow to import
+
         start, end = self._motion.times[k : k + 2].tolist()
         margin, contact_times = EVENT_TIME_MARGIN * (end - start), self._motion.contact_times
         contact_times = contact_times[(contact_times > start + margin) & (contact_times <= end + margin)]

@@ -4,8 +4,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import BPoly
-from scipy.optimize import brentq, minimize_scalar
 
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
@@ -59,6 +57,8 @@ class SampledMotion:
 
     def quintic_interpolant(self, k: int) -> MotionPath:
         """Return the quintic Hermite interpolant between samples k and k + 1."""
+        from scipy.interpolate import BPoly  # slow to import
+
         ends = slice(k, k + 2)
         parts = (self.poses[ends], self.velocities[ends], self.accelerations[ends])
         path = BPoly.from_derivatives(self.times[ends], np.stack(parts, axis=1))
@@ -118,6 +118,8 @@ def _locate_turning_point(mechanism: Mechanism, name: str, motion: SampledMotion
 
     The root is found on the quintic interpolant and refined with the engine's dense output where there is one.
     """
+    from scipy.optimize import brentq  # slow to import
+
     path = motion.quintic_interpolant(k)
 
     def rate(state: BodyState) -> float:
@@ -162,6 +164,8 @@ def locate_nearly_singular_poses(position_solver: PositionSolver, motion: Sample
 
     The singular value is the smallest one of the scaled constraint Jacobian, relative to the largest.
     """
+    from scipy.optimize import minimize_scalar  # slow to import
+
     times = motion.times
     # Engines avoid stopping at a change point, so there is no dense output.
     paths = motion.quintic_interpolant(k - 1), motion.quintic_interpolant(k)

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics import constraint_kernels
@@ -185,6 +184,8 @@ def make_curve_segments(curve: Curve) -> FloatArray:
     if isinstance(curve, PolynomialCurve):
         return np.array([[0.0, *reversed(curve.coefficients)]])
     if isinstance(curve, SplineCurve):
+        from scipy.interpolate import CubicSpline  # slow to import
+
         spline = CubicSpline(curve.x, curve.y)
         return np.column_stack([spline.x[:-1], spline.c.T])
     raise TypeError(f"no segments are defined for curves of type {type(curve).__name__}")

@@ -5,10 +5,10 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
+from governor_mechanism.numerics.piecewise_cubic import PiecewiseCubic
 from governor_mechanism.types import FloatArray
 
 N_CUBIC_COLUMNS = 5
@@ -122,15 +122,25 @@ class CubicTimeFunction:
         return result
 
 
-def _make_piecewise_cubic(times: FloatArray, values: FloatArray, is_motion: bool) -> PPoly:
+def _make_piecewise_cubic(times: FloatArray, values: FloatArray, is_motion: bool) -> PiecewiseCubic:
     """Return a piecewise cubic that continues beyond its ends: an input at its value, a motion at its rate there."""
     if len(times) == 1:
-        return PPoly(np.array([[0.0], [values[0]]]), np.array([times[0], times[0] + 1.0]))
-    interpolant = CubicSpline(times, values) if is_motion else PchipInterpolator(times, values)
-    start, end = times[0] - 1.0, times[-1] + 1.0
-    end_derivatives = [float(interpolant(time, 1)) if is_motion else 0.0 for time in (times[0], times[-1])]
-    end_segments = np.array([[0.0, 0.0], [0.0, 0.0], end_derivatives, [values[0] - end_derivatives[0], values[-1]]])
-    return PPoly(np.hstack([end_segments[:, :1], interpolant.c, end_segments[:, 1:]]), np.concatenate([[start], interpolant.x, [end]]))
+        return PiecewiseCubic(np.array([times[0], times[0] + 1.0]), np.array([[0.0], [0.0], [0.0], [values[0]]]))
+    inner = _interpolate(times, values, is_motion)
+    end_rates = inner(times[[0, -1]], 1) if is_motion else np.zeros(2)
+    outer = np.array([[0.0, 0.0], [0.0, 0.0], end_rates, [values[0] - end_rates[0], values[-1]]])
+    knots = np.concatenate([[times[0] - 1.0], times, [times[-1] + 1.0]])
+    return PiecewiseCubic(knots, np.hstack([outer[:, :1], inner.coefficients, outer[:, 1:]]))
+
+
+def _interpolate(times: FloatArray, values: FloatArray, is_motion: bool) -> PiecewiseCubic:
+    """Return the spline of a motion, or the monotone interpolant of an input, through two points or more."""
+    if len(times) == 2:
+        rate = (values[1] - values[0]) / (times[1] - times[0])
+        return PiecewiseCubic(times, np.array([[0.0], [0.0], [rate], [values[0]]]))
+    from scipy.interpolate import CubicSpline, PchipInterpolator  # slow to import
+
+    return PiecewiseCubic(times, (CubicSpline if is_motion else PchipInterpolator)(times, values).c)
 
 
 def stack_local_cubics(functions: Sequence[CubicTimeFunction], times: FloatArray) -> FloatArray:
