@@ -18,11 +18,11 @@ def main() -> None:
     """Print the table."""
     with tempfile.TemporaryDirectory() as folder:
         cases = {
-            "--help (target 0.4 s)": ["--help"],
+            "--help (target 0.15 s)": ["--help"],
             "models": ["models"],
             "crosscheck porter": ["crosscheck", "porter"],
             "run porter (target 4 s)": ["run", "porter", "--out", folder],
-            "run porter --no-film": ["run", "porter", "--no-film", "--out", folder],
+            "run porter --no-film (target 1.2 s)": ["run", "porter", "--no-film", "--out", folder],
         }
         print("| command | s |\n|---|---|")
         for name, words in cases.items():

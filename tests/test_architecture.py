@@ -180,14 +180,49 @@ def test_heavy_packages_stay_where_they_belong(package):
     assert not wrong
 
 
-def test_the_command_answers_help_without_the_heavy_packages():
-    code = (
-        "import sys, governor_mechanism, governor_mechanism.cli.main\n"
-        "heavy = ('numpy', 'scipy', 'pymunk', 'matplotlib', 'pint', 'pydantic')\n"
-        "print([name for name in heavy if name in sys.modules])"
+def modules_loaded_by(code: str, folder: Path) -> set[str]:
+    """Names of the packages and modules that a new process has imported after some code."""
+    answer = subprocess.run(
+        [sys.executable, "-c", f"import sys\n{code}\nprint(*sys.modules, file=sys.stderr)"],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=folder,
     )
-    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert answer.stdout.strip() == "[]"
+    return set(answer.stderr.split())
+
+
+@pytest.mark.parametrize("words", ["--help", "run --help", "models"])
+def test_light_commands_start_without_the_heavy_packages(words, tmp_path):
+    code = (
+        "from governor_mechanism.cli.main import main\n"
+        f"sys.argv = ['governor-mechanism', *{words.split()}]\n"
+        "try: main()\n"
+        "except SystemExit as end: assert not end.code"
+    )
+    unwanted = {"numpy", "scipy", "numba", "pymunk", "matplotlib", "pint"} | ({"rich"} if "--help" in words else set())
+    assert not modules_loaded_by(code, tmp_path) & unwanted
+
+
+def test_the_package_is_imported_without_the_heavy_packages(tmp_path):
+    heavy = {"numpy", "scipy", "numba", "pymunk", "matplotlib", "pint", "pydantic", "typer", "rich"}
+    assert not modules_loaded_by("import governor_mechanism", tmp_path) & heavy
+
+
+def test_a_run_needs_only_the_packages_of_its_own_engine(tmp_path):
+    """numba itself imports scipy.linalg for the kernels."""
+    loaded = modules_loaded_by("import governor_mechanism as gm\nassert gm.run('porter').outcome.ok", tmp_path)
+    assert not loaded & {
+        "scipy.interpolate",
+        "scipy.integrate",
+        "scipy.optimize",
+        "scipy.io",
+        "pymunk",
+        "matplotlib",
+        "pint",
+        "PIL",
+        "rich",
+    }
 
 
 def test_the_project_does_not_read_what_lies_beside_it():

@@ -5,6 +5,7 @@ Heavy imports are made when a command needs them.
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from enum import StrEnum
@@ -23,8 +24,13 @@ if TYPE_CHECKING:
     from governor_mechanism.model.trajectory import Trajectory
     from governor_mechanism.statics.speed_curve import SpeedCurve
 
+COLLECTION_THRESHOLD = 100_000
+"""Number of new objects after which unreachable ones are searched for; what is imported stays, and searching it takes longer than a run."""
+
 HELP = "Simulate, film and verify the mechanisms that once controlled machines."
-app = typer.Typer(name="governor-mechanism", help=HELP, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app = typer.Typer(
+    name="governor-mechanism", help=HELP, no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False
+)
 
 
 class FilmFormat(StrEnum):
@@ -39,6 +45,7 @@ def main() -> None:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed; without this, a file of results would get its number
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
+    gc.set_threshold(COLLECTION_THRESHOLD)
     try:
         app()
     except console.CommandExit:
@@ -191,7 +198,7 @@ def _write_results(result: Trajectory, out: Path, stem: str, film: FilmFormat | 
 
 
 for command in (models, run, crosscheck, equilibria, accuracy, effects, regulation, sweep, hard_cases, design):
-    app.command()(console.guarded_command(command))
+    app.command(short_help=(command.__doc__ or "").split("\n\n")[0].replace("\n", " "))(console.guarded_command(command))
 
 
 if __name__ == "__main__":

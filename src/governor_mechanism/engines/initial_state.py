@@ -25,7 +25,6 @@ from governor_mechanism.numerics.least_squares import numerical_rank
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared, has_spindle_dependent_loads
-from governor_mechanism.statics.linearisation import settle
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity
 
@@ -132,6 +131,8 @@ def _shaft_reading(scene: Scene, plane: TurningPlane) -> str:
 
 def _find_steady_rotation(scene: Scene, position_solver: PositionSolver, plane: TurningPlane) -> Motion:
     """Return poses and velocities of the equilibrium of the whole scene, near the initial guess."""
+    from governor_mechanism.statics.linearisation import settle  # needed by few scenes
+
     part, mechanism = scene.part_of(plane.prefix + SHAFT_NAME)[0], scene.mechanism
     values = {name: float(value) for name, value in scene.start.values.items() if value != EQUILIBRIUM}
     poses = _assemble(position_solver, values)

@@ -1,8 +1,6 @@
 """Radau IIA in independent coordinates for stiff scenes: an unconstrained equation with few components."""
 
 import numpy as np
-from scipy.integrate import Radau
-from scipy.linalg import qr
 
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES, evaluate_state_derivative, project_state
@@ -70,6 +68,8 @@ class RadauIntegrator:
 
         Returns how the integration ended, the last step size (s), the number of output times reached, and the time of the state (s).
         """
+        from scipy.integrate import Radau  # slow to import
+
         self._input_cubics, self._cubics_start = input_cubics, cubics_start
         t, end = span
         step, n_reached = (end - t) * 1e-3, 0
@@ -129,6 +129,8 @@ class RadauIntegrator:
 
         The dependent coordinates are solved from the poses of this state.
         """
+        from scipy.linalg import qr  # slow to import
+
         self._poses = state[: 3 * self._n_bodies].reshape(-1, 3).copy()
         self._independent, scaled_jacobian = self._free_coordinates(), self._scaled_constraint_jacobian()
         if len(scaled_jacobian):

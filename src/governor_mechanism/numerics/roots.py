@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import brentq
 
 from governor_mechanism.types import FloatArray
 
@@ -28,6 +27,8 @@ def find_root(function: Callable[[float], float], low: float, high: float) -> fl
     float
         The root. If rounding at a root at one end hides the change of sign, that end.
     """
+    from scipy.optimize import brentq  # slow to import
+
     at_low, at_high = function(low), function(high)
     if at_low * at_high > 0.0:
         return low if abs(at_low) < abs(at_high) else high

@@ -120,7 +120,7 @@ def parse_rgb(colour: str) -> tuple[int, int, int]:
 
 
 class Brush:
-    """Creates artists for shapes on axes in metres, and moves them later.
+    """Creates artists for shapes on axes in metres.
 
     Consecutive circles of one role share an artist, and so do lines: an artist costs more than its shape. `points_per_pixel` is the
     number of points in a pixel of a 480-pixel frame.
@@ -139,14 +139,6 @@ class Brush:
             self._axes.add_artist(artist)
         return artists
 
-    def update(self, artists: Sequence[Artist], shapes: Sequence[DrawnShape]) -> None:
-        """Move the artists of `paint` to shapes of the same number, types and roles."""
-        for artist, group in zip(artists, _group_shapes(shapes), strict=True):
-            if isinstance(artist, PathPatch):
-                artist.set_path(_outline_path(group))
-            elif isinstance(artist, Line2D):
-                artist.set_data(*_line_coordinates(group))
-
     def _make_artist(self, group: Sequence[DrawnShape]) -> Artist:
         """Return the artist of a group of shapes."""
         style = ROLE_STYLES[group[0].role]
@@ -155,12 +147,27 @@ class Brush:
             case TextShape(_, x, y, words, _):
                 return Words(x, y, words, color=style.stroke, fontsize=8.5 * self._points_per_pixel, fontfamily=SANS_FONT, va="center")
             case Lines():
-                line = Line2D(*_line_coordinates(group), color=style.stroke, linewidth=width, solid_capstyle="butt")
+                line = Line2D(*_line_points(group).T, color=style.stroke, linewidth=width, solid_capstyle="butt")
                 if style.dashes:
                     line.set_dashes([length * self._points_per_pixel / width for length in style.dashes])
                 return line
             case _:
                 return PathPatch(_outline_path(group), facecolor=style.fill, edgecolor=style.stroke, linewidth=width, joinstyle="round")
+
+
+def artist_paths(shapes: Sequence[DrawnShape]) -> list[Path | None]:
+    """Return the paths (m) of the artists that `Brush.paint` makes for shapes; None for a text."""
+    return [_path_of(group) for group in _group_shapes(shapes)]
+
+
+def _path_of(group: Sequence[DrawnShape]) -> Path | None:
+    match group[0]:
+        case TextShape():
+            return None
+        case Lines():
+            return Path(_line_points(group))
+        case _:
+            return _outline_path(group)
 
 
 def _group_shapes(shapes: Sequence[DrawnShape]) -> list[list[DrawnShape]]:
@@ -173,11 +180,10 @@ def _group_shapes(shapes: Sequence[DrawnShape]) -> list[list[DrawnShape]]:
     return [[shape for _, shape in group] for _, group in groupby(enumerate(shapes), group_key)]
 
 
-def _line_coordinates(group: Sequence[DrawnShape]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return x and y (m) of all polylines in one row, separated by NaN."""
+def _line_points(group: Sequence[DrawnShape]) -> NDArray[np.float64]:
+    """Return the points (n, 2) m of all polylines in one row, separated by NaN."""
     lines = (line for shape in group if isinstance(shape, Lines) for line in shape.lines)
-    table = np.array([point for line in lines for point in (*line, (np.nan, np.nan))], dtype=float).reshape(-1, 2)
-    return table[:, 0], table[:, 1]
+    return np.array([point for line in lines for point in (*line, (np.nan, np.nan))], dtype=float).reshape(-1, 2)
 
 
 _UNIT_CIRCLE = Path.unit_circle()

@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eig
 
 from governor_mechanism.numerics.finite_differences import VectorFunction, directional_derivative, jacobian
 from governor_mechanism.types import BoolArray, FloatArray
@@ -81,6 +80,8 @@ class FirstOrderSystem:
     @cached_property
     def _eigensystem(self) -> tuple[ComplexArray, ComplexArray, ComplexArray, FloatArray]:
         """Eigenvalues (largest real part first, each with positive imaginary part before its conjugate), left and right vectors, errors."""
+        from scipy.linalg import eig  # slow to import
+
         matrix, column_errors = self._scaled_jacobian
         values, left, right = eig(matrix, left=True)
         rounding = np.finfo(np.float64).eps * float(np.linalg.norm(matrix))

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import qr
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics import contacts, equations_of_motion
@@ -125,6 +124,8 @@ class SceneDynamics:
 
     def _choose_coordinates(self, poses: FloatArray) -> IntArray:
         """Return the indices of the coordinates that the pivoted QR factorisation of the constraint Jacobian chooses last."""
+        from scipy.linalg import qr  # slow to import
+
         free, jacobian = self._free_coordinates(), self._constraint_jacobian(poses)
         if not len(jacobian):
             return free

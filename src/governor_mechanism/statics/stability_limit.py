@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Generic, TypeVar
 
-from scipy.optimize import brentq
-
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.statics.first_order_system import FirstOrderSystem, Onset
 
@@ -76,6 +74,8 @@ def find_stability_limit(
     MechanismError
         If the scene is not stable at one end and unstable at the other, or has no steady state at a value.
     """
+    from scipy.optimize import brentq  # slow to import
+
     linearise_at = cache(linearise_at)
 
     def growth_rate(value: float) -> float:

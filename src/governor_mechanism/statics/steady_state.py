@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
-from scipy.linalg import null_space, qr
 
 from governor_mechanism.numerics.finite_differences import jacobian
 from governor_mechanism.statics.first_order_system import FirstOrderSystem
@@ -181,6 +180,7 @@ def find_cyclic_directions(
     cyclic : FloatArray
         Directions along which no acceleration changes; shape (n, n - m). Each is 1 in one of the other coordinates.
     """
+    from scipy.linalg import null_space, qr  # slow to import
 
     def shifted_accelerations(at: FloatArray, v: FloatArray, shift: FloatArray) -> FloatArray:
         return accelerations(at + scales * shift, v)

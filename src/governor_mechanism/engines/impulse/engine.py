@@ -8,7 +8,6 @@ from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.registry import EFFECT_TYPES
 from governor_mechanism.engines.base import Engine, RunRequest
 from governor_mechanism.engines.impulse.pymunk.bodies import cannot_rotate_in_pymunk
-from governor_mechanism.engines.impulse.richardson import RichardsonRefinement
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts, reading_functions_of
@@ -115,4 +114,6 @@ class ImpulseEngine(ImpulseSettings, Engine):
         return ""
 
     def _run(self, scene: Scene, request: RunRequest) -> Trajectory:
+        from governor_mechanism.engines.impulse.richardson import RichardsonRefinement  # slow to import: pymunk
+
         return RichardsonRefinement(self, scene, request).run()

@@ -8,7 +8,6 @@ staggered scheme restarts at each event from poses and velocities of one time.
 import math
 
 import numpy as np
-from scipy.optimize import brentq
 
 from governor_mechanism.engines.impulse.contact import ContactModeTracker
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
@@ -137,6 +136,8 @@ class EventDrivenStepper(StaggeredStepper):
 
     def _event_fraction(self, event: DetectedEvent, h: float) -> float:
         """Return the fraction of the next `h` seconds at which an event occurs; infinite if it does not occur."""
+        from scipy.optimize import brentq  # slow to import
+
         constraint = self._contact_tracker.constraints[event.index] if event.kind == EventKind.SLIP else None
         min_fraction = self._min_fraction(h)
 

@@ -12,7 +12,6 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
@@ -243,6 +242,8 @@ class PathContinuation:
         self, point: ContinuationPoint, next_point: ContinuationPoint, violation: Callable[[FloatArray], float]
     ) -> ContinuationPoint:
         """Return the point between two at which a violation function is zero."""
+        from scipy.optimize import brentq  # slow to import
+
         if violation(point.poses) >= 0.0:
             return self._point_after(point, 0.0)
         find_zero = partial(brentq, a=0.0, b=next_point.arc_length - point.arc_length, xtol=1e-13, rtol=1e-13)
@@ -265,6 +266,8 @@ class PathContinuation:
 
     def _find_change_point(self, points: list[ContinuationPoint]) -> ContinuationPoint | None:
         """Return the point between three at which the joint Jacobian loses rank, or None."""
+        from scipy.optimize import minimize_scalar  # slow to import
+
         for point, next_point in pairwise(points):
             point_at, bounds = partial(self._point_on_cubic, point, next_point), (0.0, next_point.arc_length - point.arc_length)
             minimum = minimize_scalar(

@@ -11,7 +11,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.continuation import MAX_PATH_LENGTH, PathContinuation, PathEnd
@@ -182,6 +181,7 @@ def _locate_limit(
     position_solver: CoordinateSolver, path: PathInterpolant, limits: list[Limit], inside: float, outside: float
 ) -> tuple[float, str]:
     """Return the first value between inside and outside at which a reading reaches a limit, with its message."""
+    from scipy.optimize import brentq  # slow to import
 
     def violation_at(value: float, side: int) -> float:
         return float(_limit_violations(position_solver, path, limits, np.array([value]))[side, 0])

@@ -122,7 +122,9 @@ def _make_piecewise_cubic(times: FloatArray, values: FloatArray, is_motion: bool
 
 def _interpolate(times: FloatArray, values: FloatArray, is_motion: bool) -> FloatArray:
     """Return the cubics (intervals, 4) between points: of a spline for a motion, monotone for an input."""
-    from scipy.interpolate import CubicSpline, PchipInterpolator
+    if len(times) == 2:
+        return np.array([[0.0, 0.0, (values[1] - values[0]) / (times[1] - times[0]), values[0]]])
+    from scipy.interpolate import CubicSpline, PchipInterpolator  # slow to import
 
     coefficients: FloatArray = (CubicSpline if is_motion else PchipInterpolator)(times, values).c.T
     return coefficients

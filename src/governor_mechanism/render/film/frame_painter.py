@@ -23,11 +23,12 @@ from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_data import FrameData, ShownParts, common_axis_limits, enclosing_box
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import PixelView, fit_view, reading_rects, shift_rect
+from governor_mechanism.render.film.moving_artist import MovingArtist
 from governor_mechanism.render.film.moving_parts import CachedNumber, Panel, plot_reading
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, round_step
 from governor_mechanism.render.machines.machine_drawing import SWEEP_ARC_CAPTION
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_film_speed, format_name, format_numbers
-from governor_mechanism.render.style import GREEN, INK, MUTED, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION, Brush
+from governor_mechanism.render.style import GREEN, INK, MUTED, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION, Brush, artist_paths
 from governor_mechanism.types import FloatArray
 
 FRAME_DPI = 64
@@ -89,8 +90,8 @@ class FramePainter:
         self._panels += self._make_reading_plots()
         if self._has_dial:
             self._panels.append(self._make_plan())
-        self._animated_artists = [artist for panel in self._panels for artist in panel.artists]
-        for artist in (*self._animated_artists, *(counter.artist for counter in self._counters)):
+        moving_artists = [moving.artist for panel in self._panels for moving in panel.artists]
+        for artist in (*moving_artists, *(counter.artist for counter in self._counters)):
             artist.set_animated(animated)
         self._canvas.draw()
         self._background = self._canvas.copy_from_bbox(self.figure.bbox)
@@ -105,12 +106,10 @@ class FramePainter:
 
     def paint(self, k: int) -> RgbaPixels:
         """Return frame k as opaque RGBA pixels (size, size, 4)."""
-        for panel in self._panels:
-            panel.update(k)
         self._canvas.restore_region(self._background)
         renderer = self._canvas.get_renderer()
-        for artist in self._animated_artists:
-            artist.draw(renderer)
+        for panel in self._panels:
+            panel.draw(renderer, k)
         pixels = np.array(self._canvas.buffer_rgba(), dtype=np.uint8)
         for counter in self._counters:
             counter.blit(pixels, k)
@@ -143,8 +142,8 @@ class FramePainter:
         axes.set(xlim=view.box[:2], ylim=view.box[2:])
         Brush(axes, self._points_per_pixel).paint(static_shapes)
         brush = Brush(axes, self._points_per_pixel, base_zorder=3)
-        artists = brush.paint(shapes_at(0))
-        return Panel(artists, lambda k: brush.update(artists, shapes_at(k)))
+        artists = [MovingArtist(artist) for artist in brush.paint(shapes_at(0))]
+        return Panel(artists, lambda k: artist_paths(shapes_at(k)))
 
     def _add_axes(self, rect: layout.PixelRect) -> Axes:
         """Add axes in a rectangle (pixels of 480)."""

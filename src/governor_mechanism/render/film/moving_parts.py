@@ -6,15 +6,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.path import Path
 from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 
 from governor_mechanism.render.figures.page import format_plain_ticks
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
+from governor_mechanism.render.film.moving_artist import MovingArtist
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.style import PAPER, RULE
 from governor_mechanism.types import FloatArray
@@ -22,10 +23,20 @@ from governor_mechanism.types import FloatArray
 
 @dataclass(frozen=True)
 class Panel:
-    """The moving artists on one pair of axes; `update(k)` moves them to frame k."""
+    """The moving artists on one pair of axes, and their paths at frame k; None for an artist that has none."""
 
-    artists: Sequence[Artist]
-    update: Callable[[int], None]
+    artists: Sequence[MovingArtist]
+    paths_at: Callable[[int], Sequence[Path | None]]
+
+    def update(self, k: int) -> None:
+        """Move the artists to frame k."""
+        for artist, path in zip(self.artists, self.paths_at(k), strict=True):
+            artist.move(path)
+
+    def draw(self, renderer: Any, k: int) -> None:
+        """Draw frame k."""
+        for artist, path in zip(self.artists, self.paths_at(k), strict=True):
+            artist.draw(renderer, path)
 
 
 def plot_reading(axes: Axes, colour: str, frame_data: FrameData, values: FloatArray, limits: Vec2, points_per_pixel: float) -> Panel:
@@ -37,11 +48,8 @@ def plot_reading(axes: Axes, colour: str, frame_data: FrameData, values: FloatAr
     dot = Line2D([], [], color=colour, marker="o", markersize=6 * points_per_pixel, clip_on=False, zorder=4)
     dot.set(markeredgecolor=PAPER, markeredgewidth=0.8 * points_per_pixel)
 
-    def update(k: int) -> None:
-        for line, first in ((curve, 0), (dot, k)):
-            line.set_data(frame_data.times[first : k + 1], values[first : k + 1])
-
-    return Panel([axes.add_line(line) for line in (curve, dot)], update)
+    points = np.column_stack([frame_data.times, values])
+    return Panel([MovingArtist(axes.add_line(line)) for line in (curve, dot)], lambda k: [Path(points[first : k + 1]) for first in (0, k)])
 
 
 def _style_axes(axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:

@@ -1,13 +1,17 @@
 """pymunk bodies that represent the bodies of a mechanism."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-
-import pymunk
+from typing import TYPE_CHECKING
 
 from governor_mechanism.model.joints import GROUND, Pin, Point
 from governor_mechanism.model.mechanism import Body, Mechanism
+
+if TYPE_CHECKING:
+    import pymunk
 
 QUASI_INFINITE_MASS = 1e30
 """Mass (kg) whose inverse vanishes next to any other; pymunk accepts no infinite mass for a body that rotates."""
@@ -70,6 +74,8 @@ def _find_ground_pin(mechanism: Mechanism, body: Body) -> tuple[Point, Point] | 
 
 def make_body_proxy(mechanism: Mechanism, body: Body) -> BodyProxy:
     """Create the pymunk body of a mechanism's body."""
+    import pymunk  # slow to import
+
     if not body.can_rotate:
         return BodyProxy(pymunk.Body(body.mass, math.inf))
     if points := _find_ground_pin(mechanism, body):
