@@ -12,6 +12,7 @@ True
 
 from governor_mechanism.api import (
     accuracy_study,
+    compile_kernels,
     crosscheck,
     effects_study,
     equilibria,
@@ -38,6 +39,7 @@ __all__ = [
     "RunFailed",
     "UnsupportedEffect",
     "accuracy_study",
+    "compile_kernels",
     "crosscheck",
     "effects_study",
     "equilibria",

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from governor_mechanism.statics.stability_limit import StabilityLimit
     from governor_mechanism.studies.effect_ablation import EffectsStudy
     from governor_mechanism.studies.hard_cases.results import HardCasesReport
+    from governor_mechanism.studies.kernel_compilation import KernelCompilation
     from governor_mechanism.studies.slide_valve.valve_timing import ValveTiming
     from governor_mechanism.studies.sweep.results import Sweep
     from governor_mechanism.studies.work_precision.results import AccuracyStudy
@@ -83,6 +84,26 @@ def load(scene: str | Path) -> Scene:
     except MechanismError as error:
         raise MechanismError(*(f"{loaded_scene.source}: {problem}" for problem in error.problems)) from None
     return loaded_scene
+
+
+def compile_kernels() -> KernelCompilation:
+    """Compile all kernels into the cache on disk, so that no later process waits for them: for container images and clusters.
+
+    Without this, each kernel is compiled when it is first needed. Kernels in the cache are not compiled again.
+
+    Returns
+    -------
+    KernelCompilation
+        What was compiled, how long it took, and the folder of the cache; it prints as a table.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> print(gm.compile_kernels())  # doctest: +SKIP
+    """
+    from governor_mechanism.studies.kernel_compilation import compile_all_kernels
+
+    return compile_all_kernels()
 
 
 @check_arguments(certify=FLAG)

@@ -1,4 +1,4 @@
-"""The command line: `models`, `run`, `equilibria`, `crosscheck`, and the commands of `cli.studies`.
+"""The command line: `models`, `compile`, `run`, `equilibria`, `crosscheck`, and the commands of `cli.studies`.
 
 Heavy imports are made when a command needs them.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import gc
 import os
 import sys
+from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -81,6 +82,12 @@ def models(as_json: console.AsJson = False) -> console.CommandResult:
     scenes = gm.list_models()
     values = {"models": [{"name": name, "title": title} for name, title in scenes.items()]}
     return console.CommandResult(text=[format_table([], scenes.items())], values=values)
+
+
+def compile_kernels(as_json: console.AsJson = False) -> console.CommandResult:
+    """Compile all kernels into the cache, for images and clusters; else each is compiled when it is first needed."""
+    compilation = gm.compile_kernels()
+    return console.CommandResult(text=[compilation], values=compilation.as_json())
 
 
 def run(
@@ -197,8 +204,13 @@ def _write_results(result: Trajectory, out: Path, stem: str, film: FilmFormat | 
     return written
 
 
+def _first_sentence(command: Callable[..., None]) -> str:
+    return (command.__doc__ or "").split("\n\n")[0].replace("\n", " ")
+
+
 for command in (models, run, crosscheck, equilibria, accuracy, effects, regulation, sweep, hard_cases, design):
-    app.command(short_help=(command.__doc__ or "").split("\n\n")[0].replace("\n", " "))(console.guarded_command(command))
+    app.command(short_help=_first_sentence(command))(console.guarded_command(command))
+app.command("compile", short_help=_first_sentence(compile_kernels))(console.guarded_command(compile_kernels))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_rows_at_states
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
@@ -81,7 +81,7 @@ def part_initial_state(scene: Scene) -> Motion:
 @once_per_object
 def _solve_initial_state(scene: Scene) -> Motion:
     mechanism = scene.mechanism
-    warn_before_compiling(evaluate_jacobian, 5)
+    warn_before_compiling(evaluate_rows_at_states, 5)
     position_solver = PositionSolver(mechanism)
     values = scene.start.values
     if position_solver.equations.is_driven.any():

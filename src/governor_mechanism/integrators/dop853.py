@@ -182,11 +182,24 @@ E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 
 """
 
 
-def make_dop853(functions: EquationFunctions[Equation]) -> Integration[Equation]:
-    """Return the integration of an equation, to be called by a compiled function."""
-    evaluate, evaluate_events = functions.evaluate, functions.evaluate_events
+def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: bool) -> Integration[Equation]:
+    """Return the integration of an equation, to be called by a compiled function.
+
+    Parameters
+    ----------
+    functions
+        Functions of the equation.
+    has_event_functions
+        Whether the integration locates events; otherwise there must be no event functions. It is then compiled in half the time.
+
+    Returns
+    -------
+    Integration[Equation]
+        The integration.
+    """
+    evaluate, evaluate_events = functions.evaluate, functions.evaluate_events if has_event_functions else _evaluate_no_events
     attempt_step = jit_in_place(_make_attempt(functions))
-    finish_to_event = jit_in_place(_make_finish(functions))
+    finish_to_event = jit_in_place(_make_finish_to_event(functions) if has_event_functions else _make_finish(functions))
     write_outputs = jit_in_place(_make_output(functions))
 
     def integrate(
@@ -321,7 +334,24 @@ def _make_attempt(functions: EquationFunctions[Equation]) -> Callable[..., tuple
     return attempt_step
 
 
+@jit_in_place
+def _evaluate_no_events(equation: Equation, local_time: float, state: FloatArray, event_values: FloatArray) -> None:
+    """Leave the event functions: there are none."""
+
+
 def _make_finish(functions: EquationFunctions[Equation]) -> Callable[..., tuple[float, float]]:
+    """Return the function that finishes a step without events; it returns what that of `_make_finish_to_event` returns."""
+    finish_step = functions.finish_step
+
+    def finish(
+        equation: Equation, buffers: StepBuffers, local_time: float, h: float, local_end: float, state: FloatArray, lowest_quality: float
+    ) -> tuple[float, float]:
+        return finish_step(equation, local_end, lowest_quality, buffers.stages), NO_EVENT
+
+    return finish
+
+
+def _make_finish_to_event(functions: EquationFunctions[Equation]) -> Callable[..., tuple[float, float]]:
     """Return the function that finishes a step, or what of it precedes the first event.
 
     It returns the quality of the state after the whole step, and the fraction of the step that precedes the event, or NO_EVENT.

@@ -85,12 +85,16 @@ def _solve_least_norm(band: FloatArray, vector: FloatArray) -> None:
     for i in range(n_rows):
         for k in range(max(0, i - bandwidth), i + 1):
             dense[i, k] = dense[k, i] = band[i, bandwidth - (i - k)]
-    if not np.all(np.isfinite(dense)):  # eigh raises an exception, but callers check for NaN
-        vector[:] = np.nan
-        return
+            if not math.isfinite(dense[i, k]):  # eigh raises an exception, but callers check for NaN
+                vector[:] = np.nan
+                return
     eigenvalues, eigenvectors = np.linalg.eigh(dense)
-    projections = eigenvectors.T @ vector
+    right_hand_side = vector.copy()
+    vector[:] = 0.0
     for k in range(n_rows):
-        is_regular = eigenvalues[k] > MIN_BAND_PIVOT_RATIO * eigenvalues[-1]
-        projections[k] = projections[k] / eigenvalues[k] if is_regular else 0.0
-    vector[:] = eigenvectors @ projections
+        if eigenvalues[k] > MIN_BAND_PIVOT_RATIO * eigenvalues[n_rows - 1]:
+            projection = 0.0
+            for i in range(n_rows):
+                projection += eigenvectors[i, k] * right_hand_side[i]
+            for i in range(n_rows):
+                vector[i] += eigenvectors[i, k] * (projection / eigenvalues[k])

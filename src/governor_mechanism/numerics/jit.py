@@ -12,6 +12,8 @@ from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from governor_mechanism.numerics.compilation_progress import has_moving_line
+
 CompiledFunction = TypeVar("CompiledFunction", bound=Callable[..., object])
 
 PACKAGE_ROOT = Path(__file__).parents[1]
@@ -44,6 +46,19 @@ class Kernel:
     def is_loaded(self) -> bool:
         """Whether Python has called the function in this process."""
         return "_dispatcher" in self.__dict__
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether the machine code is loaded or in the cache."""
+        return self.is_loaded or any(kernel_cache_folder().rglob(f"*.{self.__wrapped__.__name__}-*.nbi"))
+
+    def signature_of(self, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Return the types of arguments, for which the function is compiled."""
+        return tuple(map(self._dispatcher.typeof_pyval, arguments))
+
+    def compile_signature(self, signature: tuple[Any, ...]) -> None:
+        """Compile or load the machine code for types of arguments."""
+        self._dispatcher.compile(signature)
 
     @cached_property
     def _dispatcher(self) -> Any:
@@ -141,6 +156,8 @@ def _is_writable(folder: Path) -> bool:
 def warn_before_compiling(kernel: Callable[..., object], seconds: int) -> None:
     """Print a notice on standard error if a kernel is neither loaded nor in the cache and has to be compiled.
 
+    A terminal shows a moving line instead while kernels are compiled; see `show_compilation`.
+
     Parameters
     ----------
     kernel
@@ -148,6 +165,5 @@ def warn_before_compiling(kernel: Callable[..., object], seconds: int) -> None:
     seconds
         Approximate compile time, s.
     """
-    is_compiled = cast(Kernel, kernel).is_loaded or any(kernel_cache_folder().rglob(f"*.{kernel.__name__}-*.nbi"))
-    if not is_compiled and sys.stderr is not None:
+    if not cast(Kernel, kernel).is_compiled and sys.stderr is not None and not has_moving_line():
         print(f"compiling kernels, once for this version: about {seconds} s", file=sys.stderr, flush=True)

@@ -5,14 +5,31 @@ Here a function that a compiled function calls stays in the intermediate represe
 optimised as a whole.
 """
 
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.environment import lookup_environment
 
+from governor_mechanism.numerics.compilation_progress import show_compilation
+
 ENVIRONMENT_PREFIX = "_ZN08NumbaEnv"
 """Beginning of the names of variables that point to the environment of a function: what its error messages need."""
+
+
+@contextmanager
+def paused_garbage_collection() -> Iterator[None]:
+    """Keep Python from searching for cyclic garbage: the compiler makes millions of objects, and few of them are garbage before its end."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
 
 
 class _NoMachineCode:
@@ -22,16 +39,20 @@ class _NoMachineCode:
         """Leave the environment to the kernels that contain the function."""
 
 
-class LinkedLibrary(JITCodeLibrary):
+class UnoptimisedLibrary(JITCodeLibrary):
+    """Code that is not optimised function by function, because it is optimised as a whole."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        ll_module.data_layout = self._codegen._data_layout
+
+
+class LinkedLibrary(UnoptimisedLibrary):
     """Code of a function that is only linked into kernels; neither optimised nor translated to machine code."""
 
     @property
     def codegen(self) -> Any:
         """Code generator as far as numba asks for it after the translation."""
         return _NoMachineCode()
-
-    def _optimize_functions(self, ll_module: Any) -> None:
-        ll_module.data_layout = self._codegen._data_layout
 
     def finalize(self) -> None:
         """Finish the code."""
@@ -45,7 +66,7 @@ class LinkedLibrary(JITCodeLibrary):
         return 0
 
 
-class KernelLibrary(JITCodeLibrary):
+class KernelLibrary(UnoptimisedLibrary):
     """Code of a kernel with all functions that it calls, directly or not."""
 
     def add_linking_library(self, library: Any) -> None:
@@ -56,6 +77,10 @@ class KernelLibrary(JITCodeLibrary):
                 for dependency in library._linking_libraries:
                     self.add_linking_library(dependency)
 
+    def _optimize_final_module(self) -> None:
+        passes, builder = self._codegen._module_pass_manager()
+        passes.run(self._final_module, builder)
+
     def finalize(self) -> None:
         """Translate the code, and set the environments of all functions in it."""
         super().finalize()
@@ -65,10 +90,10 @@ class KernelLibrary(JITCodeLibrary):
                 self.codegen.set_env(variable.name, environment)
 
 
-class KernelCompiler(CompilerBase):
-    """Compiler of functions that Python calls."""
+class LibraryCompiler(CompilerBase):
+    """Compiler that adds code to a library of its own class."""
 
-    library_class: type[JITCodeLibrary] = KernelLibrary
+    library_class: type[JITCodeLibrary]
 
     def define_pipelines(self) -> list[Any]:
         """Return numba's pipeline, which adds code to a library of the class."""
@@ -77,7 +102,18 @@ class KernelCompiler(CompilerBase):
         return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
 
 
-class LinkedFunctionCompiler(KernelCompiler):
+class KernelCompiler(LibraryCompiler):
+    """Compiler of functions that Python calls."""
+
+    library_class = KernelLibrary
+
+    def compile_extra(self, func: Any) -> Any:
+        """Compile a function and all that it calls."""
+        with paused_garbage_collection(), show_compilation(func.__name__):
+            return super().compile_extra(func)
+
+
+class LinkedFunctionCompiler(LibraryCompiler):
     """Compiler of functions that compiled functions call."""
 
     library_class = LinkedLibrary

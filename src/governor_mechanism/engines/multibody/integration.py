@@ -141,9 +141,23 @@ def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float
     equations_of_motion.evaluate_event_functions(equation.system, equation.workspace, sample, event_values)
 
 
-_integrate = jit_in_place(
-    make_dop853(EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events))
-)
+_EQUATION = EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events)
+_integrate = jit_in_place(make_dop853(_EQUATION, has_event_functions=False))
+_integrate_to_event = jit_in_place(make_dop853(_EQUATION, has_event_functions=True))
+
+
+@jit_in_place
+def integrate_multibody_to_event(
+    equation: MultibodyEquation,
+    buffers: StepBuffers,
+    span: tuple[float, float],
+    times: FloatArray,
+    state: FloatArray,
+    limits: StepLimits,
+    states: FloatArray,
+) -> tuple[IntegrationStatus, float, int, float]:
+    """Integrate as `integrate_multibody` does, up to the first event."""
+    return _integrate_to_event(equation, buffers, span, span[0], state, limits, times, states)
 
 
 @jit_in_place
@@ -156,7 +170,7 @@ def integrate_multibody(
     limits: StepLimits,
     states: FloatArray,
 ) -> tuple[IntegrationStatus, float, int, float]:
-    """Integrate the state of a mechanism in place over an interval without breakpoints of its inputs, up to the first event.
+    """Integrate the state of a mechanism without contacts in place over an interval without breakpoints of its inputs.
 
     state holds poses and velocities of the body origins, the energy states and the lags. The input cubics begin at span[0] (s); states
     are filled at the times. Returns status, next step (s), number of times reached, and time of the state (s).

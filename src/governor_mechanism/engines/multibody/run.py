@@ -1,14 +1,16 @@
 """Integrate one scene over its monitor times at a given tolerance: explicitly, and implicitly once it becomes stiff."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from governor_mechanism.engines.certificate import ErrorControlSettings, speed_jump_work
 from governor_mechanism.engines.initial_state import Motion
-from governor_mechanism.engines.multibody.integration import MultibodyEquation, integrate_multibody
+from governor_mechanism.engines.multibody.integration import MultibodyEquation, integrate_multibody, integrate_multibody_to_event
 from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits, make_step_buffers
 from governor_mechanism.integrators.radau import RadauIntegrator
 from governor_mechanism.integrators.stages import StepCounter
@@ -26,6 +28,7 @@ from governor_mechanism.mechanics.kinematics.time_functions import stack_local_c
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.numerics.jit import warn_before_compiling
+from governor_mechanism.numerics.parallel_compilation import compiled_beside
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
@@ -106,11 +109,15 @@ class ConstrainedIntegrator:
         """Evaluations of output forces by law, as in `count_output_forces`."""
         self.constraint_tolerance = settings.constraint_tolerance_ratio * evaluator.mechanism.length_scale
         self.max_distance = settings.max_distance_ratio * evaluator.mechanism.length_scale
-        self.initial_state = self._make_initial_state(*lowering.from_mass_centres(self.system, *initial_motion))
+        self.scene_contacts = (
+            SceneContacts(self.scene, evaluator.time_scale, self.constraint_tolerance) if has_contacts(self.scene) else None
+        )
+        warn_before_compiling(self.integration_kernel, 15)
+        with compiled_beside(self.integration_kernel, self._make_integration_arguments):
+            self.initial_state = self._make_initial_state(*lowering.from_mass_centres(self.system, *initial_motion))
         self.error_scale = self._make_error_scale(evaluator.time_scale)
-        self.scene_contacts, self._min_stiff_steps = None, MIN_STEPS_TO_SWITCH + MIN_STEPS_TO_SWITCH_PER_STATE * self.error_scale.size
-        if has_contacts(self.scene):
-            self.scene_contacts = SceneContacts(self.scene, evaluator.time_scale, self.constraint_tolerance)
+        self._min_stiff_steps = float(MIN_STEPS_TO_SWITCH + MIN_STEPS_TO_SWITCH_PER_STATE * self.error_scale.size)
+        if self.scene_contacts is not None:
             self._min_stiff_steps = np.inf  # the implicit method knows no events
         self._stable_step, motion_time = self._find_stable_step(float(np.max(reported_times, initial=0.0)))
         self.error_scale = self._make_error_scale(motion_time)
@@ -120,13 +127,24 @@ class ConstrainedIntegrator:
         self.breakpoints = np.concatenate([[0.0], inner_breakpoints, self.time_grid.monitor_times[-1:]])
 
     @property
+    def integration_kernel(self) -> Callable[..., tuple[IntegrationStatus, float, int, float]]:
+        """The compiled integration: without contacts nothing interrupts it."""
+        return integrate_multibody if self.scene_contacts is None else integrate_multibody_to_event
+
+    @property
     def is_stiff(self) -> bool:
         """Whether a run became stiff."""
         return self.stiffness_onset < np.inf
 
+    def _make_integration_arguments(self) -> tuple[Any, ...]:
+        """Return arguments of the compiled integration, of which only the types matter."""
+        buffers = make_step_buffers(1, 1, np.ones(1), np.zeros(0), self.counters)
+        cubics, vector = self.input_cubics(0.0), np.zeros(1)
+        equation = MultibodyEquation(*self.model, cubics, self.constraint_tolerance, self.max_distance, vector, vector, self.counters)
+        return equation, buffers, (0.0, 0.0), vector, vector, StepLimits(1.0, 1.0, 1.0, 1, 1.0), np.zeros((0, 1))
+
     def compile_kernels(self) -> None:
         """Compile or load the kernels by an integration over an empty interval, so that no run's cost includes it."""
-        warn_before_compiling(integrate_multibody, 40)
         if self.scene_contacts is not None:
             self.scene_contacts.start(self.initial_state.copy(), self.input_cubics(0.0))
         ExplicitRun(self, StepLimits(1.0, 1.0, 1.0, 1, self._min_stiff_steps), self.initial_state.copy(), 0.0, np.empty(0)).integrate(0.0)
@@ -313,7 +331,7 @@ class ExplicitRun:
         cubics, gap = context.input_cubics(self.time), context.constraint_tolerance
         equation = MultibodyEquation(system, workspace, cubics, gap, context.max_distance, *self._buffers, self.counts)
         limits, outputs = self._limits._replace(step=self.step, max_step=max_step), self.states[rows]
-        status, self.step, n_reached, self.time = integrate_multibody(
+        status, self.step, n_reached, self.time = context.integration_kernel(
             equation, buffers, (self.time, end), self._output_times[rows], self.state, limits, outputs
         )
         self.n_filled += n_reached

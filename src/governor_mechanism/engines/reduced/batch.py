@@ -10,7 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.engines.base import make_reported_times
-from governor_mechanism.engines.reduced.integration import integrate_reduced, make_reduced_buffers, make_reduced_equation
+from governor_mechanism.engines.reduced.integration import (
+    integrate_reduced,
+    integrate_without_contacts,
+    make_reduced_buffers,
+    make_reduced_equation,
+)
 from governor_mechanism.engines.reduced.run import ReducedSettings
 from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.stages import StepCounter
@@ -71,7 +76,7 @@ class ReducedBatch:
     """
 
     def __init__(self, template: Scene, names: Sequence[str], tolerance: float, max_steps: int) -> None:
-        warn_before_compiling(integrate_reduced, 60)
+        warn_before_compiling(integrate_without_contacts, 20)
         self._times, self._names = make_reported_times(template), list(names)
         self._tolerance, self._max_steps, self._settings = tolerance, max_steps, ReducedSettings()
         arrays, _, _ = lower_reduced_scene(template)

@@ -56,7 +56,10 @@ def evaluate_reduced_contacts(place: ReducedState) -> ContactDynamics:
         stretches[i] = (value - model.one_sided_springs[i, 1]) / model.one_sided_springs[i, 2]
         stretch_rates[i] = derivative * rate / model.one_sided_springs[i, 2]
     inverse_inertia = evaluate_piece(model.coefficients, piece, TableColumn.INVERSE_INERTIA, t)
-    compliance = np.outer(derivatives, derivatives) * inverse_inertia
+    compliance = np.empty((n_contacts, n_contacts))
+    for i in range(n_contacts):
+        for k in range(n_contacts):
+            compliance[i, k] = derivatives[i] * derivatives[k] * inverse_inertia
     time_scale, energy_scale = parameters[ForceParameter.TIME_SCALE], parameters[ForceParameter.ENERGY_SCALE]
     return ContactDynamics(
         model.contacts, values, derivatives * rate, accelerations, compliance, limits, stretches, stretch_rates,

@@ -13,12 +13,12 @@ from governor_mechanism.effects.registry import EFFECT_TYPES, FORCE_LAWS
 from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine, describe_end
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.engines.reduced.integration import integrate_reduced
+from governor_mechanism.engines.reduced.integration import integration_kernel, make_integration_arguments
 from governor_mechanism.engines.reduced.run import ReducedRun, ReducedSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
-from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, ContactMode, reading_functions_of
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, ContactMode, has_contacts, reading_functions_of
 from governor_mechanism.mechanics.dynamics.inputs import output_of_reading
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
@@ -31,6 +31,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import TableFunction
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.numerics.jit import warn_before_compiling
+from governor_mechanism.numerics.parallel_compilation import compiled_beside
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult, StateHistory
 from governor_mechanism.observables.sampled_motion import DenseOutput
@@ -98,12 +99,16 @@ class ReducedRunner(CertifiedRunner):
 
     def compile_kernels(self) -> None:
         """Compile or load the kernels, once in a process, so that no measured time includes it."""
-        kernel: Any = integrate_reduced
+        kernel: Any = integration_kernel(has_contacts(self.scene))
         if not kernel.is_loaded:
-            warn_before_compiling(integrate_reduced, 60)
-            reduced_run = self._make_run(1.0)
-            table = reduced_run.motion_table
-            if table.is_started and table.extend(0) and table.extend(1):
+            warn_before_compiling(kernel, 20)
+            with compiled_beside(kernel, partial(make_integration_arguments, self.scene)):
+                reduced_run = self._make_run(1.0)
+                table = reduced_run.motion_table
+                is_movable = table.is_started and table.extend(0) and table.extend(1)
+                if is_movable:
+                    table.evaluate_poses(reduced_run.start[:1])
+            if is_movable:
                 reduced_run.state_history(reduced_run.integrate(np.array([1e-9 * self.evaluator.time_scale]), 1.0))
 
     def get_reduced_run(self, width_ratio: float) -> ReducedRun:

@@ -1,7 +1,8 @@
 """Integration of the reduced model over an interval: DOP853 steps, events and contact transitions; compiled."""
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,12 +14,15 @@ from governor_mechanism.integrators.stages import END_STAGE, Stages, StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import FIRST_NONZERO_STAGE, STAGES
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
-from governor_mechanism.mechanics.contact.transition import EventLog
+from governor_mechanism.mechanics.contact.transition import EventLog, make_event_log
+from governor_mechanism.mechanics.dynamics.contacts import has_contacts
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, stack_local_cubics
 from governor_mechanism.mechanics.reduction import equation_of_motion
 from governor_mechanism.mechanics.reduction.equation_of_motion import StateIndex
-from governor_mechanism.mechanics.reduction.lowering import ForceParameter, ReducedForces
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter, ReducedForces, lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
-from governor_mechanism.mechanics.reduction.table import PiecewiseTable, find_piece
+from governor_mechanism.mechanics.reduction.table import PiecewiseTable, allocate_table, find_piece
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.hermite import cubic_hermite_jit, quintic_hermite_jit
@@ -205,10 +209,10 @@ def _sample_events(equation: ReducedEquation, step: EventStep, fraction: float, 
 
 
 _EQUATION = dop853.EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events)
-_integrate_to_event = jit_in_place(dop853.make_dop853(_EQUATION))
+_integrate = jit_in_place(dop853.make_dop853(_EQUATION, has_event_functions=False))
+_integrate_to_event = jit_in_place(dop853.make_dop853(_EQUATION, has_event_functions=True))
 
 
-@jit_in_place
 def integrate_reduced(
     equation: ReducedEquation,
     buffers: dop853.StepBuffers,
@@ -222,9 +226,87 @@ def integrate_reduced(
 ) -> tuple[int, float, int, float]:
     """Integrate the reduced model over a time span, with contact transitions at events.
 
-    state (see `StateIndex`) is advanced in place from span[0] to span[1], s; states and modes are filled at the times. The model's input
-    cubics begin at span[0]. Returns status, last step (s), number of times reached, and time of the state (s).
+    Parameters
+    ----------
+    equation
+        The equation; its input cubics begin at span[0].
+    buffers
+        Buffers of the integration.
+    span
+        Start and end, s.
+    times
+        Reported times in (start, end], s; shape (n,).
+    state
+        State, see `StateIndex`; advanced in place.
+    limits
+        Limits of the steps.
+    states
+        Result: states at the times; shape (n, N_STATES).
+    modes
+        Result: contact modes at the times; left as they are without contacts and one-sided springs; shape (n, mode).
+    event_log
+        Log of the events.
+
+    Returns
+    -------
+    tuple[int, float, int, float]
+        Status, last step (s), number of times reached, and time of the state (s).
     """
+    if buffers.event_tolerances.size:
+        return integrate_with_contacts(equation, buffers, span, times, state, limits, states, modes, event_log)
+    return integrate_without_contacts(equation, buffers, span, times, state, limits, states)
+
+
+def integration_kernel(has_contacts: bool) -> Callable[..., tuple[int, float, int, float]]:
+    """Return the kernel that `integrate_reduced` calls for a scene with or without contacts and one-sided springs."""
+    return integrate_with_contacts if has_contacts else integrate_without_contacts
+
+
+def make_integration_arguments(scene: Scene) -> tuple[Any, ...]:
+    """Return arguments of the kernel of a scene, of which only the types matter: the table is empty."""
+    arrays, forces, inputs = lower_reduced_scene(scene)
+    table = allocate_table(arrays, 1, 0.0, np.zeros((len(arrays.lagrangian.bodies), 3)))
+    input_cubics = stack_local_cubics(list(map(CubicTimeFunction, inputs)), np.zeros(1))[0]
+    mode, counts = np.zeros(1, dtype=np.int64), np.zeros(len(StepCounter), dtype=np.int64)
+    equation = make_reduced_equation(table, forces, input_cubics, mode, counts, 1.0)
+    state, states = np.zeros(equation_of_motion.N_STATES), np.zeros((0, equation_of_motion.N_STATES))
+    limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)
+    arguments = (equation, make_reduced_buffers(forces, counts), (0.0, 0.0), np.zeros(0), state, limits, states)
+    return (*arguments, mode[np.newaxis], make_event_log(0)) if has_contacts(scene) else arguments
+
+
+@jit_in_place
+def integrate_without_contacts(
+    equation: ReducedEquation,
+    buffers: dop853.StepBuffers,
+    span: tuple[float, float],
+    times: FloatArray,
+    state: FloatArray,
+    limits: dop853.StepLimits,
+    states: FloatArray,
+) -> tuple[int, float, int, float]:
+    """Integrate a model without contacts and one-sided springs, as `integrate_reduced` does."""
+    counts, n_steps = equation.counts, equation.counts[StepCounter.ACCEPTED] + equation.counts[StepCounter.REJECTED]
+    min_stiff_steps = math.inf if equation.model.parameters[ForceParameter.IS_CONSERVATIVE] != 0.0 else 0.0
+    step_limits = dop853.StepLimits(limits.tolerance, limits.step, limits.max_step, limits.max_steps, min_stiff_steps)
+    status, step, n_reached, time = _integrate(equation, buffers, span, span[0], state, step_limits, times, states)
+    counts[StepCounter.MOVING_EVALUATIONS] += END_STAGE * (counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED] - n_steps)
+    return status, step, n_reached, time
+
+
+@jit_in_place
+def integrate_with_contacts(
+    equation: ReducedEquation,
+    buffers: dop853.StepBuffers,
+    span: tuple[float, float],
+    times: FloatArray,
+    state: FloatArray,
+    limits: dop853.StepLimits,
+    states: FloatArray,
+    modes: IntArray,
+    event_log: EventLog,
+) -> tuple[int, float, int, float]:
+    """Integrate a model with contacts or one-sided springs, as `integrate_reduced` does."""
     model, counts, (time, end), step, n_reached = equation.model, buffers.stages.counts, span, limits.step, 0
     parameters, mode = model.parameters, model.mode
     is_conservative, time_scale = parameters[ForceParameter.IS_CONSERVATIVE] != 0.0, parameters[ForceParameter.TIME_SCALE]

@@ -230,7 +230,10 @@ def evaluate_forces(dynamics: ContactDynamics, states: IntArray) -> tuple[FloatA
 @jit
 def multiply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
     """Return a small matrix times a vector, without a call of BLAS."""
-    product: FloatArray = np.sum(matrix * vector, axis=1)
+    product = np.zeros(vector.size)
+    for i in range(vector.size):
+        for k in range(vector.size):
+            product[i] += matrix[i, k] * vector[k]
     return product
 
 

@@ -221,7 +221,6 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
         )
 
 
-@jit
 def evaluate_residuals(rows: ConstraintRows, poses: FloatArray, drive_values: FloatArray) -> FloatArray:
     """Return the residuals of constraint rows at many poses.
 
@@ -239,10 +238,9 @@ def evaluate_residuals(rows: ConstraintRows, poses: FloatArray, drive_values: Fl
     FloatArray
         Residuals, m; shape (n, rows).
     """
-    return _evaluate_column(rows, poses, np.zeros(poses.shape), drive_values, RowColumn.RESIDUAL)
+    return _evaluate_rows_at_states(rows, poses, np.zeros(poses.shape), drive_values)[0][:, :, RowColumn.RESIDUAL]
 
 
-@jit
 def evaluate_gamma(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray) -> FloatArray:
     """Return the right-hand side of J * accelerations = gamma at many states.
 
@@ -262,25 +260,9 @@ def evaluate_gamma(rows: ConstraintRows, poses: FloatArray, velocities: FloatArr
     FloatArray
         Gamma, m/s2; shape (n, rows).
     """
-    return _evaluate_column(rows, poses, velocities, drive_values, RowColumn.GAMMA)
+    return _evaluate_rows_at_states(rows, poses, velocities, drive_values)[0][:, :, RowColumn.GAMMA]
 
 
-@jit
-def _evaluate_column(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray, column: int) -> FloatArray:
-    """Return one column of the row values at many states; shape (n, rows)."""
-    n_rows = rows.table.size
-    result, row_values, jacobian = np.empty((poses.shape[0], n_rows)), np.empty((n_rows, N_ROW_COLUMNS)), np.empty((n_rows, 2, 3))
-    for k in range(poses.shape[0]):
-        for i in range(n_rows):
-            for c in range(3):
-                row_values[i, c] = drive_values[k, i, c]
-        evaluate_rows(rows, poses[k], velocities[k], row_values, jacobian)
-        for i in range(n_rows):
-            result[k, i] = row_values[i, column]
-    return result
-
-
-@jit
 def evaluate_jacobian(rows: ConstraintRows, poses: FloatArray) -> FloatArray:
     """Return the Jacobian of the residuals at many poses.
 
@@ -296,15 +278,30 @@ def evaluate_jacobian(rows: ConstraintRows, poses: FloatArray) -> FloatArray:
     FloatArray
         Derivatives with respect to all poses, m/m and m/rad; shape (n, rows, bodies, 3).
     """
-    n_rows = rows.table.size
-    result, zero_velocities = np.zeros((poses.shape[0], n_rows, poses.shape[1], 3)), np.zeros(poses.shape[1:])
-    row_values, jacobian = np.zeros((n_rows, N_ROW_COLUMNS)), np.empty((n_rows, 2, 3))
+    drive_values = np.zeros((len(poses), len(rows.table), 3))
+    row_jacobians = _evaluate_rows_at_states(rows, poses, np.zeros(poses.shape), drive_values)[1]
+    jacobian = np.zeros((len(poses), len(rows.table), *poses.shape[1:]))
+    for side in range(2):
+        has_body = np.flatnonzero(rows.row_bodies[:, side] >= 0)
+        jacobian[:, has_body, rows.row_bodies[has_body, side]] += row_jacobians[:, has_body, side]
+    return jacobian
+
+
+def _evaluate_rows_at_states(
+    rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return row values (n, rows, columns) and Jacobians (n, rows, 2, 3) at many states."""
+    n_states, n_rows = len(poses), len(rows.table)
+    row_values, row_jacobians = np.empty((n_states, n_rows, N_ROW_COLUMNS)), np.empty((n_states, n_rows, 2, 3))
+    row_values[:, :, :3] = drive_values
+    evaluate_rows_at_states(rows, np.ascontiguousarray(poses), np.ascontiguousarray(velocities), row_values, row_jacobians)
+    return row_values, row_jacobians
+
+
+@jit_in_place
+def evaluate_rows_at_states(
+    rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, row_values: FloatArray, row_jacobians: FloatArray
+) -> None:
+    """Fill row values (n, rows, columns), which contain the prescribed motion, and Jacobians (n, rows, 2, 3) at n states."""
     for k in range(poses.shape[0]):
-        evaluate_rows(rows, poses[k], zero_velocities, row_values, jacobian)
-        for i in range(n_rows):
-            for side in range(2):
-                body = rows.row_bodies[i, side]
-                if body >= 0:
-                    for c in range(3):
-                        result[k, i, body, c] += jacobian[i, side, c]
-    return result
+        evaluate_rows(rows, poses[k], velocities[k], row_values[k], row_jacobians[k])

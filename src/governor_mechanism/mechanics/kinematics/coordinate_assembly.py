@@ -207,7 +207,7 @@ def _fill_scaled_jacobian(arrays: AssemblyArrays, workspace: AssemblyWorkspace) 
                 dense_row[3 * body : 3 * body + 3] = 0.0
 
 
-@jit
+@jit_in_place
 def solve_position(arrays: AssemblyArrays, workspace: AssemblyWorkspace, q: float, node: FloatArray) -> bool:
     """Solve for the poses node[0] at a value of the coordinate from a guess; fill in their two derivatives."""
     rows, row_scales = arrays.rows, arrays.row_scales
@@ -215,20 +215,23 @@ def solve_position(arrays: AssemblyArrays, workspace: AssemblyWorkspace, q: floa
     poses, tangents = node[0].reshape(-1, 3), node[1].reshape(-1, 3)
     last, previous_step = rhs.size - 1, math.inf
     for _ in range(MAX_NEWTON_STEPS):
-        row_values[:, RowColumn.DRIVE_VALUE] = 0.0
+        for i in range(rhs.size):
+            row_values[i, RowColumn.DRIVE_VALUE] = 0.0
         evaluate_rows(rows, poses, workspace.zero_velocities, row_values, jacobian)
         row_values[last, RowColumn.RESIDUAL] -= q
         if arrays.coordinate_wraps:
             residual = row_values[last, RowColumn.RESIDUAL]
             row_values[last, RowColumn.RESIDUAL] -= 2.0 * math.pi * math.floor(residual / (2.0 * math.pi) + 0.5)
-        rhs[:] = -row_values[:, RowColumn.RESIDUAL] * row_scales
+        for i in range(rhs.size):
+            rhs[i] = -row_values[i, RowColumn.RESIDUAL] * row_scales[i]
         _fill_scaled_jacobian(arrays, workspace)
         if not _factorise(workspace):
             return False
         step = _solve_factorised(arrays, workspace, workspace.pose_change)
         if not step < DIVERGENCE_STEP:
             return False
-        node[0] += workspace.pose_change
+        for c in range(workspace.pose_change.size):
+            node[0, c] += workspace.pose_change[c]
         if step <= ROUNDING_STEP or (step < CONVERGENCE_STEP and step >= 0.5 * previous_step):
             break
         previous_step = step
@@ -237,17 +240,22 @@ def solve_position(arrays: AssemblyArrays, workspace: AssemblyWorkspace, q: floa
     rhs[:] = 0.0
     rhs[last] = row_scales[last]
     _solve_factorised(arrays, workspace, node[1])
-    row_values[:, RowColumn.DRIVE_ACCELERATION] = 0.0
+    for i in range(rhs.size):
+        row_values[i, RowColumn.DRIVE_ACCELERATION] = 0.0
     evaluate_rows(rows, poses, tangents, row_values, jacobian)
-    rhs[:] = row_values[:, RowColumn.GAMMA] * row_scales
+    for i in range(rhs.size):
+        rhs[i] = row_values[i, RowColumn.GAMMA] * row_scales[i]
     _solve_factorised(arrays, workspace, node[2])
     return True
 
 
-@jit
+@jit_in_place
 def is_on_branch(arrays: AssemblyArrays, poses: FloatArray, guess: FloatArray) -> bool:
     """Return whether solved poses (3 bodies,) are so near to their guess that they belong to the same branch."""
-    return bool(np.all(np.abs(poses - guess) < MAX_BRANCH_DISTANCE * arrays.pose_scales))
+    is_near = True
+    for c in range(poses.size):
+        is_near = is_near and abs(poses[c] - guess[c]) < MAX_BRANCH_DISTANCE * arrays.pose_scales[c]
+    return is_near
 
 
 @jit

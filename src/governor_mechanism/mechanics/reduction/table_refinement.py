@@ -12,6 +12,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import RowKind
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import is_on_branch, solve_position
 from governor_mechanism.mechanics.reduction.node_evaluation import LagrangianWorkspace, ReductionArrays, TableColumn, evaluate_columns
 from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, PiecewiseTable
+from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray
@@ -87,24 +88,29 @@ def _start_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table:
     return True
 
 
-@jit
+@jit_in_place
 def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray, columns: FloatArray) -> None:
     """Set the scales of columns and poses from the initial node."""
     column_scales, coordinate_scale, time_scale = table.column_scales, arrays.lagrangian.assembly.coordinate_scale, arrays.time_scale
     column_scales[TableColumn.QUADRATIC] = 1.0 / coordinate_scale
     column_scales[TableColumn.POTENTIAL] = coordinate_scale / time_scale**2
     column_scales[TableColumn.CENTRIFUGAL] = coordinate_scale
-    table.node_scales[0] = arrays.lagrangian.assembly.pose_scales
-    table.node_scales[1] = arrays.lagrangian.assembly.pose_scales / coordinate_scale
+    largest_tangent = 0.0
+    for c in range(table.node_scales.shape[1]):
+        pose_scale = arrays.lagrangian.assembly.pose_scales[c]
+        table.node_scales[0, c], table.node_scales[1, c] = pose_scale, pose_scale / coordinate_scale
+        largest_tangent = max(largest_tangent, abs(node[1, c]))
     if columns.size == TableColumn.INVERSE_INERTIA:
         return
     column_scales[TableColumn.INVERSE_INERTIA] = columns[TableColumn.INVERSE_INERTIA]
     column_scales[TableColumn.SPINDLE_INERTIA] = columns[TableColumn.SPINDLE_INERTIA]
     column_scales[TableColumn.DAMPING] = 1.0 / time_scale
     first_output = TableColumn.FIRST_LOAD + arrays.lagrangian.n_loads
-    column_scales[TableColumn.FIRST_LOAD : first_output] = np.max(np.abs(node[1])) * columns[TableColumn.INVERSE_INERTIA]
-    column_scales[first_output::2] = arrays.output_scales
-    column_scales[first_output + 1 :: 2] = arrays.output_scales / coordinate_scale
+    for column in range(TableColumn.FIRST_LOAD, first_output):
+        column_scales[column] = largest_tangent * columns[TableColumn.INVERSE_INERTIA]
+    for k in range(arrays.output_scales.size):
+        column_scales[first_output + 2 * k] = arrays.output_scales[k]
+        column_scales[first_output + 2 * k + 1] = arrays.output_scales[k] / coordinate_scale
 
 
 @jit_in_place
@@ -206,14 +212,10 @@ def _fill_piece(
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     columns, values = np.empty(table.column_scales.size), np.empty((table.column_scales.size, N_CHEBYSHEV_NODES))
     first, last, direction = (0, N_CHEBYSHEV_NODES - 1, 1) if end > start else (N_CHEBYSHEV_NODES - 1, 0, -1)
-    node, node_before = (
-        np.empty((3, arrays.lagrangian.assembly.pose_scales.size)),
-        np.empty((3, arrays.lagrangian.assembly.pose_scales.size)),
-    )
-    node[:], node_before[:] = table.initial_node, table.initial_node
+    guess, node, node_before = np.empty(table.pose_increment.size), table.initial_node, table.initial_node
     q = q_before = table.intervals[0, 0]
     if piece > 0:  # the two nearest nodes of its neighbour
-        node[:], node_before[:] = table.nodes[neighbour, last], table.nodes[neighbour, last - direction]
+        node, node_before = table.nodes[neighbour, last], table.nodes[neighbour, last - direction]
         q = table.intervals[neighbour, 2] + CHEBYSHEV_NODES[last] / table.intervals[neighbour, 3]
         q_before = table.intervals[neighbour, 2] + CHEBYSHEV_NODES[last - direction] / table.intervals[neighbour, 3]
     min_pivot = math.inf
@@ -221,15 +223,15 @@ def _fill_piece(
         k = first + direction * step
         q_node = middle + half * CHEBYSHEV_NODES[k]
         _extrapolate_poses(arrays, node, node_before, q, q_before, q_node, table.nodes[piece, k])
-        guess = table.nodes[piece, k, 0].copy()
+        copy_array(guess, table.nodes[piece, k, 0])
         is_solved = solve_position(arrays.lagrangian.assembly, workspace.assembly, q_node, table.nodes[piece, k])
         if not (is_solved and is_on_branch(arrays.lagrangian.assembly, table.nodes[piece, k, 0], guess)):
             return math.inf, 0.0
         min_pivot = min(min_pivot, workspace.assembly.min_pivot[0])
         evaluate_columns(arrays, workspace, table.nodes[piece, k], columns)
-        values[:, k] = columns
-        node_before[:], q_before = node, q
-        node[:], q = table.nodes[piece, k], q_node
+        copy_array(values[:, k], columns)
+        node_before, q_before = node, q
+        node, q = table.nodes[piece, k], q_node
     workspace.assembly.min_pivot[0] = min_pivot
     _unwrap_line_angles(arrays, table, neighbour if piece > 0 else -1, values, first, direction)
     interval = table.intervals[piece]
@@ -268,15 +270,24 @@ def _fit_residual(arrays: ReductionArrays, table: PiecewiseTable, piece: int, va
     worst, worst_rounding, unused_coefficients, column = (0.0, 0.0, np.empty(N_CHEBYSHEV_NODES), np.empty(N_CHEBYSHEV_NODES))
     for c in range(values.shape[0]):
         residual, has_stagnated = fit_piece(values[c], table.coefficients[piece, c])
-        residual /= FIT_TOLERANCE * max(table.column_scales[c], np.max(np.abs(values[c])))
+        residual /= FIT_TOLERANCE * max(table.column_scales[c], _largest_magnitude(values[c]))
         worst, worst_rounding = (worst, max(worst_rounding, residual)) if has_stagnated else (max(worst, residual), worst_rounding)
     for order in range(2):
         for c in range(arrays.lagrangian.assembly.pose_scales.size):
-            column[:] = table.nodes[piece, :, order, c]
+            copy_array(column, table.nodes[piece, :, order, c])
             residual, has_stagnated = fit_piece(column, unused_coefficients)
-            residual /= FIT_TOLERANCE * max(table.node_scales[order, c], np.max(np.abs(column)))
+            residual /= FIT_TOLERANCE * max(table.node_scales[order, c], _largest_magnitude(column))
             worst, worst_rounding = (worst, max(worst_rounding, residual)) if has_stagnated else (max(worst, residual), worst_rounding)
     return worst, worst_rounding
+
+
+@jit_in_place
+def _largest_magnitude(values: FloatArray) -> float:
+    """Return the largest magnitude of values (n,)."""
+    largest = 0.0
+    for k in range(values.size):
+        largest = max(largest, abs(values[k]))
+    return largest
 
 
 @jit_in_place
@@ -320,7 +331,8 @@ def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
         piece, poses = (low, first) if end == 0 else (high, last)
         barycentric_weights((table.intervals[piece, end] - table.intervals[piece, 2]) * table.intervals[piece, 3], weights)
         for k in range(N_CHEBYSHEV_NODES):
-            poses += weights[k] * table.nodes[piece, k, 0]
+            for c in range(poses.size):
+                poses[c] += weights[k] * table.nodes[piece, k, 0, c]
     for c in range(arrays.lagrangian.assembly.pose_scales.size):
         pose_change = last[c] - first[c]
         whole_turns = 2.0 * math.pi * math.floor(pose_change / (2.0 * math.pi) + 0.5) if c % 3 == 2 else 0.0

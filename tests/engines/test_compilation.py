@@ -1,0 +1,32 @@
+"""Kernels are compiled ahead for exactly the types of arguments with which runs call them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from governor_mechanism.engines import MultibodyEngine, ReducedEngine
+from governor_mechanism.engines.base import RunRequest
+from governor_mechanism.engines.multibody.engine import MultibodyRunner
+from governor_mechanism.engines.reduced.integration import integration_kernel, make_integration_arguments
+from governor_mechanism.mechanics.dynamics.contacts import has_contacts
+from governor_mechanism.scenes.library import load_scene
+
+
+@pytest.mark.parametrize("model", ["porter", "porter_dry_friction", "slider_crank_torque"])
+def test_reduced_calls_the_integration_that_is_compiled_ahead(model):
+    scene = load_scene(model)
+    ReducedEngine().run(scene, times=[0.0, 0.01], certify=False)
+    kernel = integration_kernel(has_contacts(scene))
+    assert kernel.signature_of(make_integration_arguments(scene)) in kernel._dispatcher.signatures
+
+
+@pytest.mark.parametrize("model", ["porter", "porter_dry_friction"])
+def test_multibody_calls_the_integration_that_is_compiled_ahead(model):
+    scene = load_scene(model)
+    integrator = MultibodyRunner(
+        MultibodyEngine(), scene, RunRequest(times=np.array([0.0, 0.01]), accuracy=1e-6, certify=False, reason="")
+    ).integrator
+    integrator.integrate(1e-7)
+    kernel = integrator.integration_kernel
+    assert kernel.signature_of(integrator._make_integration_arguments()) in kernel._dispatcher.signatures
