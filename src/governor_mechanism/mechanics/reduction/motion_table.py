@@ -1,12 +1,14 @@
 """Motion table of one scene: it grows with the motion, and says why it ends."""
 
 import time
+from functools import cached_property
 
 import numpy as np
 
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import continue_to_coordinate
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
-from governor_mechanism.mechanics.reduction.node_evaluation import make_lagrangian_workspace
+from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, make_lagrangian_workspace
 from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
 from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, allocate_table, evaluate_poses, grow_table
 from governor_mechanism.mechanics.reduction.table_refinement import extend_table
@@ -34,6 +36,10 @@ class MotionTable:
         Poses at the start; shape (bodies, 3).
     width_ratio
         Factor on the width of the first pieces.
+    fit_tolerance
+        Truncation tolerance of the pieces, relative to the scale of a column.
+    is_guess
+        Whether the poses are a guess from which those at the start are reached by continuation.
 
     Attributes
     ----------
@@ -43,8 +49,6 @@ class MotionTable:
         The lowered mechanism.
     forces
         The forces along the coordinate.
-    time_functions
-        Given spindle speed, loads of force elements, friction forces, factors of these.
     table
         The pieces.
     setup_time
@@ -53,18 +57,35 @@ class MotionTable:
         Whether the first piece could be computed.
     """
 
-    def __init__(self, scene: Scene, q: float, poses: FloatArray, width_ratio: float = 1.0) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        q: float,
+        poses: FloatArray,
+        width_ratio: float = 1.0,
+        fit_tolerance: float = MIN_FIT_TOLERANCE,
+        *,
+        is_guess: bool = False,
+    ) -> None:
         start_time = time.perf_counter()
         self.scene = scene
-        self.arrays, self.forces, inputs = lower_reduced_scene(scene)
-        self.time_functions = tuple(map(CubicTimeFunction, inputs))
+        arrays, self.forces, self._inputs = lower_reduced_scene(scene)
+        self.arrays = arrays._replace(fit_tolerance=fit_tolerance)
         self._workspace = make_lagrangian_workspace(self.arrays.lagrangian)
+        is_assembled, poses = True, poses.copy()
+        if is_guess:
+            is_assembled = continue_to_coordinate(self.arrays.lagrangian.assembly, self._workspace.assembly, q, poses)
         self.table = allocate_table(self.arrays, INITIAL_TABLE_CAPACITY, q, poses)
         self.table.next_widths[:] *= width_ratio
         self.setup_time = 0.0
         """Wall time spent on the table, s."""
-        self.is_started = self.extend(1)
+        self.is_started = is_assembled and self.extend(1)
         self.setup_time = time.perf_counter() - start_time
+
+    @cached_property
+    def time_functions(self) -> tuple[CubicTimeFunction, ...]:
+        """Given spindle speed, loads of force elements, friction forces, factors of these."""
+        return tuple(map(CubicTimeFunction, self._inputs))
 
     @property
     def n_pieces(self) -> int:

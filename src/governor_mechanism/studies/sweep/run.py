@@ -5,12 +5,14 @@ dropped as soon as their numbers are taken.
 """
 
 import math
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from governor_mechanism.engines import ReducedEngine, select_engine
 from governor_mechanism.engines.certificate import initial_tolerance
@@ -23,10 +25,12 @@ from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.problems import ProblemCollector
 from governor_mechanism.studies.sweep.checkpoint import RowWriter, SweepFiles
+from governor_mechanism.studies.sweep.cluster import find_computer_problems
 from governor_mechanism.studies.sweep.parameters import AxisGrid, parse_axes, parse_scene_with
 from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, find_quantity_reading, parse_quantities
-from governor_mechanism.studies.sweep.results import ROW_FAILED, ROW_OK, ROW_REFUSED, Sweep, SweepRow
-from governor_mechanism.studies.sweep.workers import map_in_processes, record_interrupts
+from governor_mechanism.studies.sweep.results import Sweep
+from governor_mechanism.studies.sweep.rows import ROW_FAILED, ROW_OK, ROW_REFUSED, SweepRow, SweepRows
+from governor_mechanism.studies.sweep.workers import RowComputer
 from governor_mechanism.units.quantities import format_value
 
 DIMENSION_PREFIX = "dimensions."
@@ -100,7 +104,7 @@ class SweepTask(AxisGrid):
 
 
 def make_task(
-    scene: Scene, vary: Any, quantities: QuantityRequest, engine: str, accuracy: float | None, certify: bool, workers: int
+    scene: Scene, vary: Any, quantities: QuantityRequest, engine: str, accuracy: float | None, certify: bool, workers: int, cluster: Any
 ) -> SweepTask:
     """Return the task of a sweep of a scene at every combination of values of its keys.
 
@@ -120,6 +124,8 @@ def make_task(
         Whether to estimate the error of every run.
     workers
         Number of processes, which is only validated.
+    cluster
+        Cluster that computes the rows, which is only validated.
 
     Returns
     -------
@@ -140,8 +146,7 @@ def make_task(
     problems: list[str] = [*collector.problems]
     if accuracy is not None and not (isinstance(accuracy, int | float) and 0 < accuracy < 1):
         problems.append(f"accuracy must lie between 0 and 1; got {format_value(accuracy)}")
-    if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
-        problems.append(f"workers must be a whole number of at least 1; got {format_value(workers)}")
+    problems += find_computer_problems(workers, cluster)
     given_for_all = {"run.engine": engine != "auto", "run.accuracy": accuracy is not None}
     keys, reason = [axis.key for axis in axes], "has no effect if it is also given for all rows; leave one of the two out"
     problems += [f"vary: {key} {reason}" for key in keys if given_for_all.get(key)]
@@ -152,7 +157,7 @@ def make_task(
     return SweepTask(document=document, axes=axes, quantities=parsed_quantities, engine=engine, accuracy=accuracy, certify=certify)
 
 
-def run_sweep(scene: Scene, task: SweepTask, workers: int, out: str | Path | None, progress: SweepProgress | None) -> Sweep:
+def run_sweep(scene: Scene, task: SweepTask, compute: RowComputer, out: str | Path | None, progress: SweepProgress | None) -> Sweep:
     """Run all rows of a task that are not on disk yet.
 
     Parameters
@@ -161,8 +166,8 @@ def run_sweep(scene: Scene, task: SweepTask, workers: int, out: str | Path | Non
         Scene of the task.
     task
         What determines the rows.
-    workers
-        Number of processes; the result does not depend on it.
+    compute
+        Function that computes rows here or elsewhere; the rows do not depend on where.
     out
         Folder for journal, table and record; an interrupted sweep continues from there. None writes nothing.
     progress
@@ -179,25 +184,31 @@ def run_sweep(scene: Scene, task: SweepTask, workers: int, out: str | Path | Non
         If `out` holds another sweep.
     """
     files = None if out is None else SweepFiles(Path(out), scene.source, task, task.settings)
-    rows = {} if files is None else files.read_finished_rows()
-    n_rows = math.prod(task.shape)
-    pending = [index for index in range(n_rows) if index not in rows]
-    journal: AbstractContextManager[RowWriter] = nullcontext(lambda row: None)
-    if files is not None and pending:
-        journal = files.open_journal(rows.values())
-    report_progress = progress or (lambda n_done, n_rows: None)
-    report_progress(len(rows), n_rows)
-    with journal as append_row, closing(_compute_rows(task, pending, workers)) as new_rows:
-        for row in new_rows:
-            rows[row.index] = row
-            append_row(row)
-            report_progress(len(rows), n_rows)
+    rows = SweepRows(math.prod(task.shape), len(task.quantities)) if files is None else files.read_finished_rows()
+    _compute_missing_rows(rows, task, compute, files, progress or (lambda n_done, n_rows: None))
     tolerance = scene.run.accuracy if task.accuracy is None else task.accuracy
-    ordered = tuple(rows[index] for index in range(n_rows))
-    result = Sweep(title=scene.title, source=scene.source, axes=task.axes, quantities=task.quantities, accuracy=tolerance, rows=ordered)
+    result = Sweep(title=scene.title, source=scene.source, axes=task.axes, quantities=task.quantities, accuracy=tolerance, rows=rows)
     if files is not None:
         files.write_results(result)
     return result
+
+
+def _compute_missing_rows(
+    rows: SweepRows, task: SweepTask, compute: RowComputer, files: SweepFiles | None, progress: SweepProgress
+) -> None:
+    """Add the rows that are not computed yet, and write each to the journal of the files, if there are any."""
+    missing = np.flatnonzero(~rows.is_computed).tolist()
+    n_done = len(rows) - len(missing)
+    progress(n_done, len(rows))
+    if not missing:
+        return
+    journal: AbstractContextManager[RowWriter] = nullcontext(lambda rows: None) if files is None else files.open_journal(rows)
+    with journal as append_rows, closing(compute(partial(compute_row, task), missing)) as computed:
+        for new_rows in computed:
+            rows.add(new_rows)
+            append_rows(new_rows)
+            n_done += len(new_rows)
+            progress(n_done, len(rows))
 
 
 def _require_unchanged_document(scene: Scene) -> Mapping[str, Any]:
@@ -208,19 +219,6 @@ def _require_unchanged_document(scene: Scene) -> Mapping[str, Any]:
     if replace(parsed_scene, run=scene.run, title=scene.title) != scene:
         raise MechanismError("this scene was changed after loading, but a sweep parses its document for each row; change the document")
     return scene.document if parsed_scene.run == scene.run else {**scene.document, "run": asdict(scene.run)}
-
-
-def _compute_rows(task: SweepTask, indices: Sequence[int], workers: int) -> Generator[SweepRow, None, None]:
-    """Yield rows as they are finished, computed in this process or in several; an interrupted row is dropped."""
-    if workers > 1 and len(indices) > 1:
-        yield from map_in_processes(partial(compute_row, task), indices, min(workers, len(indices)))
-        return
-    with record_interrupts() as was_interrupted:
-        for index in indices:
-            row = compute_row(task, index)
-            if was_interrupted():
-                raise KeyboardInterrupt
-            yield row
 
 
 def compute_row(task: SweepTask, index: int) -> SweepRow:
@@ -237,10 +235,7 @@ def compute_row(task: SweepTask, index: int) -> SweepRow:
 
 def _compute_numbers(task: SweepTask, index: int) -> tuple[tuple[float, ...], str, str]:
     """Return numbers, outcome and message of a row; a run that ended early has only its duration: its last value is not the final one."""
-    batched_run = task.run_batched(index)
-    if batched_run is not None:
-        return tuple(one.evaluate(batched_run) for one in task.quantities), ROW_OK, ""
-    run = task.run(index)
+    run = task.run_batched(index) or task.run(index)
     has_final_values = run.outcome.ok or run.outcome is Outcome.ACCURACY_MISSED
     numbers = tuple(
         one.evaluate(run) if has_final_values or (one.rule == "duration" and len(run.times)) else math.nan for one in task.quantities
