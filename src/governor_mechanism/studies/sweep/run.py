@@ -14,12 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.engines import ReducedEngine, select_engine
-from governor_mechanism.engines.certificate import initial_tolerance
-from governor_mechanism.engines.reduced.batch import ReducedBatch, UncertifiedResult
+from governor_mechanism.engines import select_engine
+from governor_mechanism.engines.reduced.batch import UncertifiedResult
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
-from governor_mechanism.machines.base import Machine
-from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
@@ -27,14 +24,12 @@ from governor_mechanism.scenes.problems import ProblemCollector
 from governor_mechanism.studies.sweep.checkpoint import RowWriter, SweepFiles
 from governor_mechanism.studies.sweep.cluster import find_computer_problems
 from governor_mechanism.studies.sweep.parameters import AxisGrid, parse_axes, parse_scene_with
-from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, find_quantity_reading, parse_quantities
+from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, parse_quantities
 from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.studies.sweep.rows import ROW_FAILED, ROW_OK, ROW_REFUSED, SweepRow, SweepRows
+from governor_mechanism.studies.sweep.rows_together import RowsTogether, is_quick_key, prepare_rows
 from governor_mechanism.studies.sweep.workers import RowComputer
 from governor_mechanism.units.quantities import format_value
-
-DIMENSION_PREFIX = "dimensions."
-"""First part of the key of a dimension."""
 
 SweepProgress = Callable[[int, int], None]
 """Callback with the number of finished rows and of all rows."""
@@ -44,8 +39,7 @@ SweepProgress = Callable[[int, int], None]
 class SweepTask(AxisGrid):
     """Everything that determines the rows; it can be pickled.
 
-    Rows that differ in dimensions only may have a fast path: what they share is parsed and prepared once. It needs the engine
-    `reduced`, runs without certificates, and a scene whose forces are all in the tables of the reduced model.
+    Rows that differ in dimensions and spindle speed only may have a fast path (see `rows_together`), without certificates.
     """
 
     document: Mapping[str, Any]
@@ -69,38 +63,16 @@ class SweepTask(AxisGrid):
 
     def run_batched(self, index: int) -> UncertifiedResult | None:
         """Return the run of a row by the fast path, or None if that does not apply to the sweep or to the row."""
-        if self._batch is None:
+        if self._rows_together is None:
             return None
-        scene, machine_class, given_dimensions, batch = self._batch
-        changed_dimensions = {axis.key.removeprefix(DIMENSION_PREFIX): axis.values[place] for axis, place in self.places(index)}
-        try:
-            machine = machine_class(**{**given_dimensions, **changed_dimensions})
-            if machine.start_problems(scene.start.values):
-                return None
-            mechanism = machine.mechanism_with_effects(scene.effects)
-        except MechanismError:
-            return None
-        return batch.run(scene.with_changes(mechanism=mechanism))
+        return self._rows_together.run({axis.key: axis.values[place] for axis, place in self.places(index)})
 
     @cached_property
-    def _batch(self) -> tuple[Scene, type[Machine], Mapping[str, Any], ReducedBatch] | None:
-        """Scene, machine and dimensions before they are changed, and the batch of the fast path, or None if that does not apply."""
-        from governor_mechanism.scenes.schema import dimensions_table_model  # slow to import: pydantic
-        from governor_mechanism.scenes.table import validate
-
-        if self.certify or not all(axis.key.startswith(DIMENSION_PREFIX) and axis.is_numeric for axis in self.axes):
+    def _rows_together(self) -> RowsTogether | None:
+        """What the rows of the fast path share, or None if that does not apply."""
+        if self.certify or not all(is_quick_key(axis.key) and axis.is_numeric for axis in self.axes):
             return None
-        scene = parse_scene_document(self.document)
-        reading_names = [find_quantity_reading(one, scene) for one in self.quantities]
-        machine_class = MACHINES.get(scene.part.machine)
-        accuracy = scene.run.accuracy if self.accuracy is None else self.accuracy
-        engine, _ = select_engine(scene.run.engine if self.engine == "auto" else self.engine, scene, accuracy)
-        if machine_class is None or None in reading_names or engine.name != ReducedEngine.name or engine.refusal(scene):
-            return None
-        given_dimensions = validate(dimensions_table_model(machine_class), self.document["dimensions"]).given_values()
-        names = [name for name in dict.fromkeys(reading_names) if name]
-        batch = ReducedBatch(scene, names, initial_tolerance(accuracy), ReducedEngine().step_limit(scene))
-        return scene, machine_class, given_dimensions, batch
+        return prepare_rows(self.document, self.quantities, self.engine, self.accuracy)
 
 
 def make_task(
