@@ -1,5 +1,6 @@
 """Integration over an interval along a motion table that grows with the motion, and how it ends where the table cannot grow."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -76,6 +77,7 @@ def integrate_passage(
         How the integration ended: with TABLE_ENDED where the motion reaches the end of its table.
     """
     (time, end), step, n_filled, side = span, limits.step, 0, 0
+    last_time = -math.inf
     while time < end:
         outputs = times[n_filled:], state, limits._replace(step=step), states[n_filled:], modes[n_filled:], event_log
         status, step, n_reached, time = integrate_reduced(make_equation(time), buffers, (time, end), *outputs)
@@ -85,14 +87,21 @@ def integrate_passage(
         side = status - IntegrationStatus.BELOW_TABLE
         if motion_table.extend(side):
             continue
-        step *= settings.table_end_step_ratio
-        end_coordinate, scale = motion_table.end_coordinate(side), motion_table.arrays.lagrangian.assembly.coordinate_scale
-        min_remaining = settings.min_remaining_travel * max(scale, abs(state[0]))
-        min_step = settings.min_end_step_ratio * max(time_scale, end - time)
-        if step < min_step or abs(end_coordinate - state[0]) < min_remaining:
-            time += max((end_coordinate - state[0]) / state[1], 0.0) if state[1] else 0.0
+        # The first step goes almost to the end of the last piece; after one that leads beyond it, shorter ones do.
+        table, scale = motion_table.table, motion_table.arrays.lagrangian.assembly.coordinate_scale
+        travel_left = float(table.intervals[table.end_pieces[side], side]) - state[0]
+        time_left = _time_at_rate(travel_left, state[1])
+        step = settings.table_end_approach * time_left if time > last_time and time_left else step * settings.table_end_step_ratio
+        last_time, min_travel = time, settings.min_remaining_travel * max(scale, abs(state[0]))
+        if step < settings.min_end_step_ratio * max(time_scale, end - time) or abs(travel_left) < min_travel:
+            time += _time_at_rate(motion_table.end_coordinate(side) - state[0], state[1])
             return PassageEnd(IntegrationStatus.TABLE_ENDED, step, n_filled, time, side)
     return PassageEnd(IntegrationStatus.DONE, step, n_filled, time, side)
+
+
+def _time_at_rate(travel: float, rate: float) -> float:
+    """Return the time (s) of a travel at a rate; 0 if the rate does not lead there."""
+    return max(travel / rate, 0.0) if rate else 0.0
 
 
 def describe_passage_end(

@@ -63,7 +63,7 @@ class PiecewiseTable(NamedTuple):
         Width of the next piece below and above; shape (2,).
     periodicity
         Period (0 if not periodic), its beginning, number of whole turns to try next, largest rounding error in units of
-        `MIN_FIT_TOLERANCE`, pivot ratio of the joints at the start; shape (5,).
+        the fit tolerance, pivot ratio of the joints at the start; shape (5,).
     pose_increment
         Change of the poses over a period; shape (3 bodies,).
     column_scales

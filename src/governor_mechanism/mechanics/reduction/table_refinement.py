@@ -10,13 +10,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowKind
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import is_on_branch, solve_position
-from governor_mechanism.mechanics.reduction.node_evaluation import (
-    MIN_FIT_TOLERANCE,
-    LagrangianWorkspace,
-    ReductionArrays,
-    TableColumn,
-    evaluate_columns,
-)
+from governor_mechanism.mechanics.reduction.node_evaluation import LagrangianWorkspace, ReductionArrays, TableColumn, evaluate_columns
 from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, PiecewiseTable
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place
@@ -37,11 +31,11 @@ MIN_PIECE_WIDTH = 1e-9
 WIDEN_THRESHOLD = 1e-3
 """Fit residual relative to the tolerance below which the next piece is twice as wide."""
 
-MAX_ROUNDING_RATIO = 1e6
-"""Relaxation of `MIN_FIT_TOLERANCE` once the coefficients have stagnated at rounding level, as near a change point."""
+MAX_ROUNDING_ERROR = 1e-7
+"""Largest error of a piece whose coefficients have stagnated at rounding level, as near a change point, relative to its column's scale."""
 
 NOISE_LIMIT, MIN_RESIZABLE_WIDTH, N_RESIZE_TRIALS = 10.0, 1e-3, 24
-"""Rounding error in units of `MIN_FIT_TOLERANCE`, and piece width in coordinate scales, above which other widths are tried.
+"""Rounding error in units of the fit tolerance, and piece width in coordinate scales, above which other widths are tried.
 
 The last is the number of these widths.
 """
@@ -138,7 +132,7 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
             table.end_reasons[side] = EndReason.AT_BOUND if at_bound else EndReason.AT_SINGULARITY
             return ExtensionStatus.TABLE_ENDED
         residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
-        if residual <= 1.0 and rounding < MAX_ROUNDING_RATIO:
+        if residual <= 1.0 and rounding * arrays.fit_tolerance < MAX_ROUNDING_ERROR:
             if (
                 rounding > NOISE_LIMIT
                 and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.lagrangian.assembly.coordinate_scale
@@ -271,7 +265,7 @@ def _unwrap_line_angles(
 
 @jit
 def _fit_residual(arrays: ReductionArrays, table: PiecewiseTable, piece: int, values: FloatArray) -> tuple[float, float]:
-    """Fit a piece; return its truncation error in units of the fit tolerance, and its rounding error in units of `MIN_FIT_TOLERANCE`."""
+    """Fit a piece; return its truncation error and its rounding error in units of the fit tolerance."""
     truncation, rounding, unused_coefficients, column = (0.0, 0.0, np.empty(N_CHEBYSHEV_NODES), np.empty(N_CHEBYSHEV_NODES))
     for c in range(values.shape[0]):
         error, has_stagnated = fit_piece(values[c], table.coefficients[piece, c])
@@ -283,7 +277,7 @@ def _fit_residual(arrays: ReductionArrays, table: PiecewiseTable, piece: int, va
             error, has_stagnated = fit_piece(column, unused_coefficients)
             error /= max(table.node_scales[order, c], np.max(np.abs(column)))
             truncation, rounding = (truncation, max(rounding, error)) if has_stagnated else (max(truncation, error), rounding)
-    return truncation / arrays.fit_tolerance, rounding / MIN_FIT_TOLERANCE
+    return truncation / arrays.fit_tolerance, rounding / arrays.fit_tolerance
 
 
 @jit_in_place
