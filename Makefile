@@ -38,6 +38,7 @@ benchmark: $(VENV)/installed-test
 	$(BIN)/python benchmarks/impulse.py
 	$(BIN)/python benchmarks/multibody.py
 	$(BIN)/python benchmarks/reduced.py
+	$(BIN)/python benchmarks/sweep.py
 	$(BIN)/python benchmarks/statics.py
 	$(BIN)/python benchmarks/effects.py
 	$(BIN)/python benchmarks/film.py

@@ -1,4 +1,4 @@
-"""Cost of the reduced engine: against hand-written C for the one-coordinate equation, of building, and in sweeps.
+"""Cost of the reduced engine: against hand-written C for the one-coordinate equation, and of building.
 
 Usage: python benchmarks/reduced.py
 """
@@ -6,7 +6,6 @@ Usage: python benchmarks/reduced.py
 from __future__ import annotations
 
 import ctypes
-import resource
 import shutil
 import subprocess
 import sys
@@ -40,7 +39,6 @@ def main() -> None:
     compare_with_c(scene)
     print_whole_runs(scene)
     print_new_process_time()
-    print_sweeps()
 
 
 def compare_with_c(scene: Scene) -> None:
@@ -132,30 +130,6 @@ def print_new_process_time() -> None:
     code = "import governor_mechanism as gm; gm.run('porter', 'reduced', accuracy=1e-10)"
     seconds = shortest_time(lambda: subprocess.run([sys.executable, "-c", code], check=True), 5)
     print(f"a new process with one run: {seconds:.2f} s (target 1)\n")
-
-
-def print_sweeps() -> None:
-    """Run a thousand different Porter governors, 2 s each at 1e-8, without certificates."""
-    scene = gm.load("porter")
-    scene = replace(scene, run=replace(scene.run, duration=2.0))
-    arms, sleeves = np.linspace(0.29, 0.35, 40).tolist(), np.linspace(10.0, 20.0, 25).tolist()
-    vary = {"dimensions.arm": arms, "dimensions.sleeve_mass": sleeves}
-    print("| 1,000 Porter governors, 2 s each at 1e-8 | s | largest memory, MB |\n|---|---|---|")
-    together = shortest_time(lambda: gm.sweep(scene, vary, engine="reduced", accuracy=1e-8), 3)
-    print(f"| all together (target 0.5) | {together:.2f} | {peak_memory():.0f} |")
-    # A function as quantity needs whole runs, so each row is a run.
-    single = shortest_time(lambda: gm.sweep(scene, vary, {"final arm_angle": final_arm_angle}, engine="reduced", accuracy=1e-8), 1)
-    print(f"| one run each (target 8) | {single:.1f} | {peak_memory():.0f} |")
-
-
-def final_arm_angle(run: Any) -> float:
-    """Return the arm angle at the end of a run."""
-    return float(run.readings["arm_angle"][-1])
-
-
-def peak_memory() -> float:
-    """Return the peak memory of this process (MB)."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
 def shortest_time(work: Callable[[], Any], repeats: int) -> float:

@@ -10,6 +10,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.units.arguments import FLAG, FUNCTION, NUMBER, NUMBERS, NUMBERS_BY_NAME, PATH, TEXT, check_arguments
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from governor_mechanism.engines import Engine
     from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics
     from governor_mechanism.model.scene import Scene
@@ -551,6 +553,7 @@ def sweep(
     accuracy: float | None = None,
     certify: bool = False,
     workers: int = 1,
+    cluster: str | Client | None = None,
     out: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Sweep:
@@ -572,7 +575,9 @@ def sweep(
     certify
         Whether to estimate the errors.
     workers
-        Number of processes. The rows do not depend on it.
+        Largest number of processes; a sweep that is faster in one process stays there. The rows do not depend on it.
+    cluster
+        A client of dask.distributed, or the address of its scheduler, as "tcp://host:8786": the rows are computed there.
     out
         Folder for the rows. A sweep that was interrupted continues from it.
     progress
@@ -594,11 +599,13 @@ def sweep(
     >>> table = gm.sweep("porter", {"dimensions.arm": ["280 mm", "300 mm"]}, ["max arm_angle"])  # doctest: +SKIP
     >>> table.column("max arm_angle")  # doctest: +SKIP
     """
+    from governor_mechanism.studies.sweep.cluster import row_computer
     from governor_mechanism.studies.sweep.run import make_task, run_sweep
 
     resolved_scene = _as_scene(scene)
-    task = make_task(resolved_scene, vary, quantities, engine, accuracy, certify, workers)
-    return run_sweep(resolved_scene, task, workers, out, progress)
+    task = make_task(resolved_scene, vary, quantities, engine, accuracy, certify, workers, cluster)
+    with row_computer(workers, cluster) as compute:
+        return run_sweep(resolved_scene, task, compute, out, progress)
 
 
 def valve_timing(scene: SceneSource) -> ValveTiming:

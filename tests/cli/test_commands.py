@@ -24,6 +24,15 @@ from governor_mechanism.scenes.library import shipped_scenes
 MODELS = Path(__file__).parents[2] / "models"
 COMMAND = [sys.executable, "-m", "governor_mechanism.cli.main"]
 
+EAGER_COMMAND = [
+    *(sys.executable, "-c"),
+    """from governor_mechanism.cli.main import main
+from governor_mechanism.studies.sweep import workers
+workers.TRIAL_TIME = workers.PROCESS_START_TIME = 0.0
+main()""",
+]
+"""The command, which here starts processes for a sweep even where they do not pay."""
+
 
 def call(*words: str):
     return CliRunner().invoke(app, list(words))
@@ -437,7 +446,7 @@ def terminate_process(happened, *words: str) -> tuple[int, str]:
 
 def end_process(happened, words: tuple[str, ...], send_signal) -> tuple[int, str]:
     """Return exit status and messages of a command that gets a signal; its processes end with it."""
-    with subprocess.Popen([*COMMAND, *words], stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+    with subprocess.Popen([*EAGER_COMMAND, *words], stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
         try:
             wait_until(happened)
             send_signal(process.pid)

@@ -204,7 +204,7 @@ def _write_results(result: Trajectory, out: Path, stem: str, film: FilmFormat | 
     return written
 
 
-def _first_sentence(command: Callable[..., None]) -> str:
+def _first_sentence(command: Callable[..., object]) -> str:
     return (command.__doc__ or "").split("\n\n")[0].replace("\n", " ")
 
 

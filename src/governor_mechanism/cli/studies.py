@@ -137,7 +137,10 @@ def sweep(
     engine: Annotated[str, typer.Option(help="The engine of all rows; auto uses the engine of the scene.")] = "auto",
     accuracy: console.Accuracy = None,
     certify: Annotated[bool, typer.Option("--certify", help="Estimate the error of every run.")] = False,
-    workers: Annotated[int, typer.Option(help="Number of processes. The result does not depend on it.")] = 1,
+    workers: Annotated[int, typer.Option(help="Largest number of processes. The result does not depend on it.")] = 1,
+    cluster: Annotated[
+        str | None, typer.Option(help="Address of the scheduler of a cluster (dask.distributed) that computes the rows: tcp://host:8786.")
+    ] = None,
     out: Annotated[
         Path, typer.Option(help="Folder for table, record and figure. An interrupted sweep continues from there.")
     ] = console.RESULTS_FOLDER,
@@ -160,9 +163,8 @@ def sweep(
                 if show_progress is not None:
                     show_progress(done, total)
 
-            result = gm.sweep(
-                loaded, vary, quantity or None, engine=engine, accuracy=accuracy, certify=certify, workers=workers, out=out, progress=report
-            )
+            where: dict[str, Any] = {"workers": workers, "cluster": cluster, "out": out, "progress": report}
+            result = gm.sweep(loaded, vary, quantity or None, engine=engine, accuracy=accuracy, certify=certify, **where)
     except KeyboardInterrupt:
         if journal_file.exists():
             console.print_to_stderr(f"{n_done} of {n_rows} rows are in {journal_file}; the same command continues from there")
@@ -172,7 +174,7 @@ def sweep(
         from governor_mechanism.render.figures.sweep import sweep_figure
 
         files.append(sweep_figure(result).save_png(journal_file.with_suffix(".png")))
-    return console.CommandResult(text=[result], values=result.as_json(), files=files, ok=result.ok)
+    return console.CommandResult(text=[result], values=result.as_json() if as_json else {}, files=files, ok=result.ok)
 
 
 def hard_cases(

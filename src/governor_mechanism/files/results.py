@@ -13,7 +13,7 @@ from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.files.plain_values import save_json, save_table
 from governor_mechanism.model.trajectory import Trajectory
 
-REPORTED_PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy")
+REPORTED_PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy", "numba")
 
 
 def save_csv(run: Trajectory, path: Path) -> None:

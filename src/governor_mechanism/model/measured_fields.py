@@ -2,7 +2,8 @@
 
 import dataclasses
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
@@ -16,10 +17,16 @@ def measured(unit: str, *, positive: bool = False, default: Any = dataclasses.MI
 
 def require_valid_fields(instance: Any, owner: str) -> None:
     """Raise MechanismError unless the measured fields of a dataclass instance are finite or positive as declared."""
-    for field in dataclasses.fields(instance):
-        if "unit" in field.metadata:
-            check = require_positive if field.metadata["positive"] else require_finite
-            check(getattr(instance, field.name), field.metadata["unit"], f"{field.name.replace('_', ' ')} of {owner}")
+    for name, unit, check in _measured_fields(instance.__class__):
+        check(getattr(instance, name), unit, f"{name.replace('_', ' ')} of {owner}")
+
+
+@cache
+def _measured_fields(owner_class: Any) -> tuple[tuple[str, str, Callable[[float, str, str], None]], ...]:
+    """Return name, unit and check of each measured field of a dataclass."""
+    fields = [field for field in dataclasses.fields(owner_class) if "unit" in field.metadata]
+    checks = {True: require_positive, False: require_finite}
+    return tuple((field.name, field.metadata["unit"], checks[field.metadata["positive"]]) for field in fields)
 
 
 def class_words(instance: object) -> str:

@@ -37,6 +37,10 @@ class Outcome(Enum):
         """Whether the run reached its end and met all requirements."""
         return self in (Outcome.DONE, Outcome.NOT_CERTIFIED)
 
+    def describe(self, detail: str) -> str:
+        """Return the outcome as a sentence, after its cause if there is one."""
+        return f"{detail}: {self.value}" if detail else self.value
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Energy:
@@ -246,7 +250,7 @@ class Trajectory:
     @property
     def message(self) -> str:
         """Outcome as a sentence, after its cause if there is one."""
-        return f"{self.detail}: {self.outcome.value}" if self.detail else self.outcome.value
+        return self.outcome.describe(self.detail)
 
     def raise_if_failed(self) -> None:
         """Raise RunFailed unless the run reached its end and met its accuracy."""

@@ -13,6 +13,7 @@ from governor_mechanism.numerics.jit import kernel_cache_folder
 from governor_mechanism.scenes.library import load_scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.equilibria import find_equilibria
+from governor_mechanism.studies.sweep.cluster import row_computer
 from governor_mechanism.studies.sweep.run import make_task, run_sweep
 from governor_mechanism.units.text_table import format_table
 
@@ -138,7 +139,9 @@ def _run(engine_name: str, scene: Scene, times: Sequence[float]) -> tuple[object
 
 def _sweep() -> None:
     scene = load_scene("porter")
-    run_sweep(scene, make_task(scene, ["dimensions.arm=250mm:300mm:2"], None, "reduced", None, False, 1), 1, None, None)
+    task = make_task(scene, ["dimensions.arm=250mm:300mm:2"], None, "reduced", None, certify=False, workers=1, cluster=None)
+    with row_computer(1, None) as compute:
+        run_sweep(scene, task, compute, None, None)
 
 
 _KERNEL_USES: Mapping[str, Callable[[], object]] = {

@@ -11,12 +11,13 @@ import numpy as np
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.registry import EFFECT_TYPES, FORCE_LAWS
 from governor_mechanism.engines.base import RunRequest
-from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine, describe_end
+from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.reduced.integration import integration_kernel, make_integration_arguments
-from governor_mechanism.engines.reduced.run import ReducedRun, ReducedSettings
+from governor_mechanism.engines.reduced.passage import describe_passage_end
+from governor_mechanism.engines.reduced.run import ReducedRun
+from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
 from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, ContactMode, has_contacts, reading_functions_of
 from governor_mechanism.mechanics.dynamics.inputs import output_of_reading
@@ -29,7 +30,7 @@ from governor_mechanism.model.force_elements import Torque, TorsionDamper
 from governor_mechanism.model.joints import GROUND, JOINT_TYPES, Gear, Joint
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import TableFunction
-from governor_mechanism.model.trajectory import Outcome, Trajectory
+from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.numerics.parallel_compilation import compiled_beside
 from governor_mechanism.observables.evaluation import ReadingEvaluator
@@ -128,12 +129,9 @@ class ReducedRunner(CertifiedRunner):
         solution = reduced_run.integrate(self.request.times, tolerance, step_factor=2.0 if is_comparison else 1.0)
         self.setup_time = sum(one.motion_table.setup_time for one in self._reduced_runs.values())
         reported_states = reduced_run.state_history(solution)
-        time_text = f"t = {solution.end_time:.9g} s"
-        outcome, detail = describe_end(self.scene, solution.status, time_text, self.max_steps)
-        if solution.status == IntegrationStatus.TABLE_ENDED:
-            is_at_limit, message = reduced_run.motion_table.end_message(solution.side)
-            outcome = Outcome.LEFT_RANGE if is_at_limit else Outcome.DEAD_CENTRE
-            detail = f"{message}, at {time_text}"
+        outcome, detail = describe_passage_end(
+            self.scene, reduced_run.motion_table, solution.status, solution.end_time, solution.side, self.max_steps
+        )
         return RunResult(
             reported_states=reported_states,
             monitor_states=partial(self._make_monitor_states, reduced_run, tolerance, solution.times[-1:]),

@@ -16,7 +16,7 @@ from governor_mechanism.integrators.tableau import FIRST_NONZERO_STAGE, STAGES
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import EventLog, make_event_log
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
-from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, stack_local_cubics
+from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.mechanics.reduction import equation_of_motion
 from governor_mechanism.mechanics.reduction.equation_of_motion import StateIndex
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter, ReducedForces, lower_reduced_scene
@@ -266,7 +266,7 @@ def make_integration_arguments(scene: Scene) -> tuple[Any, ...]:
     """Return arguments of the kernel of a scene, of which only the types matter: the table is empty."""
     arrays, forces, inputs = lower_reduced_scene(scene)
     table = allocate_table(arrays, 1, 0.0, np.zeros((len(arrays.lagrangian.bodies), 3)))
-    input_cubics = stack_local_cubics(list(map(CubicTimeFunction, inputs)), np.zeros(1))[0]
+    input_cubics = stack_local_cubics(inputs, np.zeros(1))[0]
     mode, counts = np.zeros(1, dtype=np.int64), np.zeros(len(StepCounter), dtype=np.int64)
     equation = make_reduced_equation(table, forces, input_cubics, mode, counts, 1.0)
     state, states = np.zeros(equation_of_motion.N_STATES), np.zeros((0, equation_of_motion.N_STATES))

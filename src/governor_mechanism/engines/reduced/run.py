@@ -1,13 +1,16 @@
 """One run of a scene through its reported times at a tolerance."""
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.certificate import ErrorControlSettings, speed_jump_work
+from governor_mechanism.engines.certificate import speed_jump_work
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.reduced import integration
+from governor_mechanism.engines.reduced.passage import integrate_passage
+from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
@@ -29,36 +32,6 @@ from governor_mechanism.types import FloatArray, IntArray
 
 INITIAL_EVENT_CAPACITY = 4096
 """Number of events for which records are allocated at first."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ReducedSettings(ErrorControlSettings):
-    """Numerical settings of the reduced engine; the defaults serve all shipped scenes.
-
-    Attributes
-    ----------
-    comparison_width_ratio
-        Factor on the piece width of the comparison run, so that the certificate includes the interpolation error of the tables.
-    max_monitor_travel
-        Travel between two of these states, in coordinate scales, above which more are inserted.
-    max_monitor_times
-        Number of these states that is not exceeded, to bound memory; `run.events` of a longer motion may miss turning points.
-    table_end_step_ratio
-        Factor by which a step that leaves the end of the table is shortened.
-    min_end_step_ratio
-        Step at which the end of the table is reached, relative to the remaining time and to the time scale: rounding.
-    min_remaining_travel
-        Distance from the end of the table at which it is reached, relative to the coordinate and to its scale: rounding.
-    """
-
-    max_step_work: float = 5e6
-    monitor_interval_ratio: float = 0.1
-    comparison_width_ratio: float = 0.7
-    max_monitor_travel: float = 0.2
-    max_monitor_times: int = 200_000
-    table_end_step_ratio: float = 0.25
-    min_end_step_ratio: float = 1e-12
-    min_remaining_travel: float = 1e-14
 
 
 @dataclass(frozen=True)
@@ -120,34 +93,20 @@ class ReducedRun:
             start_events = select_start_events(make_events(event_log, self._subjects))
             event_log.counts[:] = 0
         n_filled, step = int(len(times) > 0 and times[0] == 0.0), settings.first_step_ratio * max_step
-        status: int = IntegrationStatus.DONE
+        status = IntegrationStatus.DONE
         time, side, last_time = 0.0, 0, float(times[-1]) if len(times) else 0.0
         states[:n_filled], modes[:n_filled] = state, mode
         inner_breakpoints = self.breakpoints[(self.breakpoints > 0) & (self.breakpoints < last_time)]
         for start, end in pairwise([0.0, *inner_breakpoints.tolist(), last_time]):
-            time = start
-            while time < end:
-                limits = StepLimits(tolerance, step, max_step, self.max_steps, 0.0)
-                rows = slice(n_filled, int(np.searchsorted(times, end, side="right")))
-                equation, arguments = (
-                    self._make_equation(time, mode, counts, tolerance),
-                    (times[rows], state, limits, states[rows], modes[rows]),
-                )
-                status, step, n_reached, time = integration.integrate_reduced(equation, buffers, (time, end), *arguments, event_log)
-                n_filled += n_reached
-                if status not in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
-                    break
-                side = status - IntegrationStatus.BELOW_TABLE
-                if not motion_table.extend(side):
-                    step *= settings.table_end_step_ratio
-                    remaining = abs(motion_table.end_coordinate(side) - state[0])
-                    min_remaining = settings.min_remaining_travel * max(
-                        motion_table.arrays.lagrangian.assembly.coordinate_scale, abs(state[0])
-                    )
-                    if step < settings.min_end_step_ratio * max(time_scale, end - time) or remaining < min_remaining:
-                        time += max((motion_table.end_coordinate(side) - state[0]) / state[1], 0.0) if state[1] else 0.0
-                        status = IntegrationStatus.TABLE_ENDED
-                        break
+            rows = slice(n_filled, int(np.searchsorted(times, end, side="right")))
+            limits = StepLimits(tolerance, step, max_step, self.max_steps, 0.0)
+            arguments = times[rows], state, limits, states[rows], modes[rows], event_log
+            make_equation = partial(self._make_equation, mode=mode, counts=counts, tolerance=tolerance)
+            passage = integrate_passage(
+                motion_table, make_equation, buffers, (start, end), *arguments, time_scale=time_scale, settings=settings
+            )
+            status, step, time, side = passage.status, passage.step, passage.time, passage.side
+            n_filled += passage.n_reached
             if status != IntegrationStatus.DONE:
                 break
             # The work that a jump of the given spindle speed does on the bodies; a report at that time shows the right limit.
@@ -161,7 +120,7 @@ class ReducedRun:
             return self.integrate(times, tolerance, step_factor, 2 * n_events)
         events = drop_cancelled_events(start_events + make_events(event_log, self._subjects), SIMULTANEITY_TOLERANCE * time_scale)
         reached = slice(n_filled)
-        return ReducedSolution(times[reached], states[reached], modes[reached], events, IntegrationStatus(status), time, side, step)
+        return ReducedSolution(times[reached], states[reached], modes[reached], events, status, time, side, step)
 
     def integrate_from_row(self, solution: ReducedSolution, tolerance: float, k: int, time: float) -> Motion | None:
         """Return poses and velocities (bodies, 3) at a time, s, after that of row k, integrated from that row; None on failure."""

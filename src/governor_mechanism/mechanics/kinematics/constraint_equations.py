@@ -122,13 +122,14 @@ def make_constraint_table(mechanism: Mechanism, origins: Origins | None = None) 
     table, curve_segments, n_segments = np.zeros(len(entries), dtype=constraint_kernels.CONSTRAINT_ROW_DTYPE), [np.zeros((0, 2))], 0
     motions: list[PrescribedMotion] = []
     for i, (_, joint, row) in enumerate(entries):
-        segments = curve_segments[0] if row.curve is None else make_curve_segments(row.curve)
+        segments = [] if row.curve is None else [make_curve_segments(row.curve)]
+        n_own_segments = sum(map(len, segments))
         drive = -1 if row.motion is None else len(motions)
         points = attachment_fields(mechanism, joint.first, joint.second, origins or {})
         parameters = row.parameters + (0.0,) * (constraint_kernels.N_ROW_PARAMETERS - len(row.parameters))
-        table[i] = (row.kind, *points, *parameters, row.drive_scale, drive, n_segments, len(segments))
-        curve_segments.append(segments)
-        n_segments += len(segments)
+        table[i] = (row.kind, *points, *parameters, row.drive_scale, drive, n_segments, n_own_segments)
+        curve_segments += segments
+        n_segments += n_own_segments
         motions += [] if row.motion is None else [row.motion]
     joint_indices = np.array([index for index, _, _ in entries], dtype=np.int64)
     rows = ConstraintRows(table, bodies_of_rows(table), _concatenate_segments(curve_segments))
@@ -137,13 +138,17 @@ def make_constraint_table(mechanism: Mechanism, origins: Origins | None = None) 
 
 def _concatenate_segments(parts: list[FloatArray]) -> FloatArray:
     """Return all curve segments with as many coefficients as the highest degree needs; the others are zero."""
+    if len(parts) == 1:
+        return parts[0]
     n_columns = max(part.shape[1] for part in parts)
     return np.concatenate([np.insert(part, [1] * (n_columns - part.shape[1]), 0.0, axis=1) for part in parts])
 
 
 def bodies_of_rows(table: RecordArray) -> IntArray:
     """Return the first and second body of each row; shape (n, 2)."""
-    return np.stack([table["first"], table["second"]], axis=-1)
+    bodies = np.empty((len(table), 2), dtype=table.dtype["first"])
+    bodies[:, 0], bodies[:, 1] = table["first"], table["second"]
+    return bodies
 
 
 def _is_trivially_satisfied(mechanism: Mechanism, joint: Joint, row: ConstraintRow) -> bool:

@@ -96,7 +96,9 @@ def lower_assembly(mechanism: Mechanism) -> AssemblyArrays:
         Rows, free coordinates and scales.
     """
     joint_rows, output_rows = make_constraint_table(mechanism).rows, make_output_rows(mechanism, [mechanism.coordinate], {})
-    table, coordinate_scale = np.concatenate([joint_rows.table, output_rows.table]), mechanism.output_scale(mechanism.coordinate)
+    table = np.empty(len(joint_rows.table) + 1, dtype=joint_rows.table.dtype)
+    table[:-1], table[-1:] = joint_rows.table, output_rows.table
+    coordinate_scale = mechanism.output_scale(mechanism.coordinate)
     return AssemblyArrays(
         rows=ConstraintRows(table, bodies_of_rows(table), joint_rows.curve_segments),
         coordinate_wraps=isinstance(mechanism.reading(mechanism.coordinate), LineAngle),

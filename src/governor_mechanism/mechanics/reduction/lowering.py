@@ -16,7 +16,7 @@ from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import lower_assembly
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.mechanics.reduction.node_evaluation import LagrangianArrays, ReductionArrays
+from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, LagrangianArrays, ReductionArrays
 from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.force_elements import ForceElement
@@ -145,13 +145,15 @@ def lower_lagrangian(scene: Scene, prefix: str, part: Part, outputs: Sequence[st
     for side in ("first", "second"):
         rows.table[side] -= np.where(rows.table[side] >= 0, first_body, 0)
     effect_records = [output_force_record(effect, outputs.index(effect.reading)) for effect in effects]
+    if effect_records:
+        element_forces = np.concatenate([np.array(effect_records, dtype=OUTPUT_FORCE_DTYPE), element_forces])
     return LagrangianArrays(
         assembly=lower_assembly(mechanism),
         mass=np.array([[body.mass, body.mass, body.planar_inertia] for body in mechanism.bodies]).ravel(),
         bodies=np.array([make_body_record(body, part.gravity, has_centrifugal_forces - 1) for body in mechanism.bodies], dtype=BODY_DTYPE),
         has_centrifugal_forces=has_centrifugal_forces,
         output_rows=rows._replace(row_bodies=bodies_of_rows(rows.table)),
-        forces=np.concatenate([np.array(effect_records, dtype=OUTPUT_FORCE_DTYPE), element_forces]),
+        forces=element_forces,
         n_loads=sum(len(element.loads) for element in own_elements),
     )
 
@@ -195,6 +197,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
         high=high,
         full_turn=math.tau if mechanism.reading(mechanism.coordinate).quantity == "angle" else 0.0,
         is_conservative=is_steady and not scene.mechanism.force_elements and not scene.output_effects and not train.motion,
+        fit_tolerance=MIN_FIT_TOLERANCE,
     )
     loads, contacts = loads_of(scene), contacts_of(scene)
     first_friction_input = 1 + len(loads) - sum(contact.friction is not None for contact in contacts)

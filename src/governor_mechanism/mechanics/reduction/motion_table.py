@@ -4,8 +4,9 @@ import time
 
 import numpy as np
 
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import continue_to_coordinate
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
-from governor_mechanism.mechanics.reduction.node_evaluation import make_lagrangian_workspace
+from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, make_lagrangian_workspace
 from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
 from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, allocate_table, evaluate_poses, grow_table
 from governor_mechanism.mechanics.reduction.table_refinement import extend_table
@@ -33,6 +34,10 @@ class MotionTable:
         Poses at the start; shape (bodies, 3).
     width_ratio
         Factor on the width of the first pieces.
+    fit_tolerance
+        Truncation tolerance of the pieces, relative to the scale of a column.
+    is_guess
+        Whether the poses are a guess from which those at the start are reached by continuation.
 
     Attributes
     ----------
@@ -52,17 +57,30 @@ class MotionTable:
         Whether the first piece could be computed.
     """
 
-    def __init__(self, scene: Scene, q: float, poses: FloatArray, width_ratio: float = 1.0) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        q: float,
+        poses: FloatArray,
+        width_ratio: float = 1.0,
+        fit_tolerance: float = MIN_FIT_TOLERANCE,
+        *,
+        is_guess: bool = False,
+    ) -> None:
         start_time = time.perf_counter()
         self.scene = scene
-        self.arrays, forces, self.time_functions = lower_reduced_scene(scene)
+        arrays, forces, self.time_functions = lower_reduced_scene(scene)
+        self.arrays = arrays._replace(fit_tolerance=fit_tolerance)
         self.forces = forces._replace(inputs=np.zeros_like(forces.inputs))
         self._workspace = make_lagrangian_workspace(self.arrays.lagrangian)
+        is_assembled, poses = True, poses.copy()
+        if is_guess:
+            is_assembled = continue_to_coordinate(self.arrays.lagrangian.assembly, self._workspace.assembly, q, poses)
         self.table = allocate_table(self.arrays, INITIAL_TABLE_CAPACITY, q, poses)
         self.table.next_widths[:] *= width_ratio
         self.setup_time = 0.0
         """Wall time spent on the table, s."""
-        self.is_started = self.extend(1)
+        self.is_started = is_assembled and self.extend(1)
         self.setup_time = time.perf_counter() - start_time
 
     @property

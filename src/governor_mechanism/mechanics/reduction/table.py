@@ -6,13 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays, TableColumn
+from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, ReductionArrays, TableColumn
 from governor_mechanism.numerics.chebyshev import N_CHEBYSHEV_NODES, barycentric_weights
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 
 INITIAL_PIECE_WIDTH = 0.1
-"""Width of the first piece that is tried, in coordinate scales."""
+"""Width of the first piece of the most accurate table, in coordinate scales. The truncation error grows with the power
+`N_CHEBYSHEV_NODES` of the width, so that a less accurate table begins with a wider one.
+"""
 
 
 class ExtensionStatus(IntEnum):
@@ -61,7 +63,7 @@ class PiecewiseTable(NamedTuple):
         Width of the next piece below and above; shape (2,).
     periodicity
         Period (0 if not periodic), its beginning, number of whole turns to try next, largest rounding error in units of
-        `FIT_TOLERANCE`, pivot ratio of the joints at the start; shape (5,).
+        the fit tolerance, pivot ratio of the joints at the start; shape (5,).
     pose_increment
         Change of the poses over a period; shape (3 bodies,).
     column_scales
@@ -107,6 +109,7 @@ def allocate_table(arrays: ReductionArrays, capacity: int, q: float, poses: Floa
         A table without pieces.
     """
     n_columns, n_bodies = count_columns(arrays), len(arrays.lagrangian.bodies)
+    width = INITIAL_PIECE_WIDTH * (arrays.fit_tolerance / MIN_FIT_TOLERANCE) ** (1.0 / N_CHEBYSHEV_NODES)
     table = PiecewiseTable(
         intervals=np.zeros((capacity, 4)),
         neighbours=np.full((capacity, 2), -1, dtype=np.int64),
@@ -115,7 +118,7 @@ def allocate_table(arrays: ReductionArrays, capacity: int, q: float, poses: Floa
         n_pieces=np.zeros(1, dtype=np.int64),
         end_pieces=np.zeros(2, dtype=np.int64),
         end_reasons=np.zeros(2, dtype=np.int64),
-        next_widths=np.full(2, INITIAL_PIECE_WIDTH * arrays.lagrangian.assembly.coordinate_scale),
+        next_widths=np.full(2, width * arrays.lagrangian.assembly.coordinate_scale),
         periodicity=np.array([0.0, q, 1.0, 0.0, 0.0]),
         pose_increment=np.zeros(3 * n_bodies),
         column_scales=np.zeros(n_columns),

@@ -1,7 +1,7 @@
 """Adaptive construction of the motion table, piece by piece, as far as a motion needs it; compiled.
 
-Each piece is a Chebyshev fit (see `chebyshev`) with a truncation error of at most `FIT_TOLERANCE`; a piece that exceeds it is
-computed again with half the width. The table of a closed motion becomes periodic.
+Each piece is a Chebyshev fit (see `chebyshev`) with a truncation error of at most the fit tolerance of the table; a piece that exceeds
+it is computed again with half the width. The table of a closed motion becomes periodic.
 """
 
 import math
@@ -16,9 +16,6 @@ from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray
-
-FIT_TOLERANCE = 1e-13
-"""Truncation tolerance of a piece, relative to the scale of its column."""
 
 MAX_PIECE_WIDTH = 1.0
 """Largest width of a piece, in coordinate scales."""
@@ -35,11 +32,14 @@ MIN_PIECE_WIDTH = 1e-9
 WIDEN_THRESHOLD = 1e-3
 """Fit residual relative to the tolerance below which the next piece is twice as wide."""
 
-MAX_ROUNDING_RATIO = 1e6
-"""Relaxation of `FIT_TOLERANCE` once the coefficients have stagnated at rounding level, as near a change point."""
+MAX_ROUNDING_ERROR = 1e-7
+"""Largest error of a piece whose coefficients have stagnated at rounding level, as near a change point, relative to its column's scale."""
 
 NOISE_LIMIT, MIN_RESIZABLE_WIDTH, N_RESIZE_TRIALS = 10.0, 1e-3, 24
-"""Rounding error in units of `FIT_TOLERANCE`, and piece width in coordinate scales, above which other widths are tried; their number."""
+"""Rounding error in units of the fit tolerance, and piece width in coordinate scales, above which other widths are tried.
+
+The last is the number of these widths.
+"""
 
 CHANGE_POINT_RATIO, CHANGE_POINT_MARGIN = 0.1, 0.1
 """Ratio of the pivots to those at the start below which a piece with that rounding error holds a change point, where the table
@@ -138,7 +138,7 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
             table.end_reasons[side] = EndReason.AT_BOUND if at_bound else EndReason.AT_SINGULARITY
             return ExtensionStatus.TABLE_ENDED
         residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
-        if residual <= 1.0 and rounding < MAX_ROUNDING_RATIO:
+        if residual <= 1.0 and rounding * arrays.fit_tolerance < MAX_ROUNDING_ERROR:
             if (
                 rounding > NOISE_LIMIT
                 and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.lagrangian.assembly.coordinate_scale
@@ -267,18 +267,19 @@ def _unwrap_line_angles(
 
 @jit
 def _fit_residual(arrays: ReductionArrays, table: PiecewiseTable, piece: int, values: FloatArray) -> tuple[float, float]:
-    worst, worst_rounding, unused_coefficients, column = (0.0, 0.0, np.empty(N_CHEBYSHEV_NODES), np.empty(N_CHEBYSHEV_NODES))
+    """Fit a piece; return its truncation error and its rounding error in units of the fit tolerance."""
+    truncation, rounding, unused_coefficients, column = (0.0, 0.0, np.empty(N_CHEBYSHEV_NODES), np.empty(N_CHEBYSHEV_NODES))
     for c in range(values.shape[0]):
-        residual, has_stagnated = fit_piece(values[c], table.coefficients[piece, c])
-        residual /= FIT_TOLERANCE * max(table.column_scales[c], _largest_magnitude(values[c]))
-        worst, worst_rounding = (worst, max(worst_rounding, residual)) if has_stagnated else (max(worst, residual), worst_rounding)
+        error, has_stagnated = fit_piece(values[c], table.coefficients[piece, c])
+        error /= max(table.column_scales[c], _largest_magnitude(values[c]))
+        truncation, rounding = (truncation, max(rounding, error)) if has_stagnated else (max(truncation, error), rounding)
     for order in range(2):
         for c in range(arrays.lagrangian.assembly.pose_scales.size):
             copy_array(column, table.nodes[piece, :, order, c])
-            residual, has_stagnated = fit_piece(column, unused_coefficients)
-            residual /= FIT_TOLERANCE * max(table.node_scales[order, c], _largest_magnitude(column))
-            worst, worst_rounding = (worst, max(worst_rounding, residual)) if has_stagnated else (max(worst, residual), worst_rounding)
-    return worst, worst_rounding
+            error, has_stagnated = fit_piece(column, unused_coefficients)
+            error /= max(table.node_scales[order, c], _largest_magnitude(column))
+            truncation, rounding = (truncation, max(rounding, error)) if has_stagnated else (max(truncation, error), rounding)
+    return truncation / arrays.fit_tolerance, rounding / arrays.fit_tolerance
 
 
 @jit_in_place

@@ -102,7 +102,7 @@ _FAILURE_MARKERS = ("x", "v", "s", "d", "P", "*")
 
 def _mark_failures(panel: Panel, sweep: Sweep, axis_scale: SweepAxisScale) -> list[Line2D]:
     """Mark each failed row on the lower edge by its outcome."""
-    outcomes = np.array([row.outcome if not row.ok else "" for row in sweep.rows])[axis_scale.order]
+    outcomes = sweep.failures[axis_scale.order]
     handles = []
     for outcome, marker in zip(failure_counts(sweep), cycle(_FAILURE_MARKERS), strict=False):
         positions = axis_scale.positions[outcomes == outcome]

@@ -14,7 +14,8 @@ from governor_mechanism.render.number_format import format_name
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SKY, STEEL
 from governor_mechanism.studies.sweep.parameters import SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
-from governor_mechanism.studies.sweep.results import OK_ROW_OUTCOMES, Sweep
+from governor_mechanism.studies.sweep.results import Sweep
+from governor_mechanism.studies.sweep.rows import OK_ROW_OUTCOMES
 from governor_mechanism.types import FloatArray
 
 _MAP_WIDTH, _MAP_HEIGHT, _MAP_SPACING_X, _MAP_SPACING_Y = 3.1, 2.5, 0.25, 0.7
@@ -158,7 +159,7 @@ def _draw_map_row(
     factor, unit = quantity.display_unit
     is_two_dimensional, quantity_label = len(scales) == 2, label_with_unit(quantity.name, unit)
     values = sweep.grid(quantity.name).reshape(*sweep.shape[:2], -1) * factor
-    outcomes = np.array(["" if row.ok else row.outcome for row in sweep.rows]).reshape(values.shape)
+    outcomes = sweep.failures.reshape(values.shape)
     order = np.ix_(scales[0].order, scales[1].order)
     norm = _colour_norm(values)
     for third_index, rect in rects.items():

@@ -6,25 +6,29 @@ The first line of the journal identifies the sweep, and so does the record: a sw
 import csv
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from itertools import islice
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.files.plain_values import plain_value, save_json, save_table
 from governor_mechanism.files.results import package_versions
 from governor_mechanism.studies.sweep.parameters import AxisGrid
-from governor_mechanism.studies.sweep.results import Sweep, SweepRow
+from governor_mechanism.studies.sweep.results import Sweep
+from governor_mechanism.studies.sweep.rows import SweepRow, SweepRows
 
 DISTRIBUTION_NAME = "governor-mechanism"
 
 SETTING_LABELS = {"scene": "scene", "axes": "values of the keys", "quantities": "quantities", "package": "version of the package"}
 """Names in messages of the settings that distinguish two sweeps."""
 
-RowWriter = Callable[[SweepRow], None]
-"""Function that stores a row."""
+RowWriter = Callable[[Sequence[SweepRow]], None]
+"""Function that stores rows."""
 
 
 def journal_path(folder: Path, source: str) -> Path:
@@ -60,41 +64,43 @@ class SweepFiles:
         self._n_quantities, self._n_axes, self._n_rows = len(settings["quantities"]), len(grid.axes), math.prod(grid.shape)
         self._refuse_other_sweep()
 
-    def read_finished_rows(self) -> dict[int, SweepRow]:
-        """Return the rows that are on disk, by index."""
+    def read_finished_rows(self) -> SweepRows:
+        """Return the rows of the sweep, with those that are on disk."""
+        rows = SweepRows(self._n_rows, self._n_quantities)
         if self._record_path.exists() and self._table_path.exists():
             with self._table_path.open(newline="", encoding="utf-8") as stream:
-                table = list(csv.reader(stream))[1:]
-            rows = self._parse_rows([index, line[self._n_axes : -2], *line[-2:]] for index, line in enumerate(table))
-            if len(rows) == self._n_rows:
+                lines = islice(csv.reader(stream), 1, None)
+                rows.add(self._parse_rows([index, line[self._n_axes : -2], *line[-2:]] for index, line in enumerate(lines)))
+            if rows.is_computed.all():
                 return rows
-        if not self._journal_path.exists():
-            return {}
-        return self._parse_rows(map(_parse_json, self._journal_path.read_text("utf-8").split("\n")[1:]))
+            rows = SweepRows(self._n_rows, self._n_quantities)
+        if self._journal_path.exists():
+            with self._journal_path.open(encoding="utf-8") as stream:
+                rows.add(self._parse_rows(map(_parse_json, islice(stream, 1, None))))
+        return rows
 
-    def _parse_rows(self, records: Iterable[Any]) -> dict[int, SweepRow]:
-        """Return the rows of records of index, numbers, outcome and message, without incomplete records, as of a half-written line."""
-        rows = {}
+    def _parse_rows(self, records: Iterable[Any]) -> Iterator[SweepRow]:
+        """Yield the rows of records of index, numbers, outcome and message, without incomplete records, as of a half-written line."""
         for record in records:
             with suppress(ValueError, TypeError):
                 index, cells, outcome, message = record
                 numbers = tuple(math.nan if cell in (None, "") else float(cell) for cell in cells)
                 if len(numbers) == self._n_quantities and 0 <= index < self._n_rows:
-                    rows[index] = SweepRow(index=index, numbers=numbers, outcome=outcome, message=message)
-        return rows
+                    yield SweepRow(index=index, numbers=numbers, outcome=outcome, message=message)
 
     @contextmanager
-    def open_journal(self, rows: Iterable[SweepRow]) -> Iterator[RowWriter]:
-        """Rewrite the journal with the given rows, without a half-written last line; yield a function that appends a row."""
+    def open_journal(self, rows: SweepRows) -> Iterator[RowWriter]:
+        """Rewrite the journal with the rows computed so far, without a half-written last line; yield a function that appends rows."""
         with atomic_write(self._journal_path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as stream:
-            stream.writelines([json.dumps({"sweep": self._identity}) + "\n", *map(_format_journal_line, rows)])
+            stream.write(json.dumps({"sweep": self._identity}) + "\n")
+            stream.writelines(_format_journal_line(rows[index]) for index in np.flatnonzero(rows.is_computed).tolist())
         with self._journal_path.open("a", encoding="utf-8", newline="\n") as stream:
 
-            def append_row(row: SweepRow) -> None:
-                stream.write(_format_journal_line(row))
+            def append_rows(new_rows: Sequence[SweepRow]) -> None:
+                stream.write("".join(map(_format_journal_line, new_rows)))
                 stream.flush()
 
-            yield append_row
+            yield append_rows
 
     def write_results(self, sweep: Sweep) -> None:
         """Write table and record and delete the journal. The same sweep always gives the same files."""
@@ -121,8 +127,9 @@ class SweepFiles:
 
 
 def _read_identity(path: Path) -> Mapping[str, Any] | None:
-    text = path.read_text("utf-8", errors="replace")
-    record = _parse_json(text.partition("\n")[0] if path.suffix == ".part" else text)
+    with path.open(encoding="utf-8", errors="replace") as stream:
+        text = stream.readline() if path.suffix == ".part" else stream.read()
+    record = _parse_json(text)
     identity = record.get("sweep") if isinstance(record, Mapping) else None
     return identity if isinstance(identity, Mapping) else None
 

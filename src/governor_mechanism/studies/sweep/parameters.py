@@ -21,7 +21,7 @@ from governor_mechanism.scenes.problems import ProblemCode, ProblemCollector
 from governor_mechanism.studies.sweep.quantities import find_display_unit
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, number_or_text
 
-MAX_SWEEP_ROWS = 200_000
+MAX_SWEEP_ROWS = 10_000_000
 """Maximum number of rows of a sweep; a larger number suggests a slip."""
 
 AXIS_EXAMPLE = "dimensions.arm=200mm:400mm:50, or dimensions.arm=200mm,300mm"
@@ -105,7 +105,11 @@ class AxisGrid:
 
     def places(self, index: int) -> list[tuple[SweepAxis, int]]:
         """Return the axes and the places of their values in a row."""
-        return [(axis, int(place)) for axis, place in zip(self.axes, np.unravel_index(index, self.shape), strict=True)]
+        places = []
+        for axis in reversed(self.axes):
+            index, place = divmod(index, len(axis.values))
+            places.append((axis, place))
+        return places[::-1]
 
 
 def replace_document_value(table: Any, key: str, value: Any, table_key: str = "") -> Any:

@@ -1,53 +1,23 @@
 """Result of a sweep: rows of numbers with their outcomes, as columns, as grids, and as text."""
 
 import math
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.files.plain_values import finite_or_none, plain_record
+from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.studies.sweep.parameters import AxisGrid, SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
+from governor_mechanism.studies.sweep.rows import OK_ROW_OUTCOMES, SweepRow, SweepRows
 from governor_mechanism.units.text_table import format_table
-
-ROW_REFUSED, ROW_FAILED = "refused", "failed"
-"""Outcomes in addition to those of runs: an invalid scene or a refused run, and an unexpected error."""
-
-ROW_OK = "ok"
-"""Outcome of a complete run without a certificate."""
-
-OK_ROW_OUTCOMES = ("done", ROW_OK)
-"""Outcomes of a run that is complete and kept its accuracy, certified or not."""
 
 MAX_PRINTED_ROWS = 20
 """Maximum number of rows printed; a longer table is summarised by its extremes."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class SweepRow:
-    """Numbers of one run (SI, NaN if missing), its outcome, and a message if it is not ok."""
-
-    index: int
-    numbers: tuple[float, ...]
-    outcome: str
-    message: str = ""
-
-    @property
-    def ok(self) -> bool:
-        """Whether the run is complete and kept its accuracy."""
-        return self.outcome in OK_ROW_OUTCOMES
-
-    @property
-    def numbers_or_none(self) -> list[float | None]:
-        """The numbers, with None for one that is missing."""
-        return [finite_or_none(number) for number in self.numbers]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,14 +35,14 @@ class Sweep(AxisGrid):
     accuracy
         Requested relative accuracy of the runs.
     rows
-        One row per combination. Numbers are SI; a run that ended early has only its duration.
+        One row per combination; rows[index] is a `SweepRow`. Numbers are SI; a run that ended early has only its duration.
     """
 
     title: str
     source: str
     quantities: tuple[RunQuantity, ...]
     accuracy: float
-    rows: tuple[SweepRow, ...]
+    rows: SweepRows
 
     @property
     def units(self) -> dict[str, str]:
@@ -82,12 +52,12 @@ class Sweep(AxisGrid):
     @property
     def ok(self) -> bool:
         """Whether every row is ok."""
-        return all(row.ok for row in self.rows)
+        return all(outcome in OK_ROW_OUTCOMES for outcome in self.rows.first_rows)
 
     @property
     def outcomes(self) -> dict[str, int]:
         """Number of rows per outcome, in the order in which the outcomes occur."""
-        return dict(Counter(row.outcome for row in self.rows))
+        return {outcome: count for outcome, (_, count) in self.rows.first_rows.items()}
 
     def column(self, name: str) -> NDArray[Any]:
         """Return the values of a quantity or of a varied key.
@@ -111,8 +81,18 @@ class Sweep(AxisGrid):
         if name not in names:
             raise MechanismError(f"the sweep has no {name!r}; it has {names}.{did_you_mean(name, names)}")
         position = names.index(name)
-        axis_values = product(*(axis.values for axis in self.axes))  # as in the rows, the last axis varies fastest
-        return np.array([(*row.numbers, *values)[position] for row, values in zip(self.rows, axis_values, strict=True)])
+        if position < len(self.quantities):
+            return self.rows.numbers[:, position].copy()
+        axis_index = position - len(self.quantities)
+        values = np.array(self.axes[axis_index].values)
+        along_axis = values.reshape([-1 if k == axis_index else 1 for k in range(len(self.axes))])
+        return np.broadcast_to(along_axis, self.shape).ravel()
+
+    @property
+    def failures(self) -> NDArray[Any]:
+        """Outcome of each row that is not ok, and an empty text for the others; shape (rows,)."""
+        outcomes = self.rows.outcomes
+        return np.where(np.isin(outcomes, OK_ROW_OUTCOMES), "", outcomes)
 
     def grid(self, name: str) -> NDArray[Any]:
         """Return the values of `column` in the shape of the axes: the first index counts the values of the first axis."""
@@ -175,17 +155,16 @@ class Sweep(AxisGrid):
                 continue
             descriptions = (
                 f"{what} {_format_value(column[k], quantity)} at {', '.join(self._format_axis_values(self.rows[k]))}"
-                for what, k in (("least", np.nanargmin(column)), ("greatest", np.nanargmax(column)))
+                for what, k in (("least", int(np.nanargmin(column))), ("greatest", int(np.nanargmax(column))))
             )
             yield f"{quantity.name}: {'; '.join(descriptions)}"
 
     def _format_failures(self) -> Iterator[str]:
         """Yield one sentence for each outcome that is not ok."""
-        reported_outcomes: set[str] = set()
-        for row in self.rows:
-            if not row.ok and row.outcome not in reported_outcomes:
-                reported_outcomes.add(row.outcome)
-                yield f"{row.outcome}, first at {', '.join(self._format_axis_values(row))}: {row.message}"
+        for outcome, (index, _) in self.rows.first_rows.items():
+            if outcome not in OK_ROW_OUTCOMES:
+                row = self.rows[index]
+                yield f"{outcome}, first at {', '.join(self._format_axis_values(row))}: {row.message}"
 
     def _format_axis_values(self, row: SweepRow) -> list[str]:
         return list(map(_format_value, self.values_at(row.index), self.axes))

@@ -5,32 +5,31 @@ dropped as soon as their numbers are taken.
 """
 
 import math
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from governor_mechanism.engines import ReducedEngine, select_engine
-from governor_mechanism.engines.certificate import initial_tolerance
-from governor_mechanism.engines.reduced.batch import ReducedBatch, UncertifiedResult
+import numpy as np
+
+from governor_mechanism.engines import select_engine
+from governor_mechanism.engines.reduced.batch import UncertifiedResult
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
-from governor_mechanism.machines.base import Machine
-from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.problems import ProblemCollector
 from governor_mechanism.studies.sweep.checkpoint import RowWriter, SweepFiles
+from governor_mechanism.studies.sweep.cluster import find_computer_problems
 from governor_mechanism.studies.sweep.parameters import AxisGrid, parse_axes, parse_scene_with
-from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, find_quantity_reading, parse_quantities
-from governor_mechanism.studies.sweep.results import ROW_FAILED, ROW_OK, ROW_REFUSED, Sweep, SweepRow
-from governor_mechanism.studies.sweep.workers import map_in_processes, record_interrupts
+from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, parse_quantities
+from governor_mechanism.studies.sweep.results import Sweep
+from governor_mechanism.studies.sweep.rows import ROW_FAILED, ROW_OK, ROW_REFUSED, SweepRow, SweepRows
+from governor_mechanism.studies.sweep.rows_together import RowsTogether, is_quick_key, prepare_rows
+from governor_mechanism.studies.sweep.workers import RowComputer
 from governor_mechanism.units.quantities import format_value
-
-DIMENSION_PREFIX = "dimensions."
-"""First part of the key of a dimension."""
 
 SweepProgress = Callable[[int, int], None]
 """Callback with the number of finished rows and of all rows."""
@@ -40,8 +39,7 @@ SweepProgress = Callable[[int, int], None]
 class SweepTask(AxisGrid):
     """Everything that determines the rows; it can be pickled.
 
-    Rows that differ in dimensions only may have a fast path: what they share is parsed and prepared once. It needs the engine
-    `reduced`, runs without certificates, and a scene whose forces are all in the tables of the reduced model.
+    Rows that differ in dimensions and spindle speed only may have a fast path (see `rows_together`), without certificates.
     """
 
     document: Mapping[str, Any]
@@ -65,42 +63,20 @@ class SweepTask(AxisGrid):
 
     def run_batched(self, index: int) -> UncertifiedResult | None:
         """Return the run of a row by the fast path, or None if that does not apply to the sweep or to the row."""
-        if self._batch is None:
+        if self._rows_together is None:
             return None
-        scene, machine_class, given_dimensions, batch = self._batch
-        changed_dimensions = {axis.key.removeprefix(DIMENSION_PREFIX): axis.values[place] for axis, place in self.places(index)}
-        try:
-            machine = machine_class(**{**given_dimensions, **changed_dimensions})
-            if machine.start_problems(scene.start.values):
-                return None
-            mechanism = machine.mechanism_with_effects(scene.effects)
-        except MechanismError:
-            return None
-        return batch.run(scene.with_changes(mechanism=mechanism))
+        return self._rows_together.run({axis.key: axis.values[place] for axis, place in self.places(index)})
 
     @cached_property
-    def _batch(self) -> tuple[Scene, type[Machine], Mapping[str, Any], ReducedBatch] | None:
-        """Scene, machine and dimensions before they are changed, and the batch of the fast path, or None if that does not apply."""
-        from governor_mechanism.scenes.schema import dimensions_table_model  # slow to import: pydantic
-        from governor_mechanism.scenes.table import validate
-
-        if self.certify or not all(axis.key.startswith(DIMENSION_PREFIX) and axis.is_numeric for axis in self.axes):
+    def _rows_together(self) -> RowsTogether | None:
+        """What the rows of the fast path share, or None if that does not apply."""
+        if self.certify or not all(is_quick_key(axis.key) and axis.is_numeric for axis in self.axes):
             return None
-        scene = parse_scene_document(self.document)
-        reading_names = [find_quantity_reading(one, scene) for one in self.quantities]
-        machine_class = MACHINES.get(scene.part.machine)
-        accuracy = scene.run.accuracy if self.accuracy is None else self.accuracy
-        engine, _ = select_engine(scene.run.engine if self.engine == "auto" else self.engine, scene, accuracy)
-        if machine_class is None or None in reading_names or engine.name != ReducedEngine.name or engine.refusal(scene):
-            return None
-        given_dimensions = validate(dimensions_table_model(machine_class), self.document["dimensions"]).given_values()
-        names = [name for name in dict.fromkeys(reading_names) if name]
-        batch = ReducedBatch(scene, names, initial_tolerance(accuracy), ReducedEngine().step_limit(scene))
-        return scene, machine_class, given_dimensions, batch
+        return prepare_rows(self.document, self.quantities, self.engine, self.accuracy)
 
 
 def make_task(
-    scene: Scene, vary: Any, quantities: QuantityRequest, engine: str, accuracy: float | None, certify: bool, workers: int
+    scene: Scene, vary: Any, quantities: QuantityRequest, engine: str, accuracy: float | None, certify: bool, workers: int, cluster: Any
 ) -> SweepTask:
     """Return the task of a sweep of a scene at every combination of values of its keys.
 
@@ -120,6 +96,8 @@ def make_task(
         Whether to estimate the error of every run.
     workers
         Number of processes, which is only validated.
+    cluster
+        Cluster that computes the rows, which is only validated.
 
     Returns
     -------
@@ -140,8 +118,7 @@ def make_task(
     problems: list[str] = [*collector.problems]
     if accuracy is not None and not (isinstance(accuracy, int | float) and 0 < accuracy < 1):
         problems.append(f"accuracy must lie between 0 and 1; got {format_value(accuracy)}")
-    if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
-        problems.append(f"workers must be a whole number of at least 1; got {format_value(workers)}")
+    problems += find_computer_problems(workers, cluster)
     given_for_all = {"run.engine": engine != "auto", "run.accuracy": accuracy is not None}
     keys, reason = [axis.key for axis in axes], "has no effect if it is also given for all rows; leave one of the two out"
     problems += [f"vary: {key} {reason}" for key in keys if given_for_all.get(key)]
@@ -152,7 +129,7 @@ def make_task(
     return SweepTask(document=document, axes=axes, quantities=parsed_quantities, engine=engine, accuracy=accuracy, certify=certify)
 
 
-def run_sweep(scene: Scene, task: SweepTask, workers: int, out: str | Path | None, progress: SweepProgress | None) -> Sweep:
+def run_sweep(scene: Scene, task: SweepTask, compute: RowComputer, out: str | Path | None, progress: SweepProgress | None) -> Sweep:
     """Run all rows of a task that are not on disk yet.
 
     Parameters
@@ -161,8 +138,8 @@ def run_sweep(scene: Scene, task: SweepTask, workers: int, out: str | Path | Non
         Scene of the task.
     task
         What determines the rows.
-    workers
-        Number of processes; the result does not depend on it.
+    compute
+        Function that computes rows here or elsewhere; the rows do not depend on where.
     out
         Folder for journal, table and record; an interrupted sweep continues from there. None writes nothing.
     progress
@@ -179,25 +156,31 @@ def run_sweep(scene: Scene, task: SweepTask, workers: int, out: str | Path | Non
         If `out` holds another sweep.
     """
     files = None if out is None else SweepFiles(Path(out), scene.source, task, task.settings)
-    rows = {} if files is None else files.read_finished_rows()
-    n_rows = math.prod(task.shape)
-    pending = [index for index in range(n_rows) if index not in rows]
-    journal: AbstractContextManager[RowWriter] = nullcontext(lambda row: None)
-    if files is not None and pending:
-        journal = files.open_journal(rows.values())
-    report_progress = progress or (lambda n_done, n_rows: None)
-    report_progress(len(rows), n_rows)
-    with journal as append_row, closing(_compute_rows(task, pending, workers)) as new_rows:
-        for row in new_rows:
-            rows[row.index] = row
-            append_row(row)
-            report_progress(len(rows), n_rows)
+    rows = SweepRows(math.prod(task.shape), len(task.quantities)) if files is None else files.read_finished_rows()
+    _compute_missing_rows(rows, task, compute, files, progress or (lambda n_done, n_rows: None))
     tolerance = scene.run.accuracy if task.accuracy is None else task.accuracy
-    ordered = tuple(rows[index] for index in range(n_rows))
-    result = Sweep(title=scene.title, source=scene.source, axes=task.axes, quantities=task.quantities, accuracy=tolerance, rows=ordered)
+    result = Sweep(title=scene.title, source=scene.source, axes=task.axes, quantities=task.quantities, accuracy=tolerance, rows=rows)
     if files is not None:
         files.write_results(result)
     return result
+
+
+def _compute_missing_rows(
+    rows: SweepRows, task: SweepTask, compute: RowComputer, files: SweepFiles | None, progress: SweepProgress
+) -> None:
+    """Add the rows that are not computed yet, and write each to the journal of the files, if there are any."""
+    missing = np.flatnonzero(~rows.is_computed).tolist()
+    n_done = len(rows) - len(missing)
+    progress(n_done, len(rows))
+    if not missing:
+        return
+    journal: AbstractContextManager[RowWriter] = nullcontext(lambda rows: None) if files is None else files.open_journal(rows)
+    with journal as append_rows, closing(compute(partial(compute_row, task), missing)) as computed:
+        for new_rows in computed:
+            rows.add(new_rows)
+            append_rows(new_rows)
+            n_done += len(new_rows)
+            progress(n_done, len(rows))
 
 
 def _require_unchanged_document(scene: Scene) -> Mapping[str, Any]:
@@ -208,19 +191,6 @@ def _require_unchanged_document(scene: Scene) -> Mapping[str, Any]:
     if replace(parsed_scene, run=scene.run, title=scene.title) != scene:
         raise MechanismError("this scene was changed after loading, but a sweep parses its document for each row; change the document")
     return scene.document if parsed_scene.run == scene.run else {**scene.document, "run": asdict(scene.run)}
-
-
-def _compute_rows(task: SweepTask, indices: Sequence[int], workers: int) -> Generator[SweepRow, None, None]:
-    """Yield rows as they are finished, computed in this process or in several; an interrupted row is dropped."""
-    if workers > 1 and len(indices) > 1:
-        yield from map_in_processes(partial(compute_row, task), indices, min(workers, len(indices)))
-        return
-    with record_interrupts() as was_interrupted:
-        for index in indices:
-            row = compute_row(task, index)
-            if was_interrupted():
-                raise KeyboardInterrupt
-            yield row
 
 
 def compute_row(task: SweepTask, index: int) -> SweepRow:
@@ -237,10 +207,7 @@ def compute_row(task: SweepTask, index: int) -> SweepRow:
 
 def _compute_numbers(task: SweepTask, index: int) -> tuple[tuple[float, ...], str, str]:
     """Return numbers, outcome and message of a row; a run that ended early has only its duration: its last value is not the final one."""
-    batched_run = task.run_batched(index)
-    if batched_run is not None:
-        return tuple(one.evaluate(batched_run) for one in task.quantities), ROW_OK, ""
-    run = task.run(index)
+    run = task.run_batched(index) or task.run(index)
     has_final_values = run.outcome.ok or run.outcome is Outcome.ACCURACY_MISSED
     numbers = tuple(
         one.evaluate(run) if has_final_values or (one.rule == "duration" and len(run.times)) else math.nan for one in task.quantities

@@ -1,32 +1,96 @@
-"""Work on many items in several processes, ended cleanly by Ctrl-C."""
+"""Where the rows of a sweep are computed: in this process, or in several ones; Ctrl-C ends them cleanly."""
 
 import signal
 import threading
-from collections.abc import Callable, Iterable, Iterator
+import time
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
+from functools import partial
 from types import FrameType
-from typing import Any, TypeVar
+from typing import Any
 
 from governor_mechanism.errors import RunFailed
+from governor_mechanism.studies.sweep.rows import SweepRow
 
-_Item = TypeVar("_Item")
-_Result = TypeVar("_Result")
+RowFunction = Callable[[int], SweepRow]
+"""Function that computes the row of an index; it can be pickled."""
+
+RowComputer = Callable[[RowFunction, Sequence[int]], Generator[Sequence[SweepRow], None, None]]
+"""Function that yields the rows of indices as they are finished, several at once."""
+
+TRIAL_TIME = 0.5
+"""Time for which this process computes rows before processes may start, s: it shows how long a row takes."""
+
+PROCESS_START_TIME = 3.0
+"""Time that processes take to start, import the package and load its kernels, s."""
+
+CHUNKS_PER_WORKER = 16
+"""Number of chunks for each worker, so that all end at about the same time."""
+
+MAX_CHUNK_ROWS = 1000
+"""Largest number of rows of a chunk: fewer would repeat what rows share too often, and more would keep them from the disk too long."""
 
 
-def map_in_processes(function: Callable[[_Item], _Result], items: Iterable[_Item], n_processes: int) -> Iterator[_Result]:
-    """Yield the results of a function for each item, in the order in which they are finished.
+def compute_alone(function: RowFunction, indices: Sequence[int]) -> Generator[Sequence[SweepRow], None, None]:
+    """Yield rows computed in this process; an interrupted row is dropped."""
+    with record_interrupts() as was_interrupted:
+        for index in indices:
+            row = function(index)
+            if was_interrupted():
+                raise KeyboardInterrupt
+            yield [row]
 
-    The function must be picklable; a process gets as many items at once as take it up to about a second. Raises RunFailed if a process is
-    terminated from outside.
+
+def compute_in_processes(function: RowFunction, indices: Sequence[int], n_processes: int) -> Generator[Sequence[SweepRow], None, None]:
+    """Yield rows computed in this process as long as starting others would take longer than it saves, and then in several ones.
+
+    The first row compiles or loads the kernels; the processes find them in the cache.
     """
+    from joblib import cpu_count
+
+    n_useful, n_done, started = min(n_processes, cpu_count()), 0, 0.0
+    with closing(compute_alone(function, indices)) as alone:
+        for rows in alone:
+            yield rows
+            n_done += 1
+            if n_done == 1:
+                started = time.perf_counter()
+            elif n_useful > 1 and _pays_to_share(time.perf_counter() - started, n_done - 1, len(indices) - n_done, n_useful):
+                break
+    if n_done < len(indices):
+        yield from _map_in_processes(partial(compute_chunk, function), make_chunks(indices[n_done:], n_useful), n_useful)
+
+
+def _pays_to_share(elapsed: float, n_done: int, n_left: int, n_processes: int) -> bool:
+    """Return whether several processes, once started, save more time than their start takes, after some rows in a time, s."""
+    saved_time = elapsed / n_done * n_left * (1.0 - 1.0 / n_processes)
+    return elapsed >= TRIAL_TIME and saved_time > 2.0 * PROCESS_START_TIME
+
+
+def make_chunks(indices: Sequence[int], n_workers: int) -> Iterator[Sequence[int]]:
+    """Yield the indices in chunks of a size that keeps a number of workers busy."""
+    size = max(1, min(MAX_CHUNK_ROWS, len(indices) // (CHUNKS_PER_WORKER * n_workers)))
+    for first in range(0, len(indices), size):
+        yield indices[first : first + size]
+
+
+def compute_chunk(function: RowFunction, indices: Sequence[int]) -> list[SweepRow]:
+    """Return the rows of a chunk."""
+    return [function(index) for index in indices]
+
+
+def _map_in_processes(
+    function: Callable[[Sequence[int]], list[SweepRow]], chunks: Iterator[Sequence[int]], n_processes: int
+) -> Iterator[Sequence[SweepRow]]:
+    """Yield the rows of chunks in the order in which they are finished. Raise RunFailed if a process is terminated from outside."""
     from joblib import Parallel, delayed
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-    parallel = Parallel(n_jobs=n_processes, return_as="generator_unordered")
+    parallel = Parallel(n_jobs=n_processes, return_as="generator_unordered", batch_size=1)
     with record_interrupts(only_first=True):
         try:
             with _interrupt_handler(signal.SIG_IGN):  # inherited by the processes: only the main process handles Ctrl-C
-                results = parallel(delayed(function)(one) for one in items)
+                results = parallel(delayed(function)(one) for one in chunks)
             with closing(results):
                 yield from results
         except TerminatedWorkerError as error:

@@ -1,0 +1,115 @@
+"""Integration over an interval along a motion table that grows with the motion, and how it ends where the table cannot grow."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from governor_mechanism.engines.certificate import describe_end
+from governor_mechanism.engines.reduced.integration import ReducedEquation, integrate_reduced
+from governor_mechanism.engines.reduced.settings import ReducedSettings
+from governor_mechanism.integrators.dop853 import StepBuffers, StepLimits
+from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.mechanics.contact.transition import EventLog
+from governor_mechanism.mechanics.reduction.motion_table import MotionTable
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.types import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class PassageEnd:
+    """How an integration ended: status, last step (s), number of times reached, time of the state (s), and the side left last."""
+
+    status: IntegrationStatus
+    step: float
+    n_reached: int
+    time: float
+    side: int
+
+
+def integrate_passage(
+    motion_table: MotionTable,
+    make_equation: Callable[[float], ReducedEquation],
+    buffers: StepBuffers,
+    span: tuple[float, float],
+    times: FloatArray,
+    state: FloatArray,
+    limits: StepLimits,
+    states: FloatArray,
+    modes: IntArray,
+    event_log: EventLog,
+    *,
+    time_scale: float,
+    settings: ReducedSettings,
+) -> PassageEnd:
+    """Integrate the reduced model over a time span; where the motion leaves its table, extend the table.
+
+    Parameters
+    ----------
+    motion_table
+        The motion table.
+    make_equation
+        Function that returns the equation along the table from a time (s) on.
+    buffers
+        Buffers of the steps.
+    span
+        Start and end, s.
+    times
+        Reported times within the span, s; shape (n,).
+    state
+        State at the start; changed in place; shape (N_STATES,).
+    limits
+        Tolerance, first and largest step.
+    states
+        Result: states at the times; shape (n, N_STATES).
+    modes
+        Result: contact modes at the times; shape (n, modes).
+    event_log
+        Result: events.
+    time_scale
+        Characteristic time of the scene, s.
+    settings
+        Settings of the end of a table.
+
+    Returns
+    -------
+    PassageEnd
+        How the integration ended: with TABLE_ENDED where the motion reaches the end of its table.
+    """
+    (time, end), step, n_filled, side = span, limits.step, 0, 0
+    last_time = -math.inf
+    while time < end:
+        outputs = times[n_filled:], state, limits._replace(step=step), states[n_filled:], modes[n_filled:], event_log
+        status, step, n_reached, time = integrate_reduced(make_equation(time), buffers, (time, end), *outputs)
+        n_filled += n_reached
+        if status not in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
+            return PassageEnd(IntegrationStatus(status), step, n_filled, time, side)
+        side = status - IntegrationStatus.BELOW_TABLE
+        if motion_table.extend(side):
+            continue
+        # The first step goes almost to the end of the last piece; after one that leads beyond it, shorter ones do.
+        table, scale = motion_table.table, motion_table.arrays.lagrangian.assembly.coordinate_scale
+        travel_left = float(table.intervals[table.end_pieces[side], side]) - state[0]
+        time_left = _time_at_rate(travel_left, state[1])
+        step = settings.table_end_approach * time_left if time > last_time and time_left else step * settings.table_end_step_ratio
+        last_time, min_travel = time, settings.min_remaining_travel * max(scale, abs(state[0]))
+        if step < settings.min_end_step_ratio * max(time_scale, end - time) or abs(travel_left) < min_travel:
+            time += _time_at_rate(motion_table.end_coordinate(side) - state[0], state[1])
+            return PassageEnd(IntegrationStatus.TABLE_ENDED, step, n_filled, time, side)
+    return PassageEnd(IntegrationStatus.DONE, step, n_filled, time, side)
+
+
+def _time_at_rate(travel: float, rate: float) -> float:
+    """Return the time (s) of a travel at a rate; 0 if the rate does not lead there."""
+    return max(travel / rate, 0.0) if rate else 0.0
+
+
+def describe_passage_end(
+    scene: Scene, motion_table: MotionTable, status: IntegrationStatus, time: float, side: int, max_steps: int
+) -> tuple[Outcome | None, str]:
+    """Return outcome and message of an integration that ended at a time, s; without outcome if it reached its end."""
+    time_text = f"t = {time:.9g} s"
+    if status != IntegrationStatus.TABLE_ENDED:
+        return describe_end(scene, status, time_text, max_steps)
+    is_at_limit, message = motion_table.end_message(side)
+    return Outcome.LEFT_RANGE if is_at_limit else Outcome.DEAD_CENTRE, f"{message}, at {time_text}"

@@ -1,0 +1,112 @@
+"""Rows of a sweep: numbers, outcome and message of each run, kept in arrays."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from governor_mechanism.files.plain_values import finite_or_none
+from governor_mechanism.types import BoolArray, FloatArray
+
+ROW_REFUSED, ROW_FAILED = "refused", "failed"
+"""Outcomes in addition to those of runs: an invalid scene or a refused run, and an unexpected error."""
+
+ROW_OK = "ok"
+"""Outcome of a complete run without a certificate."""
+
+OK_ROW_OUTCOMES = ("done", ROW_OK)
+"""Outcomes of a run that is complete and kept its accuracy, certified or not."""
+
+_MISSING = -1
+"""Code of the outcome of a row that is not computed yet."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepRow:
+    """Numbers of one run (SI, NaN if missing), its outcome, and a message if it is not ok."""
+
+    index: int
+    numbers: tuple[float, ...]
+    outcome: str
+    message: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the run is complete and kept its accuracy."""
+        return self.outcome in OK_ROW_OUTCOMES
+
+    @property
+    def numbers_or_none(self) -> list[float | None]:
+        """The numbers, with None for one that is missing."""
+        return [finite_or_none(number) for number in self.numbers]
+
+
+class SweepRows(Sequence[SweepRow]):
+    """The rows of a sweep by index, added in any order as they are computed.
+
+    A row that is ok takes the memory of its numbers and a byte, so that a sweep may have millions.
+
+    Parameters
+    ----------
+    n_rows
+        Number of rows when all are computed.
+    n_quantities
+        Number of numbers of a row.
+
+    Attributes
+    ----------
+    numbers
+        Numbers of all rows, SI, NaN if missing; shape (rows, quantities).
+    """
+
+    def __init__(self, n_rows: int, n_quantities: int) -> None:
+        self.numbers: FloatArray = np.full((n_rows, n_quantities), math.nan)
+        self._codes = np.full(n_rows, _MISSING, dtype=np.int8)
+        self._outcomes: list[str] = []
+        self._messages: dict[int, str] = {}
+
+    def add(self, rows: Iterable[SweepRow]) -> None:
+        """Add computed rows."""
+        for row in rows:
+            if row.outcome not in self._outcomes:
+                self._outcomes.append(row.outcome)
+            self.numbers[row.index], self._codes[row.index] = row.numbers, self._outcomes.index(row.outcome)
+            if row.message:
+                self._messages[row.index] = row.message
+
+    def __len__(self) -> int:
+        """Return the number of rows when all are computed."""
+        return len(self._codes)
+
+    @overload
+    def __getitem__(self, index: int) -> SweepRow: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[SweepRow]: ...
+    def __getitem__(self, index: int | slice) -> SweepRow | Sequence[SweepRow]:
+        """Return a computed row, or several."""
+        if isinstance(index, slice):
+            return [self[k] for k in range(*index.indices(len(self)))]
+        k = range(len(self))[index]
+        outcome, message = self._outcomes[self._codes[k]], self._messages.get(k, "")
+        return SweepRow(index=k, numbers=tuple(self.numbers[k].tolist()), outcome=outcome, message=message)
+
+    @property
+    def is_computed(self) -> BoolArray:
+        """Whether each row is computed; shape (rows,)."""
+        is_computed: BoolArray = self._codes != _MISSING
+        return is_computed
+
+    @property
+    def outcomes(self) -> NDArray[Any]:
+        """Outcomes of all rows, which are computed; shape (rows,)."""
+        return np.array(self._outcomes)[self._codes]
+
+    @property
+    def first_rows(self) -> dict[str, tuple[int, int]]:
+        """By outcome, in the order in which outcomes occur, the index of its first row and the number of its rows."""
+        codes, firsts, counts = np.unique(self._codes, return_index=True, return_counts=True)
+        found = sorted(zip(firsts.tolist(), counts.tolist(), codes.tolist(), strict=True))
+        return {self._outcomes[code]: (first, count) for first, count, code in found}

@@ -1,0 +1,99 @@
+"""Runs of a batch agree with certified runs of the same scenes, whatever the dimensions, and end where these end."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.engines import ReducedEngine
+from governor_mechanism.engines.certificate import initial_tolerance
+from governor_mechanism.engines.reduced import passage
+from governor_mechanism.engines.reduced.batch import ReducedBatch
+from governor_mechanism.engines.reduced.integration import integrate_reduced
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.scenes.parser import parse_scene_document
+
+READINGS = ["arm_angle", "ball_radius", "sleeve_lift"]
+
+
+def draw_governor(generator: np.random.Generator) -> Scene:
+    """Return a random Porter governor, or Watt's without a sleeve; a heavy or fast one soon reaches the end of its travel."""
+    arm = generator.uniform(0.15, 0.6)
+    dimensions = {"arm": arm, "offset": generator.uniform(0.0, 0.3) * arm, "ball_mass": generator.uniform(0.5, 10.0)}
+    if generator.random() < 0.8:
+        dimensions["sleeve_mass"] = generator.uniform(0.5, 60.0)
+    document = {
+        "title": "Governor",
+        "machine": "pendulum_governor",
+        "dimensions": dimensions,
+        "effects": {"gravity": True, "centrifugal": True},
+        "spindle": {"speed": generator.uniform(3.0, 20.0)},
+        "start": {"arm_angle": generator.uniform(0.3, 1.1), "arm_rate": generator.uniform(-1.0, 1.0)},
+        "run": {"duration": generator.uniform(0.5, 5.0), "output_interval": 0.05, "accuracy": 10.0 ** generator.uniform(-10.0, -3.0)},
+    }
+    return parse_scene_document(document)
+
+
+def run_in_batch(scene: Scene):
+    """Return the result of the batch for one scene."""
+    return ReducedBatch(scene, READINGS, initial_tolerance(scene.run.accuracy), ReducedEngine().step_limit(scene)).run(scene)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_run_of_a_batch_is_the_certified_run_within_the_accuracy_of_both(seed):
+    scene = draw_governor(np.random.default_rng(seed))
+    found, certified = run_in_batch(scene), gm.run(scene, "reduced")
+    reference = gm.run(scene, ReducedEngine(tolerance=1e-14), certify=False)
+    if certified.outcome is Outcome.DONE:
+        assert found.outcome is Outcome.NOT_CERTIFIED
+    else:
+        assert found.outcome is certified.outcome
+        assert found.detail.partition(", at t")[0] == certified.detail.partition(", at t")[0]
+    n = min(len(found.times), len(certified.times), len(reference.times))
+    assert max(len(found.times), len(certified.times)) - n <= (found.outcome is not Outcome.NOT_CERTIFIED)
+    for name in READINGS:
+        for values, others, exact, scale in (
+            (found.readings[name], certified.readings[name], reference.readings[name], certified.scales[name]),
+            (found.rates[name], certified.rates[name], reference.rates[name], certified.scales[f"rate of {name}"]),
+        ):
+            allowed = scene.run.accuracy + certified.error_estimate
+            assert np.max(np.abs(values[:n] - others[:n])) <= allowed * scale
+            assert np.max(np.abs(values[:n] - exact[:n])) <= scene.run.accuracy * scale
+
+
+def test_the_random_governors_end_in_different_ways():
+    """The test above compares complete runs and runs that end early."""
+    outcomes = [run_in_batch(draw_governor(np.random.default_rng(seed))).outcome for seed in range(40)]
+    assert min(outcomes.count(one) for one in (Outcome.NOT_CERTIFIED, Outcome.LEFT_RANGE)) >= 8
+
+
+def test_the_end_of_a_table_is_reached_in_few_integrations(monkeypatch):
+    """A heavy sleeve falls to where arms and links are in line; near there pieces are narrow, and steps must not overshoot."""
+    porter = gm.load("porter")
+    document = {**porter.document, "dimensions": {**porter.document["dimensions"], "sleeve_mass": 70.0}}
+    calls = []
+
+    def integrate(*arguments):
+        calls.append(integrate_reduced(*arguments))
+        return calls[-1]
+
+    monkeypatch.setattr(passage, "integrate_reduced", integrate)
+    assert run_in_batch(parse_scene_document(document)).outcome is Outcome.LEFT_RANGE
+    assert len(calls) < 40
+
+
+def test_tables_are_as_accurate_as_the_steps_need():
+    """A looser accuracy takes fewer pieces, and the error that the table adds stays far below the accuracy."""
+    scene = gm.load("porter")
+    scene = replace(scene, run=replace(scene.run, duration=2.0))
+    tight = gm.run(scene, ReducedEngine(tolerance=1e-14), certify=False)
+    for accuracy in (1e-4, 1e-6, 1e-8):
+        at_accuracy = replace(scene, run=replace(scene.run, accuracy=accuracy))
+        found = run_in_batch(at_accuracy)
+        assert np.max(np.abs(found.readings["arm_angle"] - tight.readings["arm_angle"])) < accuracy
+        assert math.isfinite(found.rates["sleeve_lift"][-1])
