@@ -13,6 +13,7 @@ from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.mechanics.dynamics.force_elements import spring_potential_energy
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.curves import PolynomialCurve, SplineCurve
@@ -100,6 +101,19 @@ def test_jacobian_and_gamma_of_a_joint_are_its_derivatives(joint, seed):
     np.testing.assert_allclose(np.sum(gradient * velocities, axis=(-2, -1)) - prescribed_rates, first, atol=1e-8)
     implied = np.sum(gradient * accelerations, axis=(-2, -1)) - equations.gamma(poses, velocities, start_time)
     np.testing.assert_allclose(implied, second, atol=1e-6)
+
+
+def test_equations_at_many_poses_are_those_at_each_of_them():
+    mechanism = two_bodies(*(replace(joint, name=f"joint {k}") for k, joint in enumerate(JOINTS)))
+    equations, solver, random = ConstraintEquations(mechanism), PositionSolver(mechanism), np.random.default_rng(3)
+    poses, velocities, times = random.normal(size=(2, 3, 2, 3)), random.normal(size=(2, 3, 2, 3)), random.uniform(0.1, 0.4, size=(2, 3))
+    residuals, jacobian = equations.residuals(poses, times), equations.jacobian(poses)
+    gamma, expanded = equations.gamma(poses, velocities, times), solver.expand_free(poses.reshape(2, 3, 6)[..., solver.free_mask])
+    for i, k in np.ndindex(2, 3):
+        np.testing.assert_array_equal(residuals[i, k], equations.residuals(poses[i, k], times[i, k]))
+        np.testing.assert_array_equal(jacobian[i, k], equations.jacobian(poses[i, k]))
+        np.testing.assert_array_equal(gamma[i, k], equations.gamma(poses[i, k], velocities[i, k], times[i, k]))
+        np.testing.assert_array_equal(expanded[i, k].ravel()[solver.free_mask], poses[i, k].ravel()[solver.free_mask])
 
 
 def loaded_crank():

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from governor_mechanism.mechanics.kinematics.kinematic_analysis import validate_samples
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
@@ -196,3 +197,8 @@ def test_readings_without_an_equation_are_refused(reading, message):
 def test_arguments_that_are_not_numbers_are_refused(call):
     with pytest.raises(gm.MechanismError, match=r"(got|found) .(fine|soon|fast)."):
         call()
+
+
+def test_one_value_that_is_not_finite_among_others_is_refused():
+    with pytest.raises(gm.MechanismError, match="must be a list of finite numbers"):
+        validate_samples("crank_angle", [0.5, float("nan"), 0.7])
