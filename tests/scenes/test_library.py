@@ -16,6 +16,17 @@ from governor_mechanism.scenes import library
 NAMES = ["porter", "porter_extended_arms", "porter_uncrossed_links", "watt", "watt_crossed"]
 
 
+def test_a_shipped_scene_is_read_again_only_if_its_file_has_changed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    copy = tmp_path / "porter.toml"
+    shutil.copy(library.shipped_scenes()["porter"], copy)
+    monkeypatch.setattr(library, "models_folder", lambda: tmp_path)
+    first = library.load_scene("porter")
+    assert library.load_scene("porter") is first
+    copy.write_text(copy.read_text().replace("title =", "# changed\ntitle ="))
+    assert library.load_scene("porter") == first
+    assert library.load_scene("porter") is not first
+
+
 def closed_form_of(scene: Scene) -> pendulum.PendulumGovernor:
     return pendulum.PendulumGovernor(**scene.part.dimensions)
 

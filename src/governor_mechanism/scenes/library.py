@@ -2,6 +2,7 @@
 
 import os
 import tomllib
+from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 
@@ -9,6 +10,9 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import read_scene_file, suggest_name
 from governor_mechanism.units.quantities import format_value
+
+MAX_KEPT_SCENES = 64
+"""Number of shipped scenes that are kept once they are read."""
 
 
 def models_folder() -> Path:
@@ -47,6 +51,12 @@ def read_scene_title(path: Path) -> str:
     return str(tomllib.loads(path.read_text(encoding="utf-8")).get("title", path.stem))
 
 
+@lru_cache(maxsize=MAX_KEPT_SCENES)
+def _read_once(path: Path, modified: int, size: int) -> Scene:
+    """Return the scene of a file, which is read again only if it has changed; with the scene stays what is known of it."""
+    return read_scene_file(path)
+
+
 def load_scene(scene: str | Path) -> Scene:
     """Return the scene of a file or the shipped scene of a name.
 
@@ -71,7 +81,8 @@ def load_scene(scene: str | Path) -> Scene:
     if isinstance(scene, Path) or any(mark in scene for mark in (".", "/", os.sep)):
         return read_scene_file(scene, known_names=known)
     if scene in known:
-        return read_scene_file(known[scene])
+        state = known[scene].stat()
+        return _read_once(known[scene], state.st_mtime_ns, state.st_size)
     hint = suggest_name(scene, {name: name for name in known})
     if os.path.isfile(scene):
         hint = f" To read the file of that name in this folder write {'./' + scene!r}."
