@@ -275,6 +275,8 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
                 return IntegrationStatus.STIFF, step, n_reached, t
         return IntegrationStatus.DONE, step, n_reached, t
 
+    # Kernels from the cache share machine code of the same name: both variants of one equation in one process need names of their own.
+    integrate.__qualname__ += "_to_event" if has_event_functions else "_without_events"
     return integrate
 
 
