@@ -211,7 +211,7 @@ class ReadingEvaluator:
         rotation, work = np.zeros((2, len(history.times)))
         weights, inertias = self._energy_coefficients
         n_times = len(history.times)
-        kinetic = (history.velocities**2).reshape(n_times, -1) @ inertias.ravel()
+        kinetic = (history.velocities**2).reshape(n_times, inertias.size) @ inertias.ravel()
         potential = history.poses[:, :, 1] @ weights + spring_potential(self.mechanism, history.poses)
         for effect in output_forces_of(self.scene):
             value = evaluate_output_value(self.mechanism, effect.reading, history.poses)
