@@ -108,6 +108,7 @@ COARSER = {
     "haug_governor_open": (1e-6, 2.0),
     "pendulum_iftomm": (1e-6, 3.0),
     "porter_heavy_rods": (1e-6, 1.0),
+    "stiff_flyball": (1e-5, 0.2),
     "quick_return": (1e-6, 0.5),
 }
 

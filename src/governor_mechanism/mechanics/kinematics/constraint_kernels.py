@@ -287,6 +287,32 @@ def evaluate_jacobian(rows: ConstraintRows, poses: FloatArray) -> FloatArray:
     return jacobian
 
 
+def evaluate_values_and_rates(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the residuals of rows without prescribed motion, and their rates, at many states.
+
+    Parameters
+    ----------
+    rows
+        Rows, as those of output variables.
+    poses
+        Poses of the body origins, m and rad; shape (n, bodies, 3).
+    velocities
+        Their time derivatives; shape (n, bodies, 3).
+
+    Returns
+    -------
+    values : FloatArray
+        Residuals, m or rad; shape (n, rows).
+    rates : FloatArray
+        Their time derivatives; shape (n, rows).
+    """
+    drive_values = np.zeros((len(poses), len(rows.table), 3))
+    row_values, row_jacobians = _evaluate_rows_at_states(rows, poses, velocities, drive_values)
+    with_ground = np.concatenate([velocities, np.zeros((len(poses), 1, 3))], axis=1)  # index -1: the ground
+    rates = np.einsum("nrsc,nrsc->nr", row_jacobians, with_ground[:, rows.row_bodies])
+    return row_values[:, :, RowColumn.RESIDUAL], rates
+
+
 def _evaluate_rows_at_states(
     rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray
 ) -> tuple[FloatArray, FloatArray]:

@@ -5,7 +5,13 @@ from functools import cached_property
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, evaluate_gamma, evaluate_jacobian, evaluate_residuals
+from governor_mechanism.mechanics.kinematics.constraint_kernels import (
+    ConstraintRows,
+    evaluate_gamma,
+    evaluate_jacobian,
+    evaluate_residuals,
+    evaluate_values_and_rates,
+)
 from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle, Reading
@@ -104,10 +110,7 @@ def evaluate_readings(mechanism: Mechanism, poses: FloatArray, velocities: Float
     rates : FloatArray
         Rates, SI/s; same shape.
     """
-    rows, poses = _reading_rows(mechanism), np.ascontiguousarray(poses)
-    values = evaluate_residuals(rows, poses, np.zeros((len(poses), len(rows.table), 3)))
-    gradients = evaluate_jacobian(rows, poses).reshape(*values.shape, 3 * poses.shape[1])
-    rates = np.matmul(gradients, velocities.reshape(len(poses), 3 * poses.shape[1], 1))[..., 0]
+    values, rates = evaluate_values_and_rates(_reading_rows(mechanism), poses, velocities)
     return values.T, rates.T
 
 
