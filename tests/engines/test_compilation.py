@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -30,3 +33,16 @@ def test_multibody_calls_the_integration_that_is_compiled_ahead(model):
     integrator.integrate(1e-7)
     kernel = integrator.integration_kernel
     assert kernel.signature_of(integrator._make_integration_arguments()) in kernel._dispatcher.signatures
+
+
+def test_kernels_with_and_without_contacts_do_not_replace_each_other(tmp_path):
+    """Machine code from the cache is found by its name: in one process, runs of both kinds follow each other."""
+    code = (
+        "import governor_mechanism as gm\n"
+        "for engine in ('multibody', 'reduced'):\n"
+        "    gm.run('porter', engine=engine, times=[0.0, 0.1])\n"
+        "    run = gm.run('hartung_corrected', engine=engine)\n"
+        "    print(len(run.events), run.energy.drift < 1e-9)\n"
+    )
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert answer.stdout.split() == ["2", "True"] * 2

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
+import governor_mechanism as gm
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.model.force_elements import Damper, Spring, TorsionDamper, TorsionSpring
@@ -17,6 +18,7 @@ from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate
 from governor_mechanism.model.part import FIXED_PLANE, Part, Start
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.trajectory import Outcome
+from reference import stiff_flyball
 
 
 def make_scene(mechanism, *, gravity, duration=2.0, start=None):
@@ -105,3 +107,21 @@ def test_stiff_damped_mass_agrees_with_the_exact_solution():
 def test_method_of_a_scene_that_is_not_stiff():
     run = MultibodyEngine().run(make_scene(two_rods(10.0, 0.1), gravity=True), accuracy=1e-6)
     assert run.cost.method == "explicit (DOP853)"
+
+
+def test_the_stiff_flyball_governor_agrees_with_its_equations_in_three_coordinates():
+    times = np.linspace(0.0, 10.0, 41)
+    run = gm.run("stiff_flyball", times=times, accuracy=1e-5)
+    angle, height, speed = stiff_flyball.solve(times)
+    assert run.outcome is Outcome.DONE
+    assert run.cost.method.startswith("stiff from t = 0 s")
+    for name, exact in (("slider_height", height), ("rod_angle", -angle), ("spindle_speed", speed)):
+        # The reference has an error of 1e-9.
+        assert np.max(np.abs(run.readings[name] - exact)) <= run.error_estimate * run.scales[name] + 1e-8, name
+
+
+@pytest.mark.parametrize(("damping", "is_stiff"), [(5.0, False), (1e6, True)])
+def test_stiffness_is_found_before_the_first_step(damping, is_stiff):
+    run = MultibodyEngine().run(make_scene(two_rods(1e4, damping), gravity=True, duration=10.0), accuracy=1e-4)
+    assert run.outcome is Outcome.DONE
+    assert run.cost.method.startswith("stiff from t = 0 s") is is_stiff
