@@ -39,8 +39,21 @@ class TimeGrid:
         return TimeGrid(self.monitor_times[:n_times], self.reported_indices[self.reported_indices < n_times], self.min_steps[: n_times - 1])
 
 
-def _divide_intervals(knots: FloatArray, n_intervals: IntArray) -> FloatArray:
-    """Return the knots (n,) and the points that divide each interval between them into equal ones, as many as given for it."""
+def divide_intervals(knots: FloatArray, n_intervals: IntArray) -> FloatArray:
+    """Return points that divide intervals into equal ones.
+
+    Parameters
+    ----------
+    knots
+        Ends of the intervals, ascending; shape (n,).
+    n_intervals
+        Number of equal intervals in each of them; shape (n - 1,).
+
+    Returns
+    -------
+    FloatArray
+        The knots and the points between them, ascending.
+    """
     ends = np.cumsum(n_intervals)
     interval = np.repeat(np.arange(len(n_intervals)), n_intervals)
     place = np.arange(1, len(interval) + 1) - (ends - n_intervals)[interval]
@@ -75,7 +88,7 @@ def make_time_grid(times: FloatArray, breakpoints: FloatArray, max_step: float, 
     at_breakpoint = np.abs(times[:, np.newaxis] - inner_breakpoints).min(axis=1, initial=np.inf) < SAME_TIME_RATIO * times[-1]
     knots = np.unique(np.concatenate([[0.0], times[~at_breakpoint], inner_breakpoints]))
     n_intervals = np.maximum(1, np.ceil(np.diff(knots) / max_interval * (1 - 1e-12)).astype(np.int64))
-    monitor_times = _divide_intervals(knots, n_intervals)
+    monitor_times = divide_intervals(knots, n_intervals)
     min_steps = np.maximum(1, np.ceil(np.minimum(np.diff(monitor_times) / max_step * (1 - 1e-12), MAX_COUNTED_STEPS)).astype(np.int64))
     # The velocity at a jump of a load is extrapolated from the two half steps before it.
     min_steps = np.where(np.isin(monitor_times[1:], inner_breakpoints), np.maximum(min_steps, 2), min_steps)

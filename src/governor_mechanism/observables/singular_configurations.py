@@ -44,25 +44,36 @@ def find_singular_configurations(mechanism: Mechanism, motion: SampledMotion, mo
 
 def _find_turning_points(mechanism: Mechanism, motion: SampledMotion) -> list[Event]:
     """Return the turning points of all readings."""
-    speed, events = _overall_speed(mechanism, motion.velocities), list[Event]()
-    for reading in mechanism.readings:
-        sampled = SampledReading(mechanism, motion, reading.name)
-        before, after = sampled.rates[:-1], sampled.rates[1:]
-        intervals = np.flatnonzero(before * after < 0)
-        fractions = (before / (before - after + (before == after)))[intervals, np.newaxis, np.newaxis]
-        velocities = (1 - fractions) * motion.velocities[intervals] + fractions * motion.velocities[intervals + 1]
-        intervals = intervals[_overall_speed(mechanism, velocities) > _reversal_speed(speed, intervals)]  # else the whole motion reverses
-        starts, ends = motion.times[intervals], motion.times[intervals + 1]
-        times, is_certain = sampled.find_extremes(intervals, starts, ends)
-        times = np.where(np.abs(sampled.rates[intervals]) < ZERO_RATE_RATIO * np.abs(sampled.rates[intervals + 1]), starts, times)
-        times = np.where(np.abs(sampled.rates[intervals + 1]) < ZERO_RATE_RATIO * np.abs(sampled.rates[intervals]), ends, times)
-        passing_speed = _overall_speed(mechanism, motion.interpolate(intervals, times)[1])
-        is_passed = (passing_speed > _reversal_speed(speed, intervals)) & (times != motion.times[0])
-        for i in np.flatnonzero(is_passed & ~is_certain & (times > starts) & (times < ends)).tolist():
-            rate = partial(_rate_in_state, mechanism, reading.name)
-            times[i] = motion.refine_root(int(intervals[i]), float(times[i]), rate, (float(starts[i]), float(ends[i])))
-        events += [Event(time=time, kind=EventKind.TURNING_POINT, subject=reading.name) for time in times[is_passed].tolist()]
-    return events
+    speed = _overall_speed(mechanism, motion.velocities)
+    return [
+        Event(time=time, kind=EventKind.TURNING_POINT, subject=reading.name)
+        for reading in mechanism.readings
+        for time in _find_turning_times(mechanism, motion, reading.name, speed).tolist()
+    ]
+
+
+def _find_turning_times(mechanism: Mechanism, motion: SampledMotion, name: str, speed: FloatArray) -> FloatArray:
+    """Return the times (m,) s at which a reading turns, from the overall speed at the samples (n,), m/s."""
+    sampled = SampledReading(mechanism, motion, name)
+    before, after = sampled.rates[:-1], sampled.rates[1:]
+    intervals = np.flatnonzero(before * after < 0)
+    fractions = (before[intervals] / (before - after)[intervals])[:, np.newaxis, np.newaxis]
+    velocities = (1 - fractions) * motion.velocities[intervals] + fractions * motion.velocities[intervals + 1]
+    intervals = intervals[_overall_speed(mechanism, velocities) > _reversal_speed(speed, intervals)]  # else the whole motion reverses
+    if not len(intervals):
+        return np.zeros(0)
+    starts, ends = motion.times[intervals], motion.times[intervals + 1]
+    start_rates, end_rates = np.abs(before[intervals]), np.abs(after[intervals])
+    times, is_certain = sampled.find_extremes(intervals, starts, ends)
+    times = np.where(start_rates < ZERO_RATE_RATIO * end_rates, starts, times)
+    times = np.where(end_rates < ZERO_RATE_RATIO * start_rates, ends, times)
+    passing_speed = _overall_speed(mechanism, motion.interpolate(intervals, times)[1])
+    is_passed = (passing_speed > _reversal_speed(speed, intervals)) & (times != motion.times[0])
+    for i in np.flatnonzero(is_passed & ~is_certain & (times > starts) & (times < ends)).tolist():
+        rate = partial(_rate_in_state, mechanism, name)
+        times[i] = motion.refine_root(int(intervals[i]), float(times[i]), rate, (float(starts[i]), float(ends[i])))
+    passed: FloatArray = times[is_passed]
+    return passed
 
 
 def _rate_in_state(mechanism: Mechanism, name: str, state: BodyState) -> float:

@@ -18,7 +18,7 @@ from governor_mechanism.engines.reduced.passage import describe_passage_end
 from governor_mechanism.engines.reduced.run import ReducedRun
 from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.integrators.time_grid import make_time_grid
+from governor_mechanism.integrators.time_grid import divide_intervals, make_time_grid
 from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, ContactMode, has_contacts, reading_functions_of
 from governor_mechanism.mechanics.dynamics.inputs import output_of_reading
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
@@ -156,9 +156,7 @@ class ReducedRunner(CertifiedRunner):
             n_intervals = np.ceil(displacements / settings.monitor_interval_ratio).clip(1)
             if np.max(displacements, initial=0.0) < settings.max_monitor_travel or n_intervals.sum() > settings.max_monitor_times:
                 break
-            n_intervals = n_intervals.astype(int)
-            segments = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(times, times[1:], n_intervals, strict=False)]
-            times = np.concatenate([times[:1], *segments])
+            times = divide_intervals(times, n_intervals.astype(np.int64))
         states = reduced_run.state_history(solution)
         modes = reduced_run.contact_modes(solution, states.poses)
         return states, modes, partial(reduced_run.integrate_from_row, solution, tolerance)
