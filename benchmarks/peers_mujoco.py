@@ -102,7 +102,7 @@ def build_governor(case: Case, shape: Governor, tuning: ConstraintSettings, step
         f'<site name="ball{side}" pos="{side * across} 0 {down}"/></body>'
         for side in (1, -1)
     )
-    rubs = f'frictionloss="{shape.friction}" {tuning.rubbing(step)}' if shape.friction else ""
+    rubs = f'frictionloss="{shape.friction}" {tuning.friction_attributes(step)}' if shape.friction else ""
     lugs = "".join(f'<site name="lug{side}" pos="{side * shape.offset} 0 0"/>' for side in (1, -1))
     sleeve = (
         f'<body pos="0 0 {2 * down}"><joint type="slide" axis="0 0 1" {rubs}/>'
@@ -117,7 +117,7 @@ def build_governor(case: Case, shape: Governor, tuning: ConstraintSettings, step
         ends = '<site site="ball1"/><site site="ball-1"/>'
         pull = f'<spatial stiffness="{stiffness!r}" springlength="0">{ends}</spatial>'
     links = "".join(f'<spatial name="link{side}"><site site="ball{side}"/><site site="lug{side}"/></spatial>' for side in (1, -1))
-    holds = "".join(f'<tendon tendon1="link{side}" {tuning.held(step)}/>' for side in (1, -1))
+    holds = "".join(f'<tendon tendon1="link{side}" {tuning.equality_attributes(step)}/>' for side in (1, -1))
     model = mujoco.MjModel.from_xml_string(
         f"<mujoco>{tuning.option(step)}<worldbody>{bodies}</worldbody><tendon>{links}{pull}</tendon><equality>{holds}</equality></mujoco>"
     )
@@ -154,7 +154,7 @@ def build_slider_crank(shape: SliderCrank, tuning: ConstraintSettings, step: flo
         f'<body pos="{shape.slider} 0 0"><joint type="slide" axis="1 0 0"/>'
         f'<inertial mass="{shape.slider_mass}" pos="0 0 0" {POINT_INERTIA}/><site name="slider" pos="0 0 0"/></body>'
         '</worldbody><tendon><spatial name="rod"><site site="pin"/><site site="slider"/></spatial></tendon>'
-        f'<equality><tendon tendon1="rod" {tuning.held(step)}/></equality></mujoco>'
+        f'<equality><tendon tendon1="rod" {tuning.equality_attributes(step)}/></equality></mujoco>'
     )
     data = mujoco.MjData(model)
 

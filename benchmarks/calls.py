@@ -1,0 +1,85 @@
+"""What a call from Python costs: the first one, which compiles; a certified run; its events.
+
+Usage: python benchmarks/calls.py [--no-first]
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import governor_mechanism as gm
+
+MODELS = ("porter", "porter_load_step", "pendulum_iftomm", "slider_crank", "slide_valve_30", "quick_return", "slider_crank_torque")
+MODELS_OF_SEVERAL_LOOPS = ("andrews_squeezer", "four_bar_chain")
+N_REPEATS = 15
+ENGINES = ("reduced", "multibody")
+
+
+def best_time(calculate: Callable[[], object]) -> float:
+    """Return the shortest time of several calls, ms."""
+    times = []
+    for _ in range(N_REPEATS):
+        start = time.perf_counter()
+        calculate()
+        times.append(time.perf_counter() - start)
+    return 1e3 * min(times)
+
+
+def first_run_time(engine: str) -> float:
+    """Return the time of a run in a new process with an empty kernel cache, s."""
+    code = f"import governor_mechanism as gm; gm.run('porter', engine='{engine}')"
+    with tempfile.TemporaryDirectory() as folder:
+        start = time.perf_counter()
+        subprocess.run([sys.executable, "-c", code], check=True, stderr=subprocess.DEVNULL, env=os.environ | {"NUMBA_CACHE_DIR": folder})
+        return time.perf_counter() - start
+
+
+def print_first_runs() -> None:
+    """Print the times of first runs."""
+    print("| first run of Porter, empty kernel cache | s (target 12) |\n|---|---|")
+    for engine in ENGINES:
+        print(f"| {engine} | {first_run_time(engine):.1f} |")
+    print()
+
+
+def print_calls() -> None:
+    """Print the times of certified runs with 1,001 reported times, and of loading."""
+    times = np.linspace(0.0, 10.0, 1001)
+    print("| Porter, certified to 1e-8, 1,001 times | ms | target |\n|---|---|---|")
+    for engine, target in zip(ENGINES, (2, 8), strict=True):
+        run_time = best_time(lambda engine=engine: gm.run("porter", engine=engine, accuracy=1e-8, times=times))
+        print(f"| {engine} | {run_time:.1f} | {target} |")
+    path = Path(__file__).parents[1] / "models" / "porter.toml"
+    print(f"| load, by path | {best_time(lambda: gm.load(path)):.1f} | 5 |\n")
+
+
+def print_events() -> None:
+    """Print the times of runs and of their events."""
+    print("| model, engine auto | run, ms | events, ms | events |\n|---|---|---|---|")
+    for name in (*MODELS, *MODELS_OF_SEVERAL_LOOPS):
+        scene = gm.load(name)
+        run = gm.run(scene)
+        n_events = len(run.events)
+        run_time = best_time(lambda scene=scene: gm.run(scene))
+        event_time = best_time(lambda run=run: run.deferred_results.events())
+        print(f"| {name} | {run_time:.1f} | {event_time:.1f} | {n_events} |")
+
+
+def main() -> None:
+    """Print all tables."""
+    if "--no-first" not in sys.argv[1:]:
+        print_first_runs()
+    print_calls()
+    print_events()
+
+
+if __name__ == "__main__":
+    main()
