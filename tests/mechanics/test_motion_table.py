@@ -1,0 +1,123 @@
+"""Motion tables: poses and outputs along the coordinate, periods, and where a table ends."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.reduction.motion_table import MotionTable
+from governor_mechanism.model.output_variables import Limit
+from governor_mechanism.model.part import Start
+from governor_mechanism.scenes.parser import parse_scene_document
+
+CRANK, ROD = 0.1, 0.3
+TABLE_ERROR = 1e-12
+"""Truncation of 1e-13 of a scale, m and rad, and the rounding of a few turns."""
+
+
+def slider_crank(**changes):
+    """Return a slider crank with readings of crank and slider, and changes of its mechanism."""
+    scene = parse_scene_document(
+        {
+            "machine": "custom",
+            "ground": {"O": [0, 0]},
+            "body": [
+                {"name": "crank", "mass": 1.0, "inertia": 0.01, "centre": [0, 0], "points": {"A": [CRANK, 0]}, "angle": 0.4},
+                {"name": "rod", "mass": 1.0, "inertia": 0.01, "points": {"A": [0, 0], "M": [0.15, 0], "B": [ROD, 0]}, "at": [0.09, 0.04]},
+                {"name": "slider", "mass": 1.0, "turns": False, "at": [0.38, 0]},
+            ],
+            "joint": [
+                {"type": "pin", "name": "bearing", "first": "ground.O", "second": "crank.origin"},
+                {"type": "pin", "name": "crank pin", "first": "crank.A", "second": "rod.A"},
+                {"type": "pin", "name": "gudgeon", "first": "rod.B", "second": "slider.centre"},
+                {"type": "slider", "name": "guide", "first": "ground.O", "second": "slider.centre", "angle": 0},
+            ],
+            "readings": {"crank_angle": {"angle": "crank"}, "slider_x": {"x": "slider.centre"}},
+            "start": {"crank_angle": 0.4},
+            "run": {"duration": 1.0},
+        }
+    )
+    return scene.with_changes(mechanism=replace(scene.mechanism, **changes))
+
+
+def start_table(scene, angle=0.4):
+    """Return the table of a scene from an angle of the crank on."""
+    return MotionTable(scene, angle, PositionSolver(scene.mechanism).solve({"crank_angle": angle}))
+
+
+def extend_to(table, low, high):
+    """Extend a table as far as two values, or as far as it can be."""
+    for side, value in enumerate((low, high)):
+        while (table.end_coordinate(side) - value) * (1 if side else -1) < 0 and table.extend(side):
+            pass
+    return table
+
+
+def exact_slider(angles):
+    """Return position of the slider and its derivative by the angle of the crank."""
+    sine, cosine = CRANK * np.sin(angles), CRANK * np.cos(angles)
+    root = np.sqrt(ROD**2 - sine**2)
+    return cosine + root, -sine - sine * cosine / root
+
+
+@pytest.mark.parametrize("ends", [(0.4, 2.0), (-2.0, 0.4), (-1.0, 1.0)])
+def test_poses_and_tangents_on_both_sides_of_the_start(ends):
+    table = extend_to(start_table(slider_crank()), *ends)
+    angles = np.linspace(*ends, 37)
+    poses, tangents = table.evaluate_poses(angles)
+    x, slope = exact_slider(angles)
+    np.testing.assert_allclose(poses[:, 2, 0], x, atol=TABLE_ERROR)
+    np.testing.assert_allclose(tangents[:, 2, 0], slope, atol=10 * TABLE_ERROR)
+    np.testing.assert_allclose(poses[:, 0, 2], angles, atol=TABLE_ERROR)
+
+
+def test_a_table_that_has_gone_round_repeats_itself_in_both_directions():
+    table = start_table(slider_crank())
+    while table.extend(1):
+        pass
+    n_pieces = table.n_pieces
+    angles = 0.4 + math.tau * np.array([-3.0, -1.0, -0.37, 0.0, 0.5, 1.0, 4.25])
+    poses, tangents = table.evaluate_poses(angles)
+    x, slope = exact_slider(angles)
+    np.testing.assert_allclose(poses[:, 2, 0], x, atol=TABLE_ERROR)
+    np.testing.assert_allclose(tangents[:, 2, 0], slope, atol=10 * TABLE_ERROR)
+    np.testing.assert_allclose(poses[:, 0, 2], angles, atol=4 * TABLE_ERROR)  # four turns
+    assert not table.extend(0)
+    assert not table.extend(1)
+    assert table.n_pieces == n_pieces
+
+
+@pytest.mark.parametrize(("limits", "side", "value"), [((0.25, 0.42), 1, 0.25), ((0.25, 0.39), 0, 0.39)])
+def test_a_table_ends_where_another_reading_reaches_its_limit(limits, side, value):
+    limit = Limit(reading="slider_x", low=limits[0], high=limits[1], low_message="too far in", high_message="too far out")
+    table = extend_to(start_table(slider_crank(limits=(limit,))), -3.0, 3.0)
+    end = table.end_coordinate(side)
+    assert exact_slider(np.array([end]))[0][0] == pytest.approx(value, abs=1e-9)  # bisection to rounding on a table of 1e-13
+    is_at_limit, message = table.end_message(side)
+    assert is_at_limit
+    assert message == ("slider_x: too far in" if side == 1 else "slider_x: too far out")
+    assert not table.extend(side)
+
+
+def test_a_table_ends_at_a_turning_point_of_its_coordinate():
+    scene = slider_crank(coordinate="slider_x").with_changes(start=Start(values={"slider_x": 0.35}))
+    poses = PositionSolver(scene.mechanism).solve({"slider_x": 0.35})
+    table = MotionTable(scene, 0.35, poses)
+    while table.extend(1):
+        pass
+    is_at_limit, message = table.end_message(1)
+    assert not is_at_limit
+    assert "turning point" in message
+    assert table.end_coordinate(1) == pytest.approx(CRANK + ROD, abs=1e-3)  # pieces become narrower and narrower there
+
+
+def test_the_poses_of_a_table_close_the_joints():
+    scene = slider_crank()
+    table = extend_to(start_table(scene), 0.0, 1.0)
+    poses, _ = table.evaluate_poses(np.linspace(0.0, 1.0, 11))
+    solver = PositionSolver(scene.mechanism)
+    assert np.max(np.abs(solver.equations.residuals(poses))) < TABLE_ERROR
