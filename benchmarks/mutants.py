@@ -46,7 +46,7 @@ class Tests:
     short: str = ""
 
 
-CONTACT_TESTS = ("tests/engines/test_effects.py",)
+CONTACT_TESTS, IMPACT_TESTS = ("tests/engines/test_effects.py",), "tests/mechanics/test_impacts.py"
 
 MECHANICS_TESTS = ("tests/mechanics", "tests/engines/test_joint_types.py")
 SHORT_MECHANICS_TESTS = (
@@ -62,9 +62,10 @@ TESTS = {
         "(linear_dashpot_stops and reduced) or (test_descriptions and not governor and not rods and not play and not row)",
     ),
     "mechanics/contact": Tests(
-        CONTACT_TESTS,
-        CONTACT_TESTS,
-        "not impulse and (reduced_friction or friction_oscillator or elastic_stop or stop_with_friction or one_sided or held_values)",
+        (*CONTACT_TESTS, IMPACT_TESTS),
+        (*CONTACT_TESTS, IMPACT_TESTS),
+        "test_impacts or (not impulse and "
+        "(reduced_friction or friction_oscillator or elastic_stop or stop_with_friction or one_sided or held_values))",
     ),
     "mechanics/reduction": Tests((*MECHANICS_TESTS, "tests/engines/test_reduced_shaft.py"), MECHANICS_TESTS, SHORT_MECHANICS_TESTS),
     "mechanics/dynamics": Tests(
