@@ -56,30 +56,30 @@ def main() -> None:
         run.raise_if_failed()
         start, stop = FILM_INTERVALS.get(name, (0.0, min(4.0, run.times[-1])))
         gm.film(run, FOLDER / f"{name}.gif", start=start, stop=min(stop, run.times[-1]))
-        readings_figure(run, FOLDER / f"{name}.png")
+        readings_figure(run).save_png(FOLDER / f"{name}.png")
         write_machine_figures(run, FOLDER, name)
         print(f"{name}: {run.message}")
     for name, resistance in CHARACTERISTIC_SCENES.items():
         scene = gm.load(name)
         curve = gm.speed_curve(scene, resistance=resistance)
-        speed_curve_figure(scene, curve, FOLDER / f"{name}_characteristic.png", gm.equilibria(scene))
+        speed_curve_figure(scene, curve, gm.equilibria(scene)).save_png(FOLDER / f"{name}_characteristic.png")
     names, titles = DAMPING_PAIR
     gm.film([gm.run(name) for name in names], FOLDER / "porter_cyclic_pair.gif", titles=titles, stop=4.0)
     for name in ABLATION_SCENES:
-        effect_ablation_figure(gm.effects_study(name), FOLDER / f"{name}_effects.png")
+        effect_ablation_figure(gm.effects_study(name)).save_png(FOLDER / f"{name}_effects.png")
     _write_regulation_figures()
     for name in WORK_PRECISION_SCENES:
-        work_precision_figure(gm.accuracy_study(gm.load(name)), FOLDER / f"{name}_accuracy.png", REQUESTED_ERROR)
-    isochronous_figure(gm.load("watt_improved"), FOLDER / "watt_improved_parabolas.png")
+        work_precision_figure(gm.accuracy_study(gm.load(name)), REQUESTED_ERROR).save_png(FOLDER / f"{name}_accuracy.png")
+    isochronous_figure(gm.load("watt_improved")).save_png(FOLDER / "watt_improved_parabolas.png")
 
 
 def _write_regulation_figures() -> None:
     """Write the figures of the regulation studies."""
-    figures.cyclic_figure(study_cyclic_motion(gm.load("porter_cyclic"), FLUCTUATION_RATIOS), FOLDER / "cyclic.png")
+    figures.cyclic_figure(study_cyclic_motion(gm.load("porter_cyclic"), FLUCTUATION_RATIOS)).save_png(FOLDER / "cyclic.png")
     clearance_studies = [study_clearance(gm.load(name), CLEARANCES) for name in ("porter_clearance", "watt_clearance")]
-    figures.clearance_figure(clearance_studies, FOLDER / "clearance.png")
-    figures.settling_figure(study_settling(gm.load("porter_load_step"), DAMPING_COEFFICIENTS), FOLDER / "settling.png")
-    figures.fold_jump_figure(study_fold_jump(gm.load("watt_improved"), RAMP_RATES), FOLDER / "jump.png")
+    figures.clearance_figure(clearance_studies).save_png(FOLDER / "clearance.png")
+    figures.settling_figure(study_settling(gm.load("porter_load_step"), DAMPING_COEFFICIENTS)).save_png(FOLDER / "settling.png")
+    figures.fold_jump_figure(study_fold_jump(gm.load("watt_improved"), RAMP_RATES)).save_png(FOLDER / "jump.png")
 
 
 if __name__ == "__main__":
