@@ -113,13 +113,16 @@ class RadauIntegrator:
         Returns
         -------
         decay_rate : float
-            Largest rate at which a displacement decays without oscillation, 1/s; 0 without one.
+            Largest rate at which a displacement decays without oscillation, 1/s; 0 without one, or if the start is singular.
         oscillation_rate : float
             Largest rate of all other motion, 1/s.
         """
         self._input_cubics, self._cubics_start = input_cubics, 0.0
         self._choose_partition(state)
-        eigenvalues = np.linalg.eigvals(self._evaluate_jacobian(0.0, self._reduce_state(state)))
+        jacobian = self._evaluate_jacobian(0.0, self._reduce_state(state))
+        if not np.all(np.isfinite(jacobian)):  # the start is singular: nothing is known of the rates
+            return 0.0, 0.0
+        eigenvalues = np.linalg.eigvals(jacobian)
         decays = -eigenvalues.real > np.abs(eigenvalues.imag)
         sizes = np.abs(eigenvalues)
         return float(np.max(sizes[decays], initial=0.0)), float(np.max(sizes[~decays], initial=0.0))

@@ -193,7 +193,8 @@ class DeferredMotionAnalysis:
         dynamics = self._evaluate_dynamics(states, modes)
         contact_times = np.unique([event.time for event in self.result.contact_events])
         motion = states.times, states.poses, states.velocities, dynamics.accelerations
-        breakpoints = np.unique(np.concatenate([np.empty(0), *(one.breakpoints for one in make_system(self.scene)[1])]))
+        break_times = list(self.scene.system.breaking_gears.values())
+        breakpoints = np.unique(np.concatenate([break_times, *(one.breakpoints for one in make_system(self.scene)[1])]))
         return SampledMotion(*motion, dynamics.pivot_ratios, dense_output or (lambda k, time: None), contact_times, breakpoints)
 
     def _find_crossings(self, motion: SampledMotion) -> list[Event]:
