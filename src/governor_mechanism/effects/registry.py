@@ -7,6 +7,7 @@ from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.link_masses import LinkMasses
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
@@ -14,7 +15,19 @@ from governor_mechanism.model.effect import Effect, OutputForce
 
 EffectTypes = tuple[type[Effect], ...]
 
-EFFECTS: EffectTypes = (Gravity, Centrifugal, RodMasses, OutputSpring, DryFriction, Dashpot, Stops, Clearance, CrankMasses, BellCrankMasses)
+EFFECTS: EffectTypes = (
+    Gravity,
+    Centrifugal,
+    RodMasses,
+    OutputSpring,
+    DryFriction,
+    Dashpot,
+    Stops,
+    Clearance,
+    CrankMasses,
+    BellCrankMasses,
+    LinkMasses,
+)
 """All effects, in the order of reports."""
 
 EFFECT_TYPES = frozenset(EFFECTS)

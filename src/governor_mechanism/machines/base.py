@@ -14,6 +14,7 @@ from governor_mechanism.model.joints import Point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Limit, PointCoordinate
 from governor_mechanism.model.part import TURNING_PLANE
+from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.types import Vector2
 
 MIN_DIMENSION, MAX_DIMENSION = 1e-9, 1e9
@@ -30,14 +31,22 @@ def choice_field(words: tuple[str, ...], meaning: str) -> Any:
 
 
 def dimension_field(
-    kind: str, meaning: str, *, default: Any = MISSING, signed: bool = False, max_size: float = MAX_DIMENSION, omission_word: str = ""
+    kind: str,
+    meaning: str,
+    *,
+    default: Any = MISSING,
+    signed: bool = False,
+    max_size: float = MAX_DIMENSION,
+    omission_word: str = "",
+    is_program: bool = False,
 ) -> Any:
     """Declare a dimension of a machine: its kind of quantity ('length', 'mass', ...) and its meaning.
 
     A `signed` dimension may be zero or negative; the others are positive. A default makes it optional. `omission_word` stands
-    for "left out" in a scene file. `max_size` (SI) is the largest plausible magnitude.
+    for "left out" in a scene file. `max_size` (SI) is the largest plausible magnitude. `is_program`: it may change with time.
     """
     metadata = {"kind": kind, "meaning": meaning, "signed": signed, "most": max_size, "omission_word": omission_word}
+    metadata["is_program"] = is_program
     return dataclasses.field(default=default, metadata=metadata)
 
 
@@ -83,6 +92,7 @@ class Machine(ABC):
                     yield f"{field.name} must be one of {', '.join(map(repr, words))}; got {value!r}"
                 continue
             signed, max_size = field.metadata["signed"], field.metadata["most"]
+            value = max(values_of(value), key=abs)
             if not (MIN_DIMENSION <= (abs(value) or MIN_DIMENSION) <= max_size and (signed or value > 0)):
                 required = "a finite" if signed else "a positive"
                 yield f"{field.name} must be {required} number between {MIN_DIMENSION:g} and {max_size:g} in SI; got {value:g}"
@@ -117,9 +127,17 @@ class Machine(ABC):
         return ()
 
     def dimensions(self) -> dict[str, float]:
-        """Return all dimensions by name in SI, with the values that stand for omitted ones; an omitted length is infinite."""
+        """Return all dimensions by name in SI, with the values that stand for omitted ones; an omitted length is infinite.
+
+        One that changes with time has its first value.
+        """
         values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self) if field.metadata["kind"] != CHOICE_KIND}
-        return {name: math.inf if value is None else value for name, value in values.items()}
+        return {name: math.inf if value is None else values_of(value)[0] for name, value in values.items()}
+
+
+def values_of(dimension: float | PrescribedMotion) -> tuple[float, ...]:
+    """Return the values that a dimension has in the course of time."""
+    return dimension.values if isinstance(dimension, PrescribedMotion) else (dimension,)
 
 
 def unit_hint(angle: float, max_angle: float, example: str) -> str:

@@ -4,7 +4,9 @@ The plane is fixed. The origin is in the shaft; x points along the line of cross
 crank turns anticlockwise.
 """
 
-from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RotationalDriver
+import math
+
+from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, RotationalDriver, Slider
 from governor_mechanism.model.mechanism import Body, SecondMoments
 from governor_mechanism.model.time_functions import PrescribedMotion
 
@@ -32,3 +34,10 @@ def placeholder_crank(radius: float, moved_mass: float) -> Body:
     """Return a crank of placeholder mass centred on the shaft; it moves the mass moved_mass (kg) at its radius (m)."""
     inertia = PLACEHOLDER_INERTIA_RATIO * moved_mass * radius**2
     return Body(name=CRANK, mass=PLACEHOLDER_MASS, second_moments=SecondMoments(xx=inertia / 2, yy=inertia / 2))
+
+
+def rod_joint(name: str, driving: Point, driven: Point, length: float | None) -> Joint:
+    """Return a massless rod (m). An infinite one is a slide normal to the line, in which the driving point moves."""
+    if length is None:
+        return Slider(name=name, first=driven, second=driving, angle=math.pi / 2)
+    return Distance(name=name, first=driving, second=driven, length=length)

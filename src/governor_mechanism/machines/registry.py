@@ -6,7 +6,8 @@ from governor_mechanism.machines.parabolic import ParabolicGovernor
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.machines.slide_valve import SlideValve
 from governor_mechanism.machines.slider_crank import SliderCrank
+from governor_mechanism.machines.stephenson.machine import StephensonGear
 
 MACHINES: dict[str, type[Machine]] = {
-    machine.name: machine for machine in (PendulumGovernor, ParabolicGovernor, HartungGovernor, SlideValve, SliderCrank)
+    machine.name: machine for machine in (PendulumGovernor, ParabolicGovernor, HartungGovernor, SlideValve, SliderCrank, StephensonGear)
 }

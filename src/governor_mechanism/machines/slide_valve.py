@@ -16,7 +16,8 @@ from governor_mechanism.machines import driven_crank
 from governor_mechanism.machines.base import Machine, choice_field, dimension_field, optional_field, rotate_point, unit_hint, x_coordinate
 from governor_mechanism.machines.driven_crank import CROSSHEAD, VALVE
 from governor_mechanism.machines.slider_crank import rod_length_problems
-from governor_mechanism.model.joints import GROUND, Distance, Joint, Point, Slider
+from governor_mechanism.machines.steam_readings import piston_readings, port_readings
+from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import BodyAngle, Reading
 from governor_mechanism.model.part import FIXED_PLANE
@@ -167,9 +168,9 @@ class SlideValve(Machine):
             bodies=(driven_crank.placeholder_crank(self.crank, 2 * driven_crank.PLACEHOLDER_MASS), *sliding_bodies),
             joints=(
                 *driven_crank.crank_joints(self.crank_speed, angle),
-                _rod_joint(driven_crank.CONNECTING_ROD, pin, crosshead, self.connecting_rod),
+                driven_crank.rod_joint(driven_crank.CONNECTING_ROD, pin, crosshead, self.connecting_rod),
                 Slider(name=driven_crank.CROSSHEAD_GUIDE, first=ground, second=crosshead, angle=0.0),
-                _rod_joint(ECCENTRIC_ROD, eccentric, valve, self.eccentric_rod),
+                driven_crank.rod_joint(ECCENTRIC_ROD, eccentric, valve, self.eccentric_rod),
                 Slider(name=VALVE_GUIDE, first=ground, second=valve, angle=0.0),
             ),
             readings=self._readings(crosshead, valve),
@@ -180,16 +181,11 @@ class SlideValve(Machine):
 
     def _readings(self, crosshead: Point, valve: Point) -> tuple[Reading, ...]:
         """Return crank angle, valve displacement, piston displacements and port openings (negative: closed)."""
-        crank_end, centre = (self.connecting_rod or 0.0) - self.crank, self.valve_centre
         return (
             BodyAngle(name="crank_angle", quantity="angle", body=driven_crank.CRANK),
-            x_coordinate("valve_displacement", valve, zero=centre),
-            x_coordinate("crank_end_travel", crosshead, zero=crank_end),
-            x_coordinate("head_end_travel", crosshead, sign=-1.0, zero=-crank_end - 2 * self.crank),
-            x_coordinate("crank_end_steam", valve, zero=centre + self.outside_lap),
-            x_coordinate("crank_end_exhaust", valve, sign=-1.0, zero=-centre + self.inside_lap),
-            x_coordinate("head_end_steam", valve, sign=-1.0, zero=-centre + self.outside_lap),
-            x_coordinate("head_end_exhaust", valve, zero=centre + self.inside_lap),
+            x_coordinate("valve_displacement", valve, zero=self.valve_centre),
+            *piston_readings(crosshead, self.crank, (self.connecting_rod or 0.0) - self.crank),
+            *port_readings(valve, self.valve_centre, self.outside_lap, self.inside_lap),
         )
 
     def dimensions(self) -> dict[str, float]:
@@ -200,10 +196,3 @@ class SlideValve(Machine):
 def _shortening(rod: float | None, across: float) -> float:
     """Return how much nearer its inclination moves the far end of a rod if its near end is `across` beside the line, m."""
     return 0.0 if rod is None else across**2 / (rod + math.sqrt(rod**2 - across**2))
-
-
-def _rod_joint(name: str, driving: Point, driven: Point, length: float | None) -> Joint:
-    """Return a massless rod. An infinite one is a slide normal to the line, in which the driving point moves."""
-    if length is None:
-        return Slider(name=name, first=driven, second=driving, angle=math.pi / 2)
-    return Distance(name=name, first=driving, second=driven, length=length)

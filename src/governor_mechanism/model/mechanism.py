@@ -178,5 +178,5 @@ class Mechanism:
         return found
 
     def output_scale(self, name: str) -> float:
-        """Return the scale of a reading: 1 rad, or the length scale in m."""
-        return 1.0 if self.reading(name).quantity == "angle" else self.reading_scales.get(name, self.length_scale)
+        """Return the scale of a reading: 1 rad, 1 for a ratio, or the length scale in m."""
+        return 1.0 if self.reading(name).quantity != "length" else self.reading_scales.get(name, self.length_scale)

@@ -14,7 +14,7 @@ class Reading:
     name
         Name of the reading.
     quantity
-        'angle' (rad) or 'length' (m).
+        'angle' (rad), 'length' (m) or 'ratio'.
     """
 
     name: str
@@ -91,6 +91,31 @@ class PointCoordinate(Reading):
     direction_y: float
     zero: float = 0.0
     origin: Point = field(default_factory=lambda: Point(body=GROUND))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArcPosition(Reading):
+    """Position of a point along a circular arc of a body: radius * angle, m, positive anticlockwise, within half a turn.
+
+    Attributes
+    ----------
+    centre
+        Centre of the arc on its body.
+    point
+        The point, as a die block in a curved slot.
+    radius
+        Radius of the arc, m; negative for a position that is positive clockwise.
+    angle
+        Direction of the zero, rad, anticlockwise from the x axis of the body of the centre.
+    zero
+        Position to subtract, m.
+    """
+
+    centre: Point
+    point: Point
+    radius: float
+    angle: float = 0.0
+    zero: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -161,7 +161,8 @@ class PrescribedMotion:
     """A prescribed motion of a driver: a curve without kinks through given points, plus harmonics.
 
     Two points are a motion at constant rate, three a parabola, more a cubic spline that reproduces polynomials up to the third
-    degree. Before the first and after the last point the curve continues at the rate there.
+    degree. Before the first and after the last point the curve continues at the rate there. A motion with rests is
+    monotone between its points instead, and constant before the first and after the last one.
 
     Attributes
     ----------
@@ -171,11 +172,14 @@ class PrescribedMotion:
         Values at these times, rad or m.
     harmonics
         Harmonics that are added to the curve.
+    has_rests
+        Whether the curve is monotone between its points, so that it rests between two equal values and outside the points.
     """
 
     times: tuple[float, ...]
     values: tuple[float, ...]
     harmonics: tuple[Harmonic, ...] = ()
+    has_rests: bool = False
 
     def __post_init__(self) -> None:
         _require_equal_lengths("a motion", self.times, self.values)

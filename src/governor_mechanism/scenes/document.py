@@ -140,7 +140,9 @@ class PartParser:
     def _parse_effects(self, readings: Iterable[Reading] | None, extra_quantities: Mapping[str, str] | None = None) -> tuple[Effect, ...]:
         if readings is not None:
             self.quantities = {reading.name: reading.quantity for reading in readings} | dict(extra_quantities or {})
-        return parse_effects(self.tables.get("effects", {}), self.quantities, self.collector)
+        # No force acts along a ratio.
+        forced = None if self.quantities is None else {name: kind for name, kind in self.quantities.items() if kind != "ratio"}
+        return parse_effects(self.tables.get("effects", {}), forced, self.collector)
 
     def _parse_top_level(self, model: type[_TopLevel]) -> _TopLevel | None:
         """Return the keys outside the tables."""

@@ -14,6 +14,7 @@ from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.events import CROSSING_DIRECTIONS, NamedCrossing
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Spindle, Start
 from governor_mechanism.model.scene import RunSettings
+from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_by_quantity, resolve_reading_name
 from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, wrong_value
@@ -167,7 +168,8 @@ def dimensions_table_model(machine: type[Machine]) -> type[SceneFileTable]:
             fields[field.name] = (Annotated[str, choice(field.metadata["words"])], Field(None, description=description))
             continue
         hint = f"; leave {field.name} out if there is none" if field.default is None else ""
-        validator = _or_word(field.metadata["omission_word"], kind, "any" if field.metadata["signed"] else "positive", hint)
+        sign = "any" if field.metadata["signed"] else "positive"
+        validator = _or_program(kind, sign) if field.metadata["is_program"] else _or_word(field.metadata["omission_word"], kind, sign, hint)
         kind_name = QUANTITY_KINDS[kind].name.split(" ", 1)[1] if kind in QUANTITY_KINDS else kind
         default = ... if field.default is dataclasses.MISSING else None
         fields[field.name] = (Annotated[Any, validator], Field(default, description=f"the {kind_name} {description}"))
@@ -188,6 +190,19 @@ def _or_word(word: str, kind: str, sign: str = "any", hint: str = "", *, value_o
                 raise
             suggestion = f".{_suggest_equilibrium(value)}" if word == EQUILIBRIUM else ""
             raise mistake(ProblemCode.WRONG_QUANTITY, f'{error}; or write "{word}"{suggestion}') from error
+
+    return PlainValidator(check)
+
+
+def _or_program(kind: str, sign: str) -> PlainValidator:
+    """Return the validator of a quantity, or of a list of [time, quantity], which is a motion with rests."""
+
+    def check(value: object) -> float | PrescribedMotion:
+        """Return the quantity in SI, or the motion."""
+        if not isinstance(value, list | tuple):
+            return parse_si(value, kind, sign=sign)
+        times, values = parse_time_points(value, kind, "value")
+        return PrescribedMotion(times=times, values=values, has_rests=True)
 
     return PlainValidator(check)
 

@@ -310,7 +310,7 @@ def _suggest_unit(unit: str, expected: QuantityKind) -> str:
     return f". Did you mean {lowered[matches[0]]!r}?" if matches else ""
 
 
-DISPLAY_UNITS = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "rad/s": (30 / math.pi, "rpm")}
+DISPLAY_UNITS = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "rad/s": (30 / math.pi, "rpm"), "1": (1.0, "")}
 """Customary units for display by SI unit, with their number per SI unit; other units are displayed as they are."""
 
 
@@ -348,4 +348,4 @@ def format_quantity(value: float, unit: str, digits: str = ".6g") -> str:
         Text such as "61 rpm".
     """
     factor, name = DISPLAY_UNITS.get(unit, (1.0, unit))
-    return f"{value * factor + 0.0:{digits}} {name}"  # adding zero turns -0 into 0
+    return f"{value * factor + 0.0:{digits}} {name}".rstrip()  # adding zero turns -0 into 0

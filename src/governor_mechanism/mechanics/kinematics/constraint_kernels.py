@@ -23,12 +23,14 @@ class RowKind(IntEnum):
     DISTANCE: |d|. FIXED_DIRECTION: the component of d along a direction fixed in the plane, plus multiples of both body
     angles. BODY_NORMAL: the component of d normal to a line of the first body, or the distance from a curve on that line.
     LINE_ANGLE: the angle of d from the downward vertical (rad). FOLLOWER_HEIGHT: the height of a follower that hangs by a
-    link from a rod through the second point, plus the height of the first point. The last two serve as outputs only.
+    link from a rod through the second point, plus the height of the first point. ARC_POSITION: the angle of d in the axes
+    of the first body, times a radius. The last three serve as outputs only.
 
     Parameters p0 to p5: DISTANCE: length. FIXED_DIRECTION: direction x and y, m per rad of the first and of the second
     angle, constant, and 1 minus the weight of the first point. BODY_NORMAL: angle of the line, -, -, -, constant.
     LINE_ANGLE: -, -, -, -, constant. FOLLOWER_HEIGHT: x (from the guide of the follower) and y of the other end of the
-    rod, both weighted, weight of the second point, length of the link, constant, sign.
+    rod, both weighted, weight of the second point, length of the link, constant, sign. ARC_POSITION: direction of zero,
+    radius, -, -, constant.
     """
 
     DISTANCE = 0
@@ -36,6 +38,7 @@ class RowKind(IntEnum):
     BODY_NORMAL = 2
     LINE_ANGLE = 3
     FOLLOWER_HEIGHT = 4
+    ARC_POSITION = 5
 
 
 N_ROW_PARAMETERS = 6
@@ -179,6 +182,12 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
             nx, ny = -dy / length_squared, dx / length_squared
             residual = math.atan2(dx, -dy) - row.p4
             quadratic_term = -2.0 * (nx * du + ny * dv) * (dx * du + dy * dv) / length_squared
+        elif row.kind == RowKind.ARC_POSITION:
+            angle, scale = row.p0 + angle1, row.p1 / (dx * dx + dy * dy)
+            ux, uy = math.cos(angle), math.sin(angle)
+            nx, ny, angle_derivative1 = -scale * dy, scale * dx, -row.p1
+            residual = row.p1 * math.atan2(ux * dy - uy * dx, ux * dx + uy * dy) - row.p4
+            quadratic_term = -2.0 * (nx * du + ny * dv) * (dx * du + dy * dv) / (dx * dx + dy * dy)
         elif row.kind == RowKind.FOLLOWER_HEIGHT:
             horizontal_offset, weighted_ratio = row.p0 + row.p2 * x2, row.p5 * row.p2
             vertical_drop = math.sqrt(max(row.p3 * row.p3 - horizontal_offset * horizontal_offset, MIN_DROP_SQUARED))

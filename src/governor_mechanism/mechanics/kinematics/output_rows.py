@@ -14,7 +14,15 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import CONSTRAIN
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import BodyAngle, FollowerHeight, LineAngle, PointCoordinate, PointDistance, Reading
+from governor_mechanism.model.output_variables import (
+    ArcPosition,
+    BodyAngle,
+    FollowerHeight,
+    LineAngle,
+    PointCoordinate,
+    PointDistance,
+    Reading,
+)
 
 OutputRowData = tuple[int, Point, Point, tuple[float, ...]]
 """Kind, first and second point, and parameters of an output row."""
@@ -34,6 +42,8 @@ def _output_row_data(reading: Reading) -> OutputRowData:
             return RowKind.DISTANCE, reading.first, reading.second, (0.0,)
         case PointCoordinate():
             return _point_coordinate_row(reading)
+        case ArcPosition():
+            return RowKind.ARC_POSITION, reading.centre, reading.point, (reading.angle, reading.radius, 0.0, 0.0, reading.zero)
         case FollowerHeight():
             return _follower_height_row(reading)
     raise TypeError(f"no output row is defined for readings of type {type(reading).__name__}")

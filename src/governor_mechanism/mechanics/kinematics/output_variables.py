@@ -18,7 +18,7 @@ from governor_mechanism.model.output_variables import LineAngle, Reading
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import FloatArray
 
-READING_UNITS = {"angle": "rad", "length": "m"}
+READING_UNITS = {"angle": "rad", "length": "m", "ratio": "1"}
 """Unit of a reading by its quantity."""
 
 

@@ -32,7 +32,7 @@ class CubicTimeFunction:
 
     An input is a monotone piecewise cubic through its points; two points at one time are a jump; outside its points it is
     constant. At a jump, the value is the right limit unless the left limit is requested. A prescribed motion is a not-a-knot cubic
-    spline that continues at its end rates, plus harmonics.
+    spline that continues at its end rates, plus harmonics; one with rests is a curve as that of an input.
 
     Parameters
     ----------
@@ -54,8 +54,9 @@ class CubicTimeFunction:
         self._harmonics: FloatArray = np.array(harmonics).reshape(-1, 3)
         self._is_level, self._first_value = len(set(function.values)) == 1, float(values[0])
         self.is_constant = self._is_level and not harmonics
-        self._cubic = None if self._is_level else _make_piecewise_cubic(times, values, motion is not None)
-        is_single_cubic = self._is_level or (motion is not None and len(times) == 2)
+        is_spline = motion is not None and not motion.has_rests
+        self._cubic = None if self._is_level else _make_piecewise_cubic(times, values, is_spline)
+        is_single_cubic = self._is_level or (is_spline and len(times) == 2)
         self.breakpoints: FloatArray = np.array([]) if is_single_cubic else np.unique(times)
 
     def __call__(self, times: FloatArray, *, left_limit: bool = False) -> FloatArray:
@@ -106,13 +107,13 @@ class CubicTimeFunction:
         return result
 
 
-def _make_piecewise_cubic(times: FloatArray, values: FloatArray, is_motion: bool) -> PiecewiseCubic:
-    """Return a piecewise cubic that continues beyond its ends: an input at its value, a motion at its rate there."""
+def _make_piecewise_cubic(times: FloatArray, values: FloatArray, is_spline: bool) -> PiecewiseCubic:
+    """Return a piecewise cubic that continues beyond its ends: a monotone one at its value, a spline at its rate there."""
     jumps = np.flatnonzero(np.diff(times) == 0.0) + 1
     segments = [(t, v) for t, v in zip(np.split(times, jumps), np.split(values, jumps), strict=True) if len(t) > 1]
-    coefficients = np.concatenate([np.zeros((0, 4)), *(_interpolate(t, v, is_motion) for t, v in segments)])
+    coefficients = np.concatenate([np.zeros((0, 4)), *(_interpolate(t, v, is_spline) for t, v in segments)])
     rates = [0.0, 0.0]
-    if is_motion:
+    if is_spline:
         length, (cubic, square, rate, _) = times[-1] - times[-2], coefficients[-1]
         rates = [coefficients[0, 2], rate + length * (2 * square + length * 3 * cubic)]
     before, after = ([[0.0, 0.0, rate, value]] for rate, value in zip(rates, values[[0, -1]], strict=True))
@@ -120,13 +121,13 @@ def _make_piecewise_cubic(times: FloatArray, values: FloatArray, is_motion: bool
     return PiecewiseCubic(breaks, np.append(times[0], breaks), np.concatenate([before, coefficients, after]))
 
 
-def _interpolate(times: FloatArray, values: FloatArray, is_motion: bool) -> FloatArray:
-    """Return the cubics (intervals, 4) between points: of a spline for a motion, monotone for an input."""
+def _interpolate(times: FloatArray, values: FloatArray, is_spline: bool) -> FloatArray:
+    """Return the cubics (intervals, 4) between points: of a spline, or monotone."""
     if len(times) == 2:
         return np.array([[0.0, 0.0, (values[1] - values[0]) / (times[1] - times[0]), values[0]]])
     from scipy.interpolate import CubicSpline, PchipInterpolator  # slow to import
 
-    coefficients: FloatArray = (CubicSpline if is_motion else PchipInterpolator)(times, values).c.T
+    coefficients: FloatArray = (CubicSpline if is_spline else PchipInterpolator)(times, values).c.T
     return coefficients
 
 

@@ -7,11 +7,13 @@ from governor_mechanism.render.machines.hartung.drawing import HartungDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.render.machines.pendulum.drawing import PendulumDrawing
 from governor_mechanism.render.machines.slide_valve.drawing import SlideValveDrawing
+from governor_mechanism.render.machines.stephenson.drawing import StephensonDrawing
 
 MACHINE_DRAWINGS: dict[str, type[MachineDrawing]] = {
     "pendulum_governor": PendulumDrawing,
     "hartung": HartungDrawing,
     "slide_valve": SlideValveDrawing,
+    "stephenson": StephensonDrawing,
 }
 
 

@@ -1,0 +1,34 @@
+"""Effect `link_masses`: masses of the parts of a link gear."""
+
+from dataclasses import dataclass
+
+from governor_mechanism.errors import MechanismError, require_not_negative
+from governor_mechanism.model.effect import Effect, scene_key
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkMasses(Effect):
+    """Masses of link, eccentric rods and valve. The machine builds its bodies from them; a value of zero leaves a part massless.
+
+    Attributes
+    ----------
+    link
+        Mass of the link, kg; a thin uniform arc between the rod pins.
+    eccentric_rod
+        Mass of each eccentric rod, kg; a slender uniform rod.
+    valve
+        Mass of the valve with its spindle and the die block, kg.
+    """
+
+    key = "link_masses"
+    changes_bodies_of = "a gear with a link"
+
+    link: float = scene_key("mass", sign="not negative", examples=("25 kg",), default=0.0)
+    eccentric_rod: float = scene_key("mass", sign="not negative", examples=("15 kg",), default=0.0)
+    valve: float = scene_key("mass", sign="not negative", examples=("60 kg",), default=0.0)
+
+    def __post_init__(self) -> None:
+        for name in ("link", "eccentric_rod", "valve"):
+            require_not_negative(getattr(self, name), "kg", f"link_masses.{name}")
+        if self.link == self.eccentric_rod == self.valve == 0.0:
+            raise MechanismError("link_masses need link, eccentric_rod or valve; leave the effect out if there are none")

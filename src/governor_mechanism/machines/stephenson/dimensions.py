@@ -1,0 +1,191 @@
+"""Dimensions of Stephenson's link motion, and what contradicts them."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from governor_mechanism.machines.base import Machine, choice_field, dimension_field, optional_field, unit_hint, values_of
+from governor_mechanism.machines.slide_valve import rod_field
+from governor_mechanism.machines.slider_crank import rod_length_problems
+from governor_mechanism.machines.stephenson.link_geometry import LinkGeometry, arc_depth
+from governor_mechanism.model.time_functions import PrescribedMotion
+from governor_mechanism.types import FloatArray, Vector2
+
+OPEN_RODS, CROSSED_RODS = "open", "crossed"
+ARC_MIDDLE, CHORD_MIDDLE, LOWER_PIN, HALF_WAY, ANY_POINT = "arc middle", "chord middle", "lower pin", "half-way", "point"
+
+CHECKED_ANGLES: FloatArray = np.linspace(0.0, math.tau, 72, endpoint=False)
+"""Crank angles at which the link must be assembled, rad."""
+
+MAX_GEAR_STEP = 0.25
+"""Largest step of the reversing lever between the gears that are checked for a lever that moves."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StephensonDimensions(Machine):
+    """Dimensions of the link motion. Lengths in m, angles in rad, constant crank speed in rad/s.
+
+    Attributes
+    ----------
+    crank
+        Crank radius, m: half the stroke.
+    connecting_rod
+        Length of the connecting rod, m; None if infinite.
+    eccentric
+        Eccentricity of both eccentrics, m.
+    eccentric_rod
+        Length of both eccentric rods, m.
+    advance
+        Angle of advance of both eccentrics, rad.
+    rods
+        Whether the rods are open or crossed when both eccentrics are on the side of the link.
+    link_radius
+        Radius of the arc of the link, m; it is concave to the shaft.
+    half_link
+        Half the distance of the rod pins, m.
+    pin_setback
+        Distance of the rod pins behind the arc, toward the shaft, m.
+    suspension
+        Point of the link from which it hangs.
+    suspension_x, suspension_y
+        That point, if it is any point: from the middle of the arc, away from the shaft and up, m.
+    hanger
+        Length of the hanger, m. Its upper end moves up and down with the reversing lever.
+    reverser
+        Position of the reversing lever: 1 is full forward gear, -1 full back; or its motion over time.
+    slot_half_length
+        Half the length of the slot along the arc, m; None without an end.
+    outside_lap, inside_lap
+        Laps of the valve, m; a negative inside lap leaves the ports open in mid position.
+    valve_set_at
+        Position of the reversing lever at which the valve is set for equal leads.
+    crank_speed
+        Crank speed, rad/s.
+    crank_start
+        Crank angle at the start, rad.
+    """
+
+    crank: float = dimension_field("length", "from the shaft to the crank pin: half the stroke")
+    connecting_rod: float | None = rod_field("from the crank pin to the crosshead; endless if left out")
+    eccentric: float = dimension_field("length", "from the shaft to the centre of each eccentric")
+    eccentric_rod: float = dimension_field("length", "from the centre of each eccentric to its pin on the link")
+    advance: float = dimension_field("angle", "by which the eccentrics run ahead of a right angle to the crank", signed=True)
+    rods: str = choice_field((OPEN_RODS, CROSSED_RODS), "arrangement of the eccentric rods")
+    link_radius: float = dimension_field("length", "of the arc of the link, which is concave to the shaft")
+    half_link: float = dimension_field("length", "that is half the distance of the rod pins")
+    pin_setback: float = dimension_field("length", "of the rod pins behind the arc, toward the shaft", default=0.0, signed=True)
+    suspension: str = choice_field((ARC_MIDDLE, CHORD_MIDDLE, LOWER_PIN, HALF_WAY, ANY_POINT), "point from which the link hangs")
+    suspension_x: float | None = optional_field("length", "from the arc's middle to the suspension, away from the shaft", signed=True)
+    suspension_y: float | None = optional_field("length", "from the arc's middle up to the suspension", signed=True)
+    hanger: float = dimension_field("length", "from the link up to the arm that the reversing lever moves")
+    reverser: float | PrescribedMotion = dimension_field(
+        "ratio", "of the reversing lever: 1 is full forward gear, -1 full back", default=1.0, signed=True, is_program=True
+    )
+    slot_half_length: float | None = optional_field("length", "of the slot along the arc from its middle to each end")
+    outside_lap: float = dimension_field("length", "by which the valve in its middle covers the outer edges", signed=True)
+    inside_lap: float = dimension_field("length", "by which it covers the inner edges; negative leaves them open", default=0.0, signed=True)
+    valve_set_at: float = dimension_field("ratio", "of the reversing lever for which the valve has equal leads", default=1.0, signed=True)
+    crank_speed: float = dimension_field("angular_speed", "of the crank, which is driven")
+    crank_start: float = dimension_field("angle", "of the crank at the start", default=0.0, signed=True)
+
+    def dimension_problems(self) -> list[str]:
+        """Return sentences about rods, link, suspension, lever and laps, and gears in which the link cannot be assembled."""
+        problems = [*rod_length_problems(self, {"connecting_rod": "crank", "eccentric_rod": "eccentric"}), *self._length_problems()]
+        # A link of impossible lengths has no positions.
+        return problems or [*self._assembly_problems()]
+
+    def _length_problems(self) -> Iterator[str]:
+        """Yield sentences about single dimensions that are impossible."""
+        if not abs(self.advance) < math.pi / 2:
+            yield (
+                f"advance ({math.degrees(self.advance):.6g} deg) must lie between -90 and 90 deg: it is measured from "
+                f"the right angle to the crank{unit_hint(self.advance, math.pi, '30 deg')}"
+            )
+        for name, length in (("link_radius", self.link_radius), ("eccentric_rod", self.eccentric_rod)):
+            if not self.half_link < length:
+                yield (
+                    f"half_link ({self.half_link * 1e3:.6g} mm) must be shorter than {name} ({length * 1e3:.6g} mm), "
+                    "or the link has no arc between its pins; shorten the link"
+                )
+        has_point = self.suspension_x is not None or self.suspension_y is not None
+        if has_point != (self.suspension == ANY_POINT):
+            cure = f'write suspension = "{ANY_POINT}"' if has_point else "give suspension_x and suspension_y"
+            yield f'suspension is "{self.suspension}", and suspension_x and suspension_y {_is_given(has_point)}; {cure}'
+        for name, value in (("reverser", max(values_of(self.reverser), key=abs)), ("valve_set_at", self.valve_set_at)):
+            if abs(value) > 1.0:
+                yield f"{name} ({value:.6g}) must lie between -1, full back gear, and 1, full forward gear"
+        for name, lap in (("outside_lap", self.outside_lap), ("inside_lap", self.inside_lap)):
+            if abs(lap) >= self.eccentric:
+                yield (
+                    f"{name} ({lap * 1e3:.6g} mm) must be smaller than eccentric ({self.eccentric * 1e3:.6g} mm), "
+                    "or its ports never open or never close in full gear; reduce it, or enlarge eccentric"
+                )
+
+    def _assembly_problems(self) -> Iterator[str]:
+        """Yield a sentence about the first gear and crank angle at which the link or its die has no position."""
+        values = values_of(self.reverser)
+        low, high = min(values), max(values)
+        gears = np.linspace(low, high, 1 + math.ceil((high - low) / MAX_GEAR_STEP))
+        for gear in {*gears.tolist(), self.valve_set_at}:
+            poses = self.geometry.solve_poses(CHECKED_ANGLES, gear)
+            is_open = np.isnan(poses[:, 0])
+            where = f"in gear {gear:.6g} at a crank angle of {{:.6g}} deg"
+            if is_open.any():
+                where = where.format(math.degrees(CHECKED_ANGLES[np.argmax(is_open)]))
+                yield (
+                    f"the link cannot be assembled {where}: hanger ({self.hanger * 1e3:.6g} mm) and eccentric rods "
+                    f"({self.eccentric_rod * 1e3:.6g} mm) do not reach it; make the hanger longer, or eccentric or half_link shorter"
+                )
+                return
+            is_off = np.isnan(self.geometry.locate_die(poses)[0])
+            if is_off.any():
+                where = where.format(math.degrees(CHECKED_ANGLES[np.argmax(is_off)]))
+                yield f"the arc of the link does not meet the valve line {where}; make link_radius larger"
+                return
+
+    @cached_property
+    def geometry(self) -> LinkGeometry:
+        """The parts that determine the position of the link."""
+        return LinkGeometry(
+            eccentric=self.eccentric,
+            eccentric_rod=self.eccentric_rod,
+            advance=self.advance,
+            link_radius=self.link_radius,
+            half_link=self.half_link,
+            pin_setback=self.pin_setback,
+            suspension=self.suspension_point,
+            hanger=self.hanger,
+            crossed=self.rods == CROSSED_RODS,
+        )
+
+    @property
+    def suspension_point(self) -> Vector2:
+        """Point of the link from which it hangs: from the arc's middle, away from the shaft and up, m."""
+        depth, quarter_angle = arc_depth(self.link_radius, self.half_link), 0.5 * math.asin(self.half_link / self.link_radius)
+        points = {
+            ARC_MIDDLE: (0.0, 0.0),
+            CHORD_MIDDLE: (-depth, 0.0),
+            LOWER_PIN: (-depth - self.pin_setback, -self.half_link),
+            HALF_WAY: (-self.link_radius * (1.0 - math.cos(quarter_angle)), -self.link_radius * math.sin(quarter_angle)),
+            ANY_POINT: (self.suspension_x or 0.0, self.suspension_y or 0.0),
+        }
+        return points[self.suspension]
+
+    @cached_property
+    def valve_centre(self) -> float:
+        """Centre of the valve's motion from the shaft, m: the middle between its positions at the dead centres in the gear it is set at."""
+        poses = self.geometry.solve_poses(np.array([0.0, math.pi]), self.valve_set_at)
+        return float(np.mean(self.geometry.locate_die(poses)[0]))
+
+    def dimensions(self) -> dict[str, float]:
+        """Return all dimensions in SI. `centre` is the centre of the valve's motion; the suspension is a point of the link."""
+        x, y = self.suspension_point
+        derived = {"suspension_x": x, "suspension_y": y, "centre": self.valve_centre, "crossed": float(self.rods == CROSSED_RODS)}
+        return super().dimensions() | derived
+
+
+def _is_given(given: bool) -> str:
+    return "are given" if given else "are missing"
