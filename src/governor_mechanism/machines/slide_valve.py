@@ -20,11 +20,15 @@ from governor_mechanism.model.joints import GROUND, Distance, Joint, Point, Slid
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import BodyAngle, Reading
 from governor_mechanism.model.part import FIXED_PLANE
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.valve import EQUAL_LEADS, MIDDLE, Valve
 from governor_mechanism.numerics.roots import find_root
 
 ECCENTRIC_ROD, VALVE_GUIDE = "eccentric rod", "valve guide"
 
-EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS = "equal leads", "middle of extremes", "equal cut-offs"
+EQUAL_CUT_OFFS = "equal cut-offs"
+
+VALVE_DISPLACEMENT, CRANK_END_TRAVEL = "valve_displacement", "crank_end_travel"
 
 rod_field = partial(optional_field, "length", omission_word="endless")
 """Declare the length of a rod that may be left out."""
@@ -176,6 +180,13 @@ class SlideValve(Machine):
             coordinate="crank_angle",
             length_scale=self.crank,
             initial_guess=((0.0, 0.0, angle), (crosshead_x, 0.0, 0.0), (valve_x, 0.0, 0.0)),
+            valve=Valve(
+                displacement=VALVE_DISPLACEMENT,
+                steam_lap=self.outside_lap,
+                exhaust_lap=self.inside_lap,
+                piston_travel=CRANK_END_TRAVEL,
+                stroke=2 * self.crank,
+            ),
         )
 
     def _readings(self, crosshead: Point, valve: Point) -> tuple[Reading, ...]:
@@ -183,8 +194,8 @@ class SlideValve(Machine):
         crank_end, centre = (self.connecting_rod or 0.0) - self.crank, self.valve_centre
         return (
             BodyAngle(name="crank_angle", quantity="angle", body=driven_crank.CRANK),
-            x_coordinate("valve_displacement", valve, zero=centre),
-            x_coordinate("crank_end_travel", crosshead, zero=crank_end),
+            x_coordinate(VALVE_DISPLACEMENT, valve, zero=centre),
+            x_coordinate(CRANK_END_TRAVEL, crosshead, zero=crank_end),
             x_coordinate("head_end_travel", crosshead, sign=-1.0, zero=-crank_end - 2 * self.crank),
             x_coordinate("crank_end_steam", valve, zero=centre + self.outside_lap),
             x_coordinate("crank_end_exhaust", valve, sign=-1.0, zero=-centre + self.inside_lap),
@@ -195,6 +206,39 @@ class SlideValve(Machine):
     def dimensions(self) -> dict[str, float]:
         """Return all dimensions in SI; an omitted rod is infinite. `centre` is the centre of the valve's motion."""
         return super().dimensions() | {"centre": self.valve_centre}
+
+
+def valve_setting(scene: Scene) -> str:
+    """Return the rule for the centre of the valve's motion in the scene file.
+
+    Parameters
+    ----------
+    scene
+        Scene of a slide valve.
+
+    Returns
+    -------
+    str
+        The rule, or an empty string for a scene without a file.
+    """
+    dimensions = scene.document.get("dimensions", {})
+    return str(dimensions.get("setting", SlideValve.setting)) if dimensions else ""
+
+
+def prescribed_centre(scene: Scene) -> float | None:
+    """Return the centre of the valve's motion, m; None for equal leads, for which the closed form has its own.
+
+    Parameters
+    ----------
+    scene
+        Scene of a slide valve.
+
+    Returns
+    -------
+    float or None
+        The centre.
+    """
+    return None if valve_setting(scene) == EQUAL_LEADS else scene.part.dimensions["centre"]
 
 
 def _shortening(rod: float | None, across: float) -> float:
