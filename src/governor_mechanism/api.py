@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from governor_mechanism.studies.effect_ablation import EffectsStudy
     from governor_mechanism.studies.hard_cases.results import HardCasesReport
     from governor_mechanism.studies.kernel_compilation import KernelCompilation
-    from governor_mechanism.studies.slide_valve.valve_timing import ValveTiming
     from governor_mechanism.studies.sweep.results import Sweep
+    from governor_mechanism.studies.valve_timing import ValveTiming
     from governor_mechanism.studies.work_precision.results import AccuracyStudy
     from governor_mechanism.types import FloatArray
     from governor_mechanism.verification.report import CheckReport
@@ -611,7 +611,8 @@ def sweep(
 def valve_timing(scene: SceneSource) -> ValveTiming:
     """Return the timing of a slide valve: admission, cut-off, release and compression at both ends of the cylinder.
 
-    Crank angles and piston positions come from the mechanism, from the exact closed form, and from the theory without its error term.
+    Crank angles and piston positions come from the mechanism; for machine "slide_valve" also from the exact closed form, and from the
+    theory without its error term. Drivers other than that of the crank, as that of a reversing lever, stand still where they start.
 
     Parameters
     ----------
@@ -626,14 +627,14 @@ def valve_timing(scene: SceneSource) -> ValveTiming:
     Raises
     ------
     MechanismError
-        If the machine is not a slide valve.
+        If the mechanism has no valve, or no driven crank that turns fully.
 
     Examples
     --------
     >>> import governor_mechanism as gm
     >>> print(gm.valve_timing("slide_valve_30"))  # doctest: +SKIP
     """
-    from governor_mechanism.studies.slide_valve.valve_timing import tabulate_valve_timing
+    from governor_mechanism.studies.valve_timing import tabulate_valve_timing
 
     return tabulate_valve_timing(_as_scene(scene))
 

@@ -19,11 +19,13 @@ from governor_mechanism.closed_form.slide_valve import Eccentric
 from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.slide_valve import EQUAL_CUT_OFFS, EQUAL_LEADS, MIDDLE, SlideValve
+from governor_mechanism.machines.slide_valve import EQUAL_CUT_OFFS, SlideValve
 from governor_mechanism.model.trajectory import Outcome
-from governor_mechanism.observables.valve_timing import evaluate_at_crank_angles, find_event_angles
+from governor_mechanism.model.valve import EQUAL_LEADS, MIDDLE
+from governor_mechanism.observables.valve_motion import valve_motion_of
+from governor_mechanism.observables.valve_timing import find_event_angles
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.studies.slide_valve.valve_timing import tabulate_valve_timing
+from governor_mechanism.studies.valve_timing import tabulate_valve_timing
 from reference import marks
 
 SIZES = {**SLIDE_VALVE_DIMENSIONS, "advance": math.radians(30.0)}
@@ -284,7 +286,7 @@ def test_a_setting_given_from_python_is_checked_too():
 
 
 def test_events_of_another_machine_are_refused():
-    with pytest.raises(MechanismError, match="valve timing needs machine 'slide_valve'"):
+    with pytest.raises(MechanismError, match="valve timing needs a mechanism with a slide valve; machine 'pendulum_governor'"):
         tabulate_valve_timing(gm.load("porter"))
 
 
@@ -306,7 +308,7 @@ def test_readings_over_a_turn_are_those_of_the_kinematic_analysis():
     angles = np.array([3.0, -0.4, 1.1, 9.0])
     order = np.argsort(angles)
     found, expected = (
-        evaluate_at_crank_angles(gm.load("slide_valve_30"), angles),
+        valve_motion_of(gm.load("slide_valve_30")).evaluate(angles),
         gm.kinematics("slide_valve_30", "crank_angle", angles[order]),
     )
     for ours, theirs in zip(found, (expected.readings, expected.rates, expected.reading_accelerations), strict=True):

@@ -18,9 +18,9 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.observables.valve_timing import find_event_angles
 from governor_mechanism.render.figures.registry import write_machine_figures
 from governor_mechanism.render.figures.slide_valve import marks_plate as marks_construction
-from governor_mechanism.render.figures.slide_valve import zeuner_plate as zeuner
-from governor_mechanism.render.figures.slide_valve.valve_diagram import ValveDiagram
+from governor_mechanism.render.figures.slide_valve.eccentric_diagram import EccentricDiagram
 from governor_mechanism.render.figures.slider_crank import bearing_loads as bearings
+from governor_mechanism.render.figures.valve_timing import zeuner_plate as zeuner
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.machines.slide_valve.cylinder import valve_magnification
@@ -154,8 +154,8 @@ def overlaps(figure):
 
 
 @cache
-def diagram(name: str) -> ValveDiagram:
-    return ValveDiagram(valve_scene((CASES | CROWDED)[name]))
+def diagram(name: str) -> EccentricDiagram:
+    return EccentricDiagram(valve_scene((CASES | CROWDED)[name]))
 
 
 @pytest.mark.parametrize("name", ["marks", "thirty", "endless"])
@@ -195,8 +195,8 @@ def test_plates_are_png_and_equal_for_equal_scenes(tmp_path):
 def test_what_a_plate_cannot_show_is_refused(tmp_path):
     with pytest.raises(MechanismError, match=r"must end in \.png"):
         zeuner.draw_zeuner_plate(diagram("marks")).save_png(tmp_path / "a.jpg")
-    with pytest.raises(MechanismError, match="needs machine 'slide_valve'"):
-        ValveDiagram(gm.load("porter"))
+    with pytest.raises(MechanismError, match="needs a mechanism with a slide valve"):
+        EccentricDiagram(gm.load("porter"))
     assert list(tmp_path.iterdir()) == []
 
 

@@ -102,7 +102,6 @@ def run(
     """Simulate a scene; write its film, figure, readings (CSV), arrays (netCDF) and a record (JSON)."""
     from governor_mechanism.cli.summary import format_run
     from governor_mechanism.files.results import summarise_run
-    from governor_mechanism.machines.slide_valve import SlideValve
 
     if film is FilmFormat.MP4 and not no_film:
         from governor_mechanism.render.film.writer import require_video_writer
@@ -110,12 +109,13 @@ def run(
         require_video_writer()
     console.prepare_folder(out)
     loaded_scene = gm.load(scene)
+    has_valve = len(loaded_scene.parts) == 1 and loaded_scene.part.mechanism.valve is not None
+    valve_timing = gm.valve_timing(loaded_scene) if has_valve else None
     with console.show_status("simulating"):
         result = gm.run(loaded_scene, engine=engine, accuracy=accuracy)
     files = _write_results(result, out, Path(result.scene.source).stem or "scene", None if no_film else film)
     text, values = [format_run(result)], summarise_run(result)
-    if len(loaded_scene.parts) == 1 and loaded_scene.part.machine == SlideValve.name:
-        valve_timing = gm.valve_timing(loaded_scene)
+    if valve_timing is not None:
         text.append(str(valve_timing))
         values["steam"] = valve_timing.as_json()
     if not result.outcome.ok and not as_json:

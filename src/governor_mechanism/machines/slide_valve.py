@@ -16,16 +16,19 @@ from governor_mechanism.machines import driven_crank
 from governor_mechanism.machines.base import Machine, choice_field, dimension_field, optional_field, rotate_point, unit_hint, x_coordinate
 from governor_mechanism.machines.driven_crank import CROSSHEAD, VALVE
 from governor_mechanism.machines.slider_crank import rod_length_problems
-from governor_mechanism.machines.steam_readings import piston_readings, port_readings
+from governor_mechanism.machines.steam_readings import CRANK_END_TRAVEL, VALVE_DISPLACEMENT, piston_readings, port_readings
 from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import BodyAngle, Reading
 from governor_mechanism.model.part import FIXED_PLANE
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.valve import EQUAL_LEADS, MIDDLE, Valve
 from governor_mechanism.numerics.roots import find_root
 
 ECCENTRIC_ROD, VALVE_GUIDE = "eccentric rod", "valve guide"
 
-EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS = "equal leads", "middle of extremes", "equal cut-offs"
+EQUAL_CUT_OFFS = "equal cut-offs"
+
 
 rod_field = partial(optional_field, "length", omission_word="endless")
 """Declare the length of a rod that may be left out."""
@@ -177,13 +180,20 @@ class SlideValve(Machine):
             coordinate="crank_angle",
             length_scale=self.crank,
             initial_guess=((0.0, 0.0, angle), (crosshead_x, 0.0, 0.0), (valve_x, 0.0, 0.0)),
+            valve=Valve(
+                displacement=VALVE_DISPLACEMENT,
+                steam_lap=self.outside_lap,
+                exhaust_lap=self.inside_lap,
+                piston_travel=CRANK_END_TRAVEL,
+                stroke=2 * self.crank,
+            ),
         )
 
     def _readings(self, crosshead: Point, valve: Point) -> tuple[Reading, ...]:
         """Return crank angle, valve displacement, piston displacements and port openings (negative: closed)."""
         return (
             BodyAngle(name="crank_angle", quantity="angle", body=driven_crank.CRANK),
-            x_coordinate("valve_displacement", valve, zero=self.valve_centre),
+            x_coordinate(VALVE_DISPLACEMENT, valve, zero=self.valve_centre),
             *piston_readings(crosshead, self.crank, (self.connecting_rod or 0.0) - self.crank),
             *port_readings(valve, self.valve_centre, self.outside_lap, self.inside_lap),
         )
@@ -191,6 +201,39 @@ class SlideValve(Machine):
     def dimensions(self) -> dict[str, float]:
         """Return all dimensions in SI; an omitted rod is infinite. `centre` is the centre of the valve's motion."""
         return super().dimensions() | {"centre": self.valve_centre}
+
+
+def valve_setting(scene: Scene) -> str:
+    """Return the rule for the centre of the valve's motion in the scene file.
+
+    Parameters
+    ----------
+    scene
+        Scene of a slide valve.
+
+    Returns
+    -------
+    str
+        The rule, or an empty string for a scene without a file.
+    """
+    dimensions = scene.document.get("dimensions", {})
+    return str(dimensions.get("setting", SlideValve.setting)) if dimensions else ""
+
+
+def prescribed_centre(scene: Scene) -> float | None:
+    """Return the centre of the valve's motion, m; None for equal leads, for which the closed form has its own.
+
+    Parameters
+    ----------
+    scene
+        Scene of a slide valve.
+
+    Returns
+    -------
+    float or None
+        The centre.
+    """
+    return None if valve_setting(scene) == EQUAL_LEADS else scene.part.dimensions["centre"]
 
 
 def _shortening(rod: float | None, across: float) -> float:

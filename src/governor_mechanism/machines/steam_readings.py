@@ -4,6 +4,9 @@ from governor_mechanism.machines.base import x_coordinate
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.output_variables import PointCoordinate
 
+VALVE_DISPLACEMENT, CRANK_END_TRAVEL = "valve_displacement", "crank_end_travel"
+"""Names of the readings of valve and piston, which grow away from the shaft."""
+
 
 def piston_readings(crosshead: Point, crank: float, crank_end: float, side: float = 1.0) -> tuple[PointCoordinate, ...]:
     """Return the travel of the piston from both ends of its stroke.
@@ -25,7 +28,7 @@ def piston_readings(crosshead: Point, crank: float, crank_end: float, side: floa
         Readings crank_end_travel and head_end_travel.
     """
     return (
-        x_coordinate("crank_end_travel", crosshead, sign=side, zero=crank_end),
+        x_coordinate(CRANK_END_TRAVEL, crosshead, sign=side, zero=crank_end),
         x_coordinate("head_end_travel", crosshead, sign=-side, zero=-crank_end - 2 * crank),
     )
 
@@ -39,8 +42,10 @@ def port_readings(valve: Point, centre: float, outside_lap: float, inside_lap: f
         Point of the valve, on the valve line.
     centre
         Distance of the centre of the valve's motion from the shaft, m.
-    outside_lap, inside_lap
-        Laps, m.
+    outside_lap
+        Outside lap, m.
+    inside_lap
+        Inside lap, m.
     side
         1 if the valve line leads away from the shaft along x, -1 if it does along -x.
 

@@ -9,6 +9,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean, require_fini
 from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Joint
 from governor_mechanism.model.output_variables import DerivedForce, Limit, Reading
+from governor_mechanism.model.valve import Valve
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,6 +121,8 @@ class Mechanism:
         Sentences for the user about the dimensions.
     reading_scales
         Scales of readings whose scale is not that of the mechanism, m; those of parts of different size.
+    valve
+        Slide valve that the mechanism moves; None if it has none.
     """
 
     bodies: tuple[Body, ...]
@@ -134,6 +137,7 @@ class Mechanism:
     derived_forces: tuple[DerivedForce, ...] = ()
     notes: tuple[str, ...] = ()
     reading_scales: Mapping[str, float] = field(default_factory=dict, hash=False)
+    valve: Valve | None = None
 
     def __post_init__(self) -> None:
         require_positive(self.length_scale, "m", "length scale of the mechanism")
@@ -149,8 +153,16 @@ class Mechanism:
         ]
         if len(self.initial_guess) != len(self.bodies):
             problems.append(f"the initial guess has {len(self.initial_guess)} poses for {len(self.bodies)} bodies; one each is needed")
+        problems += self._valve_problems()
         if problems:
             raise MechanismError(*problems)
+
+    def _valve_problems(self) -> list[str]:
+        """Return sentences about readings of the valve that are missing or no lengths."""
+        quantities = {reading.name: reading.quantity for reading in self.readings}
+        names = self.valve.readings if self.valve else ()
+        problems = [f"the valve refers to reading {name!r}; readings are {list(quantities)}" for name in names if name not in quantities]
+        return problems + [f"reading {name!r} of the valve must be a length" for name in names if quantities.get(name) == "angle"]
 
     def body_index(self, name: str) -> int:
         """Return the position of a body in `bodies`; -1 for the ground."""

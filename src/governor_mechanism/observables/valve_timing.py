@@ -1,20 +1,16 @@
 """Valve timing: opening and closing of a slide valve's ports, from the kinematics of the mechanism."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import BPoly
 
-from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.slide_valve import EQUAL_LEADS, SlideValve
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
-from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
-from governor_mechanism.model.joints import RotationalDriver
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.valve import Valve
 from governor_mechanism.numerics.roots import find_root, find_roots
+from governor_mechanism.observables.valve_motion import ANGLE_TOLERANCE, ValveMotion, find_turning_angles, valve_motion_of
 from governor_mechanism.types import FloatArray
 
 CYLINDER_ENDS = ("crank end", "head end")
@@ -22,171 +18,148 @@ CYLINDER_ENDS = ("crank end", "head end")
 PORT_EVENTS = {"steam": ("admission", "cut-off"), "exhaust": ("release", "compression")}
 """Names of the opening and the closing event of each port."""
 
-VALVE_DISPLACEMENT = "valve_displacement"
 
-N_NODES = 72
-"""Number of intervals of a turn between which readings are interpolated; the error is about 1e-11 of the valve travel."""
+@dataclass(frozen=True, kw_only=True)
+class PortTiming:
+    """Openings and closings of a port in a turn of the crank.
 
-EVENT_ANGLE_TOLERANCE = 1e-13
-"""Tolerance of the crank angle of an event, rad; rounding is about 1e-15."""
-
-
-def valve_setting(scene: Scene) -> str:
-    """Return the rule for the centre of the valve's motion in the scene file.
-
-    Parameters
-    ----------
-    scene
-        Scene of a slide valve.
-
-    Returns
-    -------
-    str
-        The rule, or an empty string for a scene without a file.
-    """
-    dimensions = scene.document.get("dimensions", {})
-    return str(dimensions.get("setting", SlideValve.setting)) if dimensions else ""
-
-
-def prescribed_centre(scene: Scene) -> float | None:
-    """Return the centre of the valve's motion, m; None for equal leads, for which the closed form has its own.
-
-    Parameters
-    ----------
-    scene
-        Scene of a slide valve.
-
-    Returns
-    -------
-    float or None
-        The centre.
-    """
-    return None if valve_setting(scene) == EQUAL_LEADS else scene.part.dimensions["centre"]
-
-
-def port_reading_name(end: str, port: str) -> str:
-    """Return the name of the reading of a port's opening.
-
-    Parameters
+    Attributes
     ----------
     end
-        One of CYLINDER_ENDS.
+        End of the cylinder: one of CYLINDER_ENDS.
     port
         One of PORT_EVENTS.
-
-    Returns
-    -------
-    str
-        Name of the reading.
+    openings
+        Crank angles at which the port opens, rad, from 0 to 2 pi, ascending.
+    closings
+        Crank angles at which it closes.
+    largest_opening
+        Displacement of the valve less the lap where it is largest, m; negative if the port never opens.
     """
-    return f"{end.replace(' ', '_')}_{port}"
+
+    end: str
+    port: str
+    openings: tuple[float, ...]
+    closings: tuple[float, ...]
+    largest_opening: float
+
+    @property
+    def events(self) -> dict[str, float]:
+        """Crank angles of the opening and the closing by name, such as "crank end cut-off"; none unless the port opens once in a turn."""
+        if len(self.openings) != 1:
+            return {}
+        names = (f"{self.end} {event}" for event in PORT_EVENTS[self.port])
+        return dict(zip(names, (*self.openings, *self.closings), strict=True))
+
+    @property
+    def statement(self) -> str:
+        """A sentence on a port that does not open once in a turn; empty for one that does."""
+        if len(self.openings) == 1:
+            return ""
+        name = f"the {self.port} port of the {self.end}"
+        if not self.openings:
+            if self.largest_opening > 0:
+                return f"{name} never closes"
+            return f"{name} never opens: it stays covered by {-1e3 * self.largest_opening:.6g} mm or more"
+        opens, closes = (", ".join(f"{math.degrees(angle):.6g}" for angle in angles) for angles in (self.openings, self.closings))
+        return f"{name} opens {len(self.openings)} times in a turn, at {opens} deg, and closes at {closes} deg"
 
 
-class ValveKinematics(NamedTuple):
-    """Readings and their first two derivatives (n,) with respect to the crank angle, by name, SI and rad."""
+class _Crossing(NamedTuple):
+    """A zero of sign * position - threshold between two crank angles (rad), upward or downward; port is an index of the timings."""
 
-    readings: Mapping[str, FloatArray]
-    derivatives: Mapping[str, FloatArray]
-    second_derivatives: Mapping[str, FloatArray]
+    port: int
+    opens: bool
+    sign: float
+    threshold: float
+    low: float
+    high: float
 
 
-def evaluate_at_crank_angles(scene: Scene, angles: FloatArray) -> ValveKinematics:
-    """Return the readings and their derivatives at crank angles, with the mechanism assembled at all of them at once.
+def find_port_timings(scene: Scene) -> tuple[PortTiming, ...]:
+    """Return the openings and closings of the ports at both ends of the cylinder, to about 1e-13 rad.
 
     Parameters
     ----------
     scene
-        Scene of a crank machine.
-    angles
-        Crank angles, rad; shape (n,).
+        Scene of one part whose mechanism has a valve.
 
     Returns
     -------
-    ValveKinematics
-        Readings and derivatives in the order of the angles.
+    tuple of PortTiming
+        Steam port and exhaust of the crank end, then those of the head end.
     """
-    driven = scene.part.mechanism
-    mechanism = replace(driven, joints=tuple(joint for joint in driven.joints if not isinstance(joint, RotationalDriver)))
-    path = SingleDofReduction(scene.with_changes(mechanism=mechanism)).evaluate(angles)
-    outputs = {reading.name: evaluate_output(mechanism, reading.name, path.poses, path.tangents) for reading in mechanism.readings}
-    motions = [(one.value, one.rate(path.tangents), one.acceleration(path.curvatures)) for one in outputs.values()]
-    return ValveKinematics(*(dict(zip(outputs, values, strict=True)) for values in zip(*motions, strict=True)))
-
-
-def interpolate_turn(scene: Scene) -> dict[str, BPoly]:
-    """Return the readings as functions of the crank angle, exact with two derivatives at `N_NODES` equal angles, and periodic.
-
-    Parameters
-    ----------
-    scene
-        Scene of a crank machine.
-
-    Returns
-    -------
-    dict
-        Piecewise polynomials of the fifth degree of the crank angle, rad, by name.
-    """
-    nodes = np.linspace(0.0, math.tau, N_NODES + 1)
-    motions = evaluate_at_crank_angles(scene, nodes)
-    tables = {name: np.stack([motion[name] for motion in motions], axis=1) for name in motions.readings}
-    return {name: BPoly.from_derivatives(nodes, table, extrapolate="periodic") for name, table in tables.items()}
+    motion = valve_motion_of(scene)
+    position = motion.turn[motion.valve.displacement]
+    turning_angles = find_turning_angles(position)
+    extremes = position(turning_angles)
+    ports = [(end, port, *_port_edge(motion.valve, end, port)) for end in CYLINDER_ENDS for port in PORT_EVENTS]
+    crossings, largest_openings = list[_Crossing](), list[float]()
+    for k, (_, _, sign, lap) in enumerate(ports):
+        threshold = sign * motion.centre + lap
+        openings = sign * extremes - threshold
+        largest_openings.append(float(np.max(openings)))
+        for (low, before), (high, after) in pairwise(zip(turning_angles.tolist(), openings.tolist(), strict=True)):
+            if (before > 0) != (after > 0):
+                crossings.append(_Crossing(k, after > 0, sign, threshold, low, high))
+    angles = _locate_crossings(motion, crossings) if crossings else []
+    return tuple(
+        PortTiming(
+            end=end,
+            port=port,
+            openings=_angles_of(crossings, angles, k, opens=True),
+            closings=_angles_of(crossings, angles, k, opens=False),
+            largest_opening=largest_openings[k],
+        )
+        for k, (end, port, _, _) in enumerate(ports)
+    )
 
 
 def find_event_angles(scene: Scene) -> dict[str, float]:
-    """Return the crank angles of all eight valve events, to about 1e-13 rad.
+    """Return the crank angles of the valve events, eight if every port opens once in a turn, to about 1e-13 rad.
 
     Parameters
     ----------
     scene
-        Scene of a slide valve.
+        Scene of one part whose mechanism has a valve.
 
     Returns
     -------
     dict
         Crank angles, rad, from 0 to 2 pi, by names such as "crank end cut-off".
-
-    Raises
-    ------
-    MechanismError
-        If the machine is not a slide valve.
     """
-    if scene.part.machine != SlideValve.name:
-        raise MechanismError(f"valve timing needs machine {SlideValve.name!r}; this scene has {scene.part.machine!r}")
-    turn = interpolate_turn(scene)
-    dead_centres = _find_valve_dead_centres(turn[VALVE_DISPLACEMENT])
-    events: list[tuple[str, str, float, float]] = []
-    for end in CYLINDER_ENDS:
-        for port, (opens, closes) in PORT_EVENTS.items():
-            reading = port_reading_name(end, port)
-            closed_angle, open_angle = sorted(dead_centres, key=turn[reading])
-            events.append((f"{end} {opens}", reading, closed_angle, _next_angle(closed_angle, open_angle)))
-            events.append((f"{end} {closes}", reading, open_angle, _next_angle(open_angle, closed_angle)))
-    names, readings, *brackets = zip(*events, strict=True)
-    low, high = np.array(brackets)
+    return {name: angle for timing in find_port_timings(scene) for name, angle in timing.events.items()}
+
+
+def _port_edge(valve: Valve, end: str, port: str) -> tuple[float, float]:
+    """Return the sign of the displacement that opens a port, and the lap over it, m."""
+    steam_sign = valve.outward_sign if end == CYLINDER_ENDS[0] else -valve.outward_sign
+    return (steam_sign, valve.steam_lap) if port == "steam" else (-steam_sign, valve.exhaust_lap)
+
+
+def _angles_of(crossings: list[_Crossing], angles: list[float], port: int, *, opens: bool) -> tuple[float, ...]:
+    pairs = zip(crossings, angles, strict=True)
+    return tuple(sorted(angle for crossing, angle in pairs if crossing.port == port and crossing.opens == opens))
+
+
+def _locate_crossings(motion: ValveMotion, crossings: list[_Crossing]) -> list[float]:
+    """Return the crank angles of crossings, rad, from 0 to 2 pi."""
+    position = motion.turn[motion.valve.displacement]
+    signs, thresholds, low, high = (np.array([getattr(one, name) for one in crossings]) for name in ("sign", "threshold", "low", "high"))
 
     def openings(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-        motion = evaluate_at_crank_angles(scene, angles % math.tau)
-        values, derivatives = (np.array([arrays[name][k] for k, name in enumerate(readings)]) for arrays in motion[:2])
-        return values, derivatives
+        positions, derivatives = (arrays[motion.valve.displacement] for arrays in motion.evaluate(angles % math.tau)[:2])
+        return signs * positions - thresholds, signs * derivatives
 
-    angles, steps = np.array([find_root(turn[name], *ends) for name, *ends in zip(readings, low, high, strict=True)]), np.zeros(len(low))
+    def interpolated_root(crossing: _Crossing) -> float:
+        return find_root(lambda angle: float(crossing.sign * position(angle) - crossing.threshold), crossing.low, crossing.high)
+
+    angles, steps = np.array([interpolated_root(one) for one in crossings]), np.zeros(len(crossings))
     for _ in range(2):  # Newton's method, from angles that are almost right
         values, derivatives = openings(angles)
         steps = -values / derivatives
         angles = angles + steps
-    if not np.all((np.abs(steps) < EVENT_ANGLE_TOLERANCE) & (low < angles) & (angles < high)):
-        angles = find_roots(openings, low, high, EVENT_ANGLE_TOLERANCE)
-    return dict(zip(names, (angles % math.tau).tolist(), strict=True))
-
-
-def _next_angle(start: float, angle: float) -> float:
-    """Return an angle shifted by full turns to the turn that follows `start`, rad."""
-    return start + (angle - start) % math.tau
-
-
-def _find_valve_dead_centres(displacement: BPoly) -> tuple[float, float]:
-    """Return the crank angles (rad) of the lowest and the highest position of the valve."""
-    nodes, slope = displacement.x, displacement.derivative()
-    values, step = displacement(nodes), nodes[1]
-    lowest, highest = (find_root(slope, nodes[k] - step, nodes[k] + step) for k in (np.argmin(values), np.argmax(values)))
-    return lowest, highest
+    if not np.all((np.abs(steps) < ANGLE_TOLERANCE) & (low < angles) & (angles < high)):
+        angles = find_roots(openings, low, high, ANGLE_TOLERANCE)
+    located: list[float] = (angles % math.tau).tolist()
+    return located

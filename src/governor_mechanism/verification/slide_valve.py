@@ -7,15 +7,17 @@ import numpy as np
 
 from governor_mechanism.closed_form import slide_valve as closed
 from governor_mechanism.closed_form import slider_crank as crank
-from governor_mechanism.machines.slide_valve import EQUAL_CUT_OFFS, EQUAL_LEADS
+from governor_mechanism.machines.slide_valve import EQUAL_CUT_OFFS, prescribed_centre, valve_setting
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.valve import EQUAL_LEADS
 from governor_mechanism.observables import valve_timing as timing
+from governor_mechanism.observables.valve_motion import valve_motion_of
 from governor_mechanism.verification.comparisons import Checks, compare_algebraic, compare_reading, note_early_end, run_scene
 from governor_mechanism.verification.report import ComparisonRow
 from governor_mechanism.verification.slider_crank import CHECKED_CRANK_ANGLES, compare_kinematics, crank_angles
 
 EVENT_READINGS = {
-    f"{end} {event}": timing.port_reading_name(end, port)
+    f"{end} {event}": f"{end.replace(' ', '_')}_{port}"
     for end in timing.CYLINDER_ENDS
     for port, events in timing.PORT_EVENTS.items()
     for event in events
@@ -27,7 +29,7 @@ def check_slide_valve(scene: Scene) -> Checks:
     """Yield every comparison that applies to the scene."""
     dimensions = scene.part.dimensions
     eccentric, train = closed.Eccentric.from_dimensions(dimensions), crank.CrankTrain.from_dimensions(dimensions)
-    centre = timing.prescribed_centre(scene)
+    centre = prescribed_centre(scene)
     yield from _check_kinematics(scene, eccentric, train, centre)
     simulated_angles = timing.find_event_angles(scene)
     laps = {name: dimensions[name] for name in ("outside_lap", "inside_lap")}
@@ -60,17 +62,15 @@ def _check_kinematics(scene: Scene, eccentric: closed.Eccentric, train: crank.Cr
 def _check_setting(scene: Scene, simulated_angles: Mapping[str, float], eccentric: closed.Eccentric, centre: float | None) -> Checks:
     """Yield the leads, and what the setting of the valve prescribes."""
     exact_leads = closed.leads(eccentric, outside_lap=scene.part.dimensions["outside_lap"], centre=centre)
-    dead_centre_readings = timing.evaluate_at_crank_angles(scene, np.array([0.0, math.pi])).readings
-    for k, (end, expected_lead) in enumerate(zip(timing.CYLINDER_ENDS, exact_leads, strict=True)):
-        simulated_lead = dead_centre_readings[timing.port_reading_name(end, "steam")][k]
+    for end, simulated_lead, expected_lead in zip(timing.CYLINDER_ENDS, valve_motion_of(scene).leads, exact_leads, strict=True):
         yield compare_algebraic(f"lead at the {end}", simulated_lead, expected_lead, "m", scale=eccentric.radius)
-    if timing.valve_setting(scene) == EQUAL_LEADS and not eccentric.has_infinite_rod:
+    if valve_setting(scene) == EQUAL_LEADS and not eccentric.has_infinite_rod:
         centre, expected_centre = scene.part.dimensions["centre"], closed.equal_lead_centre(eccentric)
         yield compare_algebraic("centre of the swing for equal leads", centre, expected_centre, "m", scale=eccentric.radius)
-    if timing.valve_setting(scene) == EQUAL_CUT_OFFS:
+    if valve_setting(scene) == EQUAL_CUT_OFFS:
         stroke = 2 * scene.part.dimensions["crank"]
         cut_off_angles = np.array([simulated_angles[f"{end} cut-off"] for end in timing.CYLINDER_ENDS])
-        readings = timing.evaluate_at_crank_angles(scene, cut_off_angles).readings
+        readings = valve_motion_of(scene).evaluate(cut_off_angles).readings
         crank_end, head_end = readings["crank_end_travel"][0] / stroke, readings["head_end_travel"][1] / stroke
         yield compare_algebraic("cut-off at the crank end against the head end", crank_end, head_end, "1", scale=1.0)
     if eccentric.has_infinite_rod:

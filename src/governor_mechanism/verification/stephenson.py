@@ -12,6 +12,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.observables import valve_timing as timing
+from governor_mechanism.observables.valve_motion import valve_motion_of
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.types import FloatArray
 from governor_mechanism.verification import comparisons
@@ -63,7 +64,7 @@ def _lever_motion(scene: Scene) -> PrescribedMotion | None:
 def _check_gear(scene: Scene, link_gear: closed.LinkGear, gear: float) -> comparisons.Checks:
     """Yield the positions over a turn and the valve events in one gear."""
     label = f"gear {gear:.3g}: "
-    readings = timing.evaluate_at_crank_angles(scene, CHECKED_CRANK_ANGLES).readings
+    readings = valve_motion_of(scene).evaluate(CHECKED_CRANK_ANGLES).readings
     exact = closed.link_position(link_gear, crank_angle=CHECKED_CRANK_ANGLES, gear=gear)
     centre = scene.part.dimensions["centre"]
     places = [f"{math.degrees(angle):.4g} deg" for angle in CHECKED_CRANK_ANGLES]

@@ -21,7 +21,7 @@ from governor_mechanism.machines.base import rotate_point, values_of, x_coordina
 from governor_mechanism.machines.driven_crank import CRANK, CROSSHEAD, PLACEHOLDER_MASS, VALVE
 from governor_mechanism.machines.mass_elements import MassElement, slender_rod, thin_arc
 from governor_mechanism.machines.slide_valve import VALVE_GUIDE
-from governor_mechanism.machines.steam_readings import piston_readings, port_readings
+from governor_mechanism.machines.steam_readings import CRANK_END_TRAVEL, VALVE_DISPLACEMENT, piston_readings, port_readings
 from governor_mechanism.machines.stephenson.dimensions import StephensonDimensions
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import GROUND, ArcSlot, Distance, Joint, Pin, Point, Slider, TranslationalDriver, Weld
@@ -29,6 +29,7 @@ from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import ArcPosition, BodyAngle, Limit, PointCoordinate, Reading
 from governor_mechanism.model.part import FIXED_PLANE
 from governor_mechanism.model.time_functions import PrescribedMotion
+from governor_mechanism.model.valve import Valve
 
 LINK, LIFTING_ARM, HANGER, LINK_SLOT = "link", "lifting arm", "hanger", "link slot"
 ROD_NAMES = ("forward eccentric rod", "backward eccentric rod")
@@ -67,6 +68,13 @@ class _GearBuilder:
             length_scale=self.gear.crank,
             initial_guess=tuple(bodies.values()),
             limits=tuple(self._limits()),
+            valve=Valve(
+                displacement=VALVE_DISPLACEMENT,
+                steam_lap=self.gear.outside_lap,
+                exhaust_lap=self.gear.inside_lap,
+                piston_travel=CRANK_END_TRAVEL,
+                stroke=2 * self.gear.crank,
+            ),
         )
 
     @cached_property
@@ -167,7 +175,7 @@ class _GearBuilder:
         centre = gear.valve_centre
         return (
             BodyAngle(name="crank_angle", quantity="angle", body=CRANK),
-            x_coordinate("valve_displacement", valve, sign=-1.0, zero=centre),
+            x_coordinate(VALVE_DISPLACEMENT, valve, sign=-1.0, zero=centre),
             ArcPosition(
                 name="die_slip",
                 quantity="length",

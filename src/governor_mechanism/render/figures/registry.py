@@ -9,8 +9,8 @@ from governor_mechanism.render.figures.page import Plate
 def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path]:
     """Write the additional figures of a run's machine as <stem>_<figure>.png.
 
-    A slide valve has Zeuner's diagram and, for a finite eccentric rod, Marks' construction. A slider crank with masses and no other
-    loads has the bearing loads, if the run covers a whole turn. Other machines have none.
+    A mechanism with a valve has Zeuner's diagram. A slide valve with a finite eccentric rod has Marks' construction, too. A slider crank
+    with masses and no other loads has the bearing loads, if the run covers a whole turn. Other machines have none.
 
     Parameters
     ----------
@@ -27,14 +27,20 @@ def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path
         The paths of the files.
     """
     plates: dict[str, Plate] = {}
-    machine = run.scene.part.machine if len(run.scene.parts) == 1 else ""
+    part = run.scene.parts[0] if len(run.scene.parts) == 1 else None
+    machine = part.machine if part else ""
     if machine == "slide_valve":
-        from governor_mechanism.render.figures.slide_valve import marks_plate, valve_diagram, zeuner_plate
+        from governor_mechanism.render.figures.slide_valve import eccentric_diagram, marks_plate
+        from governor_mechanism.render.figures.valve_timing import zeuner_plate
 
-        diagram = valve_diagram.ValveDiagram(run.scene)
+        diagram = eccentric_diagram.EccentricDiagram(run.scene)
         plates["zeuner"] = zeuner_plate.draw_zeuner_plate(diagram)
         if not diagram.eccentric.has_infinite_rod:
             plates["marks"] = marks_plate.draw_marks_plate(diagram)
+    elif part and part.mechanism.valve:
+        from governor_mechanism.render.figures.valve_timing import valve_diagram, zeuner_plate
+
+        plates["zeuner"] = zeuner_plate.draw_zeuner_plate(valve_diagram.ValveDiagram(run.scene))
     elif machine == "slider_crank":
         from governor_mechanism.render.figures.slider_crank import bearing_loads
 

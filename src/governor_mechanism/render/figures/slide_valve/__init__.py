@@ -1,1 +1,1 @@
-"""Plates of slide valves by Zeuner and Marks."""
+"""Plate of slide valves by Marks."""

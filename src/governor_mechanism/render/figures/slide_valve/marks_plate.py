@@ -8,7 +8,8 @@ from matplotlib.patches import Circle
 from governor_mechanism.closed_form import slide_valve as closed
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Panel, Plate, polar_points
-from governor_mechanism.render.figures.slide_valve.valve_diagram import CYLINDER_ENDS, SOURCE, EventLabelStyle, ValveDiagram
+from governor_mechanism.render.figures.slide_valve.eccentric_diagram import EccentricDiagram
+from governor_mechanism.render.figures.valve_timing.valve_diagram import CYLINDER_ENDS, EventLabelStyle
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, VERMILLION
 
 _CAPTIONS = {
@@ -35,12 +36,12 @@ _SAMPLE_RAY_ANGLE = math.radians(33.0)
 _LABEL_STYLE = EventLabelStyle(size=9.5, offset=(5, 3), centred=(0.0, 0.5), margins=(0.0, 0.0, 12.0, 12.0))
 
 
-def draw_marks_plate(data: ValveDiagram) -> Plate:
+def draw_marks_plate(data: EccentricDiagram) -> Plate:
     """Return Marks' plate for a slide valve; raise MechanismError for an infinite eccentric rod, which has no error term."""
     eccentric, r = data.eccentric, data.eccentric.radius
     if eccentric.has_infinite_rod:
         raise MechanismError("Marks' construction needs a finite eccentric_rod; an infinite one has no error term")
-    plate = Plate("Marks’ construction of the error term", data.timing.title, SOURCE, _CAPTIONS)
+    plate = Plate("Marks’ construction of the error term", data.timing.title, data.source, _CAPTIONS)
     _draw_error_construction(plate.add_plate_panel(_CONSTRUCTION_RECT), data)
     error_labels = "theoretical displacement $\\xi_0 = r\\,\\sin(\\omega+\\delta)$, mm", "deviation from the exact error, µm"
     _draw_approximation_errors(plate.add_plate_panel(_ERRORS_RECT, *error_labels), data)
@@ -54,7 +55,7 @@ def draw_marks_plate(data: ValveDiagram) -> Plate:
     return plate
 
 
-def _draw_error_construction(panel: Panel, data: ValveDiagram) -> None:
+def _draw_error_construction(panel: Panel, data: EccentricDiagram) -> None:
     """Draw the construction to scale (mm): valve circles on their line of centres, Marks' curves over it, one ray."""
     eccentric, r = data.eccentric, data.eccentric.radius
     panel.set(xlim=(-1.66 * r, 1.22 * r), ylim=(-0.66 * r, 0.66 * r), aspect="equal")
@@ -77,7 +78,7 @@ def _draw_error_construction(panel: Panel, data: ValveDiagram) -> None:
     panel.annotate_point((-1.62 * r, -0.58 * r), "thin: theory\nbold: mechanism", va="bottom", fontsize=9.5, linespacing=1.4)
 
 
-def _draw_sample_ray(panel: Panel, data: ValveDiagram) -> None:
+def _draw_sample_ray(panel: Panel, data: EccentricDiagram) -> None:
     """Draw one ray: its chord in the valve circle, transferred to the line of centres; there the error, transferred to the ray."""
     angle, r = _SAMPLE_RAY_ANGLE, data.eccentric.radius
     x = r * math.cos(angle)
@@ -91,7 +92,7 @@ def _draw_sample_ray(panel: Panel, data: ValveDiagram) -> None:
     panel.annotate_point(polar_points(angle, 1.1 * r), f"$z$ = {z:.2f} mm", (4, -9), color=VERMILLION)
 
 
-def _draw_approximation_errors(panel: Panel, data: ValveDiagram) -> None:
+def _draw_approximation_errors(panel: Panel, data: EccentricDiagram) -> None:
     """Draw the errors of parabola and circle relative to the exact curve (um), with points of the mechanism on the exact curve."""
     eccentric, r = data.eccentric, data.eccentric.radius
     centre_shift = data.timing.centre * MM_PER_M - closed.equal_lead_centre(eccentric)
@@ -112,11 +113,11 @@ def _draw_approximation_errors(panel: Panel, data: ValveDiagram) -> None:
     panel.annotate_point((0, 0), text, (0, -7), ha="center", va="top", color=BLUE, linespacing=1.4, fontsize=9.5)
 
 
-def _draw_valve_ellipse(panel: Panel, data: ValveDiagram) -> None:
+def _draw_valve_ellipse(panel: Panel, data: EccentricDiagram) -> None:
     """Draw the valve displacement over the piston travel: the theoretical ellipse, and the curve with two finite rods."""
     panel.plot(100 * data.theoretical_piston_travel, data.theoretical_displacement, color=INK, linewidth=0.9, zorder=3)
     panel.plot(100 * data.piston_travel, data.displacement, color=BLUE, linewidth=2.4, zorder=4)
-    for lap, text in ((data.outside_lap, "$e$"), (-data.outside_lap, "$−e$"), (data.inside_lap, "$i$"), (-data.inside_lap, "$−i$")):
+    for lap, text in ((data.steam_lap, "$e$"), (-data.steam_lap, "$−e$"), (data.exhaust_lap, "$i$"), (-data.exhaust_lap, "$−i$")):
         panel.axhline(lap, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=2)
         panel.annotate_point((104, lap), text, (5, 0), va="center", color=MUTED, fontsize=10)
     for event, _, colour in data.events:
@@ -130,7 +131,7 @@ def _draw_valve_ellipse(panel: Panel, data: ValveDiagram) -> None:
     panel.annotate_point((0, 0.86 * float(data.theoretical_displacement.min())), "thin: both rods infinite", fontsize=9.5)
 
 
-def _draw_reuleaux_diagram(panel: Panel, data: ValveDiagram) -> None:
+def _draw_reuleaux_diagram(panel: Panel, data: EccentricDiagram) -> None:
     """Draw Reuleaux's circle: the distance of the crank pin from a diameter inclined by the advance, with lines at the laps."""
     r, advance = data.eccentric.radius, data.eccentric.advance
     panel.set(xlim=(-1.75 * r, 1.75 * r), ylim=(-1.1 * r, 1.1 * r), aspect="equal")
@@ -141,7 +142,7 @@ def _draw_reuleaux_diagram(panel: Panel, data: ValveDiagram) -> None:
     panel.plot(*np.outer(diameter_direction, [-1.12 * r, 1.12 * r]), color=INK, linewidth=0.9, linestyle=CHAIN_DOTTED, zorder=2)
     for event, kind, colour in data.events:
         if kind in ("admission", "release"):
-            lap_distance = closed.event_threshold(event.name, outside_lap=data.outside_lap, inside_lap=data.inside_lap)
+            lap_distance = closed.event_threshold(event.name, outside_lap=data.steam_lap, inside_lap=data.exhaust_lap)
             half_chord = math.sqrt(max(r**2 - lap_distance**2, 0.0))
             line = lap_distance * normal_direction[:, None] + np.outer(diameter_direction, [-half_chord, half_chord])
             panel.plot(*line, color=colour, linewidth=1.2, zorder=3)

@@ -1,24 +1,20 @@
-"""Data of the slide-valve plates, and what both plates draw: the valve events and the displacement on the crank rays."""
+"""Data of the plates of valves, and what they draw alike: the valve events and the displacement on the crank rays."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.transforms import Bbox
 
-from governor_mechanism.closed_form import slide_valve as closed
-from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.valve_timing import interpolate_turn
+from governor_mechanism.observables.valve_motion import valve_motion_of
 from governor_mechanism.render.figures.page import MM_PER_M, PLATE_DPI, Panel, polar_points
 from governor_mechanism.render.style import BLUE, VERMILLION
-from governor_mechanism.studies.slide_valve.valve_timing import ValveEvent, tabulate_valve_timing
+from governor_mechanism.studies.valve_timing import ValveEvent, tabulate_valve_timing
 from governor_mechanism.types import FloatArray
-
-SOURCE = "after Müller-Melchiors on W. D. Marks, Dinglers Polytechnisches Journal 241 (1881), p. 161"
 
 CYLINDER_ENDS = (("crank end", 1.0, BLUE), ("head end", -1.0, VERMILLION))
 """Name of each end, sign of the valve displacement that admits steam to it, and colour."""
@@ -51,29 +47,49 @@ class EventLabelStyle:
     legend_size: tuple[float, float] = (0.0, 0.0)
 
 
-class ValveDiagram:
-    """Slide valve of a scene over a closed turn, lengths in mm: angles (n,) (rad) from the dead centre at the crank end.
+class ValveCircle(NamedTuple):
+    """Zeuner's valve circle: the displacement radius * sin(crank angle + advance), in mm and rad."""
 
-    `displacement` (n,) (mm) is that of the mechanism, `theoretical_displacement` (n,) (mm) that of Zeuner's law. `piston_travel` (n,) is
-    the travel of the piston from the crank end as a fraction of the stroke, `theoretical_piston_travel` (n,) that for an infinite
-    connecting rod. `timing` is in SI, `events` are its rows with their kinds and colours. Another machine raises MechanismError.
+    radius: float
+    advance: float
+
+
+class ValveDiagram:
+    """Valve of a scene over a closed turn, lengths in mm: angles (n,) (rad) from the dead centre at the crank end.
+
+    `displacement` (n,) (mm) is positive where it opens the steam port of the crank end. `timing` is in SI, `events` are its rows with
+    their kinds and colours. `circle` is None where no law of the first order is known. A scene without a valve raises MechanismError.
     """
 
+    heading = "Zeuner’s diagram of the valve"
+    source = "after G. Zeuner, Treatise on Valve-Gears"
+    circle: ValveCircle | None = None
+
     def __init__(self, scene: Scene) -> None:
-        self.timing = tabulate_valve_timing(scene)
+        self.timing, motion = tabulate_valve_timing(scene), valve_motion_of(scene)
         self.events = [(event, *_kind_and_colour(event)) for event in self.timing.rows]
-        lengths = {name: value * MM_PER_M for name, value in scene.part.dimensions.items()}
-        self.outside_lap, self.inside_lap = lengths["outside_lap"], lengths["inside_lap"]
-        self.eccentric = closed.Eccentric.from_dimensions({**lengths, "advance": scene.part.dimensions["advance"]})
-        self.crank_train = CrankTrain.from_dimensions(lengths)
+        self.has_piston = motion.stroke > 0
+        self.steam_lap, self.exhaust_lap = (lap * MM_PER_M for lap in (motion.valve.steam_lap, motion.valve.exhaust_lap))
         self.angles = np.linspace(0.0, math.tau, _N_CRANK_ANGLES + 1)
-        turn, stroke = interpolate_turn(scene), 2 * self.crank_train.crank
-        self.displacement = turn["valve_displacement"](self.angles) * MM_PER_M
-        self.theoretical_displacement = np.asarray(closed.first_order_displacement(self.eccentric, crank_angle=self.angles))
-        self.piston_travel = turn["crank_end_travel"](self.angles) * MM_PER_M / stroke
-        endless = replace(self.crank_train, rod=math.inf)
-        outer_travel = np.asarray(travel_from_outer_dead_centre(endless, crank_angle=self.angles + math.pi))
-        self.theoretical_piston_travel = 1 - outer_travel / stroke
+        self.displacement = motion.valve.outward_sign * motion.displacements(self.angles) * MM_PER_M
+        self.turn, self.stroke = motion.turn, motion.stroke * MM_PER_M
+
+    @property
+    def radius(self) -> float:
+        """Radius of the valve circle, or half the travel, mm."""
+        return self.circle.radius if self.circle else 0.5 * MM_PER_M * self.timing.travel
+
+    @property
+    def dimensions(self) -> str:
+        """Line about the valve below the plate."""
+        leads, openings = (
+            " and ".join(f"{length * MM_PER_M:.4g}" for length in lengths) for lengths in (self.timing.leads, self.timing.largest_openings)
+        )
+        return (
+            f"travel of the valve {self.timing.travel * MM_PER_M:.4g} mm,  "
+            f"laps $e$ = {self.steam_lap:.4g}, $i$ = {self.exhaust_lap:.4g} mm;  "
+            f"leads {leads} mm,  largest openings for steam {openings} mm"
+        )
 
     def draw_displacement_curves(self, panel: Panel, rotation: float = 0.0, **style: Any) -> None:
         """Draw the displacement of the mechanism (mm) on every ray, rotated by an angle (rad)."""

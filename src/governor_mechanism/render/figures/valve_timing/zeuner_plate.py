@@ -1,4 +1,4 @@
-"""Zeuner's plate: the polar diagram of a slide valve, simulated curves over the theoretical circles, and the steam phases.
+"""Zeuner's plate: the polar diagram of a valve, simulated curves over theoretical circles where there are some, and the steam phases.
 
 The crank rotates anticlockwise from the dead centre at the crank end, at the right.
 """
@@ -11,22 +11,22 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, Circle, Rectangle
 
-from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Panel, Plate, add_legend, polar_points
-from governor_mechanism.render.figures.slide_valve.valve_diagram import CYLINDER_ENDS, SOURCE, EventLabelStyle, ValveDiagram
+from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, Panel, Plate, add_legend, polar_points
+from governor_mechanism.render.figures.valve_timing.valve_diagram import CYLINDER_ENDS, EventLabelStyle, ValveCircle, ValveDiagram
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SERIF_FONT, VERMILLION
-from governor_mechanism.studies.slide_valve.valve_timing import ValveEvent
+from governor_mechanism.studies.valve_timing import ValveEvent
 
-_CAPTIONS = {
-    (0.03, 0.862): "Fig. 1.  Valve displacement on the crank ray: circle by theory, bold curve by the mechanism",
-    (0.605, 0.862): "Valve events of the mechanism",
-    (0.605, 0.36): "Fig. 2.  Steam phases over the stroke",
-}
+_EVENTS_CAPTION = {(0.605, 0.862): "Valve events of the mechanism"}
+_STROKES_CAPTION = {(0.605, 0.36): "Fig. 2.  Steam phases over the stroke"}
+_POLAR_POSITION = (0.03, 0.862)
 _POLAR_RECT = (0.028, 0.07, 0.545, 0.785)
 _STROKES_RECT = (0.645, 0.115, 0.287, 0.205)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
-_COLUMN_POSITIONS = (0.605, 0.742, 0.805, 0.866, 0.917, 0.965)
-"""Left edge of the first column of the table, right edges of the others, in fractions of the figure."""
+_TABLE_LEFT, _TABLE_RIGHT = 0.605, 0.965
+"""Left and right edge of the table, in fractions of the figure."""
+_ALL_COLUMN_POSITIONS, _OWN_COLUMN_POSITIONS = (0.742, 0.805, 0.866, 0.917, 0.965), (0.79, 0.89)
+"""Right edges of the columns of numbers with those of the theory, and without."""
 
 _STEAM_COLOURS = {BLUE: "#cfe4f1", VERMILLION: "#f8dcc6"}
 """Fill colours by the colours of the two ends."""
@@ -54,30 +54,36 @@ _MIN_LABEL_DISTANCE_DEG = 4.5
 
 
 def draw_zeuner_plate(data: ValveDiagram) -> Plate:
-    """Return Zeuner's plate for a slide valve."""
-    plate = Plate("Zeuner’s diagram of the slide valve", data.timing.title, SOURCE, _CAPTIONS)
+    """Return Zeuner's plate for a valve."""
+    curves = "circle by theory, bold curve by the mechanism" if data.circle else "curve by the mechanism"
+    captions = {_POLAR_POSITION: f"Fig. 1.  Valve displacement on the crank ray: {curves}", **_EVENTS_CAPTION}
+    plate = Plate(data.heading, data.timing.title, data.source, captions | (_STROKES_CAPTION if data.has_piston else {}))
     _draw_polar_diagram(plate.add_plate_panel(_POLAR_RECT), data)
     _write_event_table(plate, data)
-    _draw_stroke_diagram(plate.add_plate_panel(_STROKES_RECT, "stroke from the dead centre of each end, %"), data)
-    _write_dimensions(plate, data)
+    if data.has_piston:
+        _draw_stroke_diagram(plate.add_plate_panel(_STROKES_RECT, "stroke from the dead centre of each end, %"), data)
+    plate.write_dimensions(data.dimensions)
     return plate
 
 
 def _draw_polar_diagram(panel: Panel, data: ValveDiagram) -> None:
     """Draw the polar diagram, in mm of the valve displacement, with the crank circle outside all curves."""
-    rim_radius = max(_RIM_RATIO * data.eccentric.radius, _RIM_CLEARANCE_RATIO * float(np.max(np.abs(data.displacement))))
+    rim_radius = max(_RIM_RATIO * data.radius, _RIM_CLEARANCE_RATIO * float(np.max(np.abs(data.displacement))))
     panel.show_region((0.0, 0.0), panel.aspect_ratio * _HALF_HEIGHT_RATIO * rim_radius)
     panel.set_aspect("equal")
     _draw_rim(panel, data, rim_radius)
     _draw_steam_areas(panel, data)
-    _draw_circles(panel, data)
+    for lap in (data.steam_lap, data.exhaust_lap):
+        panel.add_patch(Circle((0, 0), abs(lap), fill=False, edgecolor=MUTED, linewidth=0.9, zorder=3))
     for event, _, colour in data.events:
         _draw_event_ray(panel, event, rim_radius, colour)
     data.label_events(panel, [event.simulated for event in data.timing.rows], 1.06 * rim_radius, _LABEL_STYLE)
     data.draw_displacement_curves(panel, linewidth=2.4, zorder=5, solid_capstyle="round")
     _label_diagram(panel, data, rim_radius)
-    _draw_advance_angle(panel, rim_radius, data.eccentric.advance)
-    _add_legend(panel)
+    if data.circle:
+        _draw_valve_circles(panel, data.circle)
+        _draw_advance_angle(panel, rim_radius, data.circle.advance)
+    _add_legend(panel, with_theory=data.circle is not None)
 
 
 def _draw_rim(panel: Panel, data: ValveDiagram, rim_radius: float) -> None:
@@ -99,7 +105,7 @@ def _draw_rim(panel: Panel, data: ValveDiagram, rim_radius: float) -> None:
 
 def _draw_steam_areas(panel: Panel, data: ValveDiagram) -> None:
     """Draw the admission areas between the circle of the outside lap and the valve curve."""
-    lap = max(data.outside_lap, 0.0)
+    lap = max(data.steam_lap, 0.0)
     for _, side, colour in CYLINDER_ENDS:
         length = side * data.displacement
         is_open = length > lap
@@ -112,33 +118,32 @@ def _draw_steam_areas(panel: Panel, data: ValveDiagram) -> None:
         panel.fill(*edge, color=_STEAM_COLOURS[colour], linewidth=0, zorder=0.5)
 
 
-def _draw_circles(panel: Panel, data: ValveDiagram) -> None:
-    """Draw the two theoretical valve circles, their line of centres, and the lap circles."""
-    r, advance = data.eccentric.radius, data.eccentric.advance
+def _draw_valve_circles(panel: Panel, circle: ValveCircle) -> None:
+    """Draw the two theoretical valve circles and their line of centres."""
+    r, advance = circle
     x, y = math.sin(advance) * r / 2, math.cos(advance) * r / 2
     for sign in (1, -1):
         panel.add_patch(Circle((sign * x, sign * y), r / 2, fill=False, edgecolor=INK, linewidth=0.9, zorder=4))
         panel.plot(sign * x, sign * y, "o", color=INK, markersize=3, zorder=5)
     panel.plot([-2.3 * x, 2.3 * x], [-2.3 * y, 2.3 * y], color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=2)
-    for lap in (data.outside_lap, data.inside_lap):
-        panel.add_patch(Circle((0, 0), abs(lap), fill=False, edgecolor=MUTED, linewidth=0.9, zorder=3))
 
 
 def _draw_event_ray(panel: Panel, event: ValveEvent, rim_radius: float, colour: str) -> None:
     """Draw the crank at an event, solid for the mechanism and dashed for the theory."""
-    for angle, width, line_colour, style in ((event.simulated, 1.1, colour, "-"), (event.theory, 0.6, INK, DASHED)):
+    theory = [(event.theory, 0.6, INK, DASHED)] if event.has_theory else []
+    for angle, width, line_colour, style in ((event.simulated, 1.1, colour, "-"), *theory):
         panel.plot(*polar_points(angle, [0, rim_radius]), linewidth=width, color=line_colour, linestyle=style, zorder=3.5)
     panel.plot(*polar_points(event.simulated, rim_radius), "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=6)
 
 
 def _label_diagram(panel: Panel, data: ValveDiagram, rim_radius: float) -> None:
     """Label the curves, circles and dead centres."""
-    r, line_of_centres_angle = data.eccentric.radius, math.pi / 2 - data.eccentric.advance
+    r, line_of_centres_angle = data.radius, math.pi / 2 - data.circle.advance if data.circle else _open_angle(data)
     text_style: dict[str, Any] = {"ha": "center", "va": "center", "fontstyle": "italic", "linespacing": 1.4}
     for end, side, colour in CYLINDER_ENDS:
         text = f"steam to the {end}\n$\\xi \\leq$ {float(np.max(side * data.displacement)):.1f} mm"
         panel.annotate_point(polar_points(line_of_centres_angle, side * 0.62 * r), text, color=colour, **text_style)
-    for lap, text in ((data.outside_lap, "$e$"), (data.inside_lap, "$i$")):
+    for lap, text in ((data.steam_lap, "$e$"), (data.exhaust_lap, "$i$")):
         if lap:
             position = polar_points(line_of_centres_angle + math.radians(25), abs(lap))
             offset = (0, -8) if abs(lap) > 0.15 * r else (5, 7)
@@ -146,6 +151,11 @@ def _label_diagram(panel: Panel, data: ValveDiagram, rim_radius: float) -> None:
     for side, end, height, ha, va in ((1, "crank end", 4, "right", "bottom"), (-1, "head end", -5, "left", "top")):
         note_style = {"ha": ha, "va": va, "fontsize": 9.5, "color": MUTED, "fontstyle": "italic"}
         panel.annotate_point((side * 0.985 * rim_radius, 0), f"dead centre, {end}", (0, height), **note_style)
+
+
+def _open_angle(data: ValveDiagram) -> float:
+    """Return the crank angle at which the crank end's steam port is open farthest, rad."""
+    return float(data.angles[np.argmax(data.displacement)])
 
 
 def _draw_advance_angle(panel: Panel, rim_radius: float, advance: float) -> None:
@@ -158,7 +168,7 @@ def _draw_advance_angle(panel: Panel, rim_radius: float, advance: float) -> None
     panel.annotate_point(middle, "$\\delta$", color=MUTED, ha="center", va="center", fontsize=12)
 
 
-def _add_legend(panel: Panel) -> None:
+def _add_legend(panel: Panel, *, with_theory: bool) -> None:
     """Add the legend of mechanism and theory in the corner."""
     entries: dict[str, dict[str, Any]] = {
         "displacement": {"color": BLUE, "linewidth": 2.4},
@@ -166,7 +176,7 @@ def _add_legend(panel: Panel) -> None:
         "event": {"color": BLUE, "linewidth": 1.1, "marker": "o", "markevery": [1]},
         "event, theory": {"color": INK, "linewidth": 0.6, "linestyle": DASHED},
     }
-    handles = [Line2D([], [], label=label, **style) for label, style in entries.items()]
+    handles = [Line2D([], [], label=label, **style) for label, style in entries.items() if with_theory or "theory" not in label]
     text_style = {"fontfamily": SERIF_FONT, "fontsize": 9.5, "math_fontfamily": "stix", "color": MUTED}
     add_legend(panel, text_style, handles=handles, loc="lower left", bbox_to_anchor=(-0.005, -0.01), handlelength=2.4)
 
@@ -180,6 +190,8 @@ def _draw_stroke_diagram(panel: Panel, data: ValveDiagram) -> None:
         events_by_name = {kind: row for row, kind, _ in data.events if row.name.startswith(end)}
         stroke_percent = {"start": 0.0, "end": 100.0, **{name: 100 * row.simulated_stroke for name, row in events_by_name.items()}}
         for left_event, right_event, height, phase in _STEAM_PHASES:
+            if not {left_event, right_event} <= stroke_percent.keys():
+                continue  # of a port that does not open once in a turn
             left, right, floor = stroke_percent[left_event], stroke_percent[right_event], base + height
             fill_colour = {"steam": _STEAM_COLOURS[colour], "compression": RULE}.get(phase, PAPER)
             panel.add_patch(Rectangle((left, floor), right - left, 0.7, facecolor=fill_colour, edgecolor=colour, linewidth=1.0, zorder=2))
@@ -187,7 +199,8 @@ def _draw_stroke_diagram(panel: Panel, data: ValveDiagram) -> None:
                 panel.annotate_point(((left + right) / 2, floor + 0.35), phase, ha="center", va="center", fontsize=9.5)
         for name, row in events_by_name.items():
             floor = base + (0.8 if name in ("cut-off", "release") else 0.0)
-            panel.plot([100 * row.theory_stroke] * 2, [floor, floor + 0.7], color=INK, linewidth=1.0, linestyle=DASHED)
+            if row.has_theory:
+                panel.plot([100 * row.theory_stroke] * 2, [floor, floor + 0.7], color=INK, linewidth=1.0, linestyle=DASHED)
         label_style = {"ha": "right", "va": "center", "color": colour, "linespacing": 1.3}
         panel.annotate_point((0, base + 0.75), end.replace(" ", "\n"), (-7, 0), **label_style)
         for text, height in (("out", 1.15), ("back", 0.35)):
@@ -195,40 +208,39 @@ def _draw_stroke_diagram(panel: Panel, data: ValveDiagram) -> None:
 
 
 def _write_event_table(plate: Plate, data: ValveDiagram) -> None:
-    """Write the table of valve events by cylinder end."""
+    """Write the table of valve events by cylinder end, and a sentence on each port that does not open once in a turn."""
     top, row_height = 0.862, 0.036
-    column_headings = ("crank", "theory", "shift", "stroke", "theory")
-    for x, column_heading, unit in zip(_COLUMN_POSITIONS[1:], column_headings, ("deg", "deg", "deg", "%", "%"), strict=True):
-        plate.write_text(x, top - 0.036, column_heading, 10.5, ha="right", color=MUTED)
+    headings = {"crank": "deg", "theory": "deg", "shift": "deg", "stroke": "%", "theory ": "%"}
+    if data.circle is None:
+        headings = {"crank": "deg", "stroke": "%"} if data.has_piston else {"crank": "deg"}
+    positions = _ALL_COLUMN_POSITIONS if data.circle else _OWN_COLUMN_POSITIONS
+    for x, (heading, unit) in zip(positions, headings.items(), strict=False):
+        plate.write_text(x, top - 0.036, heading.strip(), 10.5, ha="right", color=MUTED)
         plate.write_text(x, top - 0.056, unit, 8.5, ha="right", color=MUTED)
     y = top - 0.09
     for end, _, colour in CYLINDER_ENDS:
-        plate.write_text(_COLUMN_POSITIONS[0], y, end, 11, color=colour, fontstyle="italic")
+        plate.write_text(_TABLE_LEFT, y, end, 11, color=colour, fontstyle="italic")
         for event, kind, _ in data.events:
             if event.name.startswith(end):
                 y -= row_height
-                plate.write_text(_COLUMN_POSITIONS[0] + 0.012, y, kind, 11.5, color=colour)
+                plate.write_text(_TABLE_LEFT + 0.012, y, kind, 11.5, color=colour)
                 _write_event_numbers(plate, y, event)
         y -= row_height + 0.008
+    for statement in data.timing.statements:
+        plate.write_text(_TABLE_LEFT, y, statement, 10.5, color=MUTED)
+        y -= 0.8 * row_height
     for rule in (top - 0.064, y + row_height - 0.006):
-        plate.add_artist(Line2D([_COLUMN_POSITIONS[0], _COLUMN_POSITIONS[-1]], [rule, rule], color=RULE, linewidth=1.0))
+        plate.add_artist(Line2D([_TABLE_LEFT, _TABLE_RIGHT], [rule, rule], color=RULE, linewidth=1.0))
 
 
 def _write_event_numbers(plate: Plate, y: float, event: ValveEvent) -> None:
-    simulated, theory, shift = (math.degrees(angle) for angle in (event.simulated, event.theory, event.shift))
-    strokes = (f"{100 * stroke:.2f}" for stroke in (event.simulated_stroke, event.theory_stroke))
-    numbers = (f"{simulated:.3f}", f"{theory:.3f}", f"{shift:+.3f}".replace("-", "−"), *strokes)
-    for k, (x, number) in enumerate(zip(_COLUMN_POSITIONS[1:], numbers, strict=True)):
+    """Write the crank angle and the stroke of an event, with those of the theory between and beside them if there is one."""
+    angle, stroke = f"{math.degrees(event.simulated):.3f}", f"{100 * event.simulated_stroke:.2f}" if event.has_stroke else ""
+    if not event.has_theory:
+        for x, number in zip(_OWN_COLUMN_POSITIONS, (angle, stroke), strict=True):
+            plate.write_text(x, y, number, 11.5, ha="right")
+        return
+    shift = f"{math.degrees(event.shift):+.3f}".replace("-", "−")
+    numbers = (angle, f"{math.degrees(event.theory):.3f}", shift, stroke, f"{100 * event.theory_stroke:.2f}")
+    for k, (x, number) in enumerate(zip(_ALL_COLUMN_POSITIONS, numbers, strict=True)):
         plate.write_text(x, y, number, 11.5, ha="right", color=MUTED if k in (1, 4) else INK)
-
-
-def _write_dimensions(plate: Plate, data: ValveDiagram) -> None:
-    """Write the dimensions of the valve gear below the diagram."""
-    eccentric, crank_train = data.eccentric, data.crank_train
-    rods = {name: "∞" if math.isinf(rod) else f"{rod:.5g} mm" for name, rod in (("l", eccentric.rod), ("L", crank_train.rod))}
-    leads = " and ".join(f"{lead * MM_PER_M:.4g}" for lead in data.timing.leads)
-    plate.write_dimensions(
-        f"eccentric $r$ = {eccentric.radius:.4g} mm,  rod $l$ = {rods['l']},  advance $\\delta$ = {math.degrees(eccentric.advance):.4g}°,  "
-        f"laps $e$ = {data.outside_lap:.4g}, $i$ = {data.inside_lap:.4g} mm,  "
-        f"crank $R$ = {crank_train.crank:.4g} mm,  rod $L$ = {rods['L']};  leads {leads} mm"
-    )

@@ -1,0 +1,78 @@
+"""The slide valve that a mechanism moves: which readings say where valve and piston are, and its laps. Frozen values."""
+
+from dataclasses import dataclass
+from typing import Final
+
+from governor_mechanism.errors import MechanismError, require_finite, require_not_negative
+
+OUTSIDE_ADMISSION: Final = "outside"
+"""Steam enters over the outer edges of the valve: to the crank end while the valve is displaced away from the shaft."""
+INSIDE_ADMISSION: Final = "inside"
+"""Steam enters over the inner edges, as with piston valves: to the crank end while the valve is displaced toward the shaft."""
+
+ADMISSIONS: Final = (OUTSIDE_ADMISSION, INSIDE_ADMISSION)
+"""Edges over which steam may enter."""
+
+EQUAL_LEADS: Final = "equal leads"
+"""Rule for the centre of the valve's motion: the mean of its positions at the two dead centres."""
+MIDDLE: Final = "middle of extremes"
+"""Rule for the centre of the valve's motion: the middle between its extremes."""
+
+CENTRE_RULES: Final = (EQUAL_LEADS, MIDDLE)
+"""Rules for the centre of the motion of any valve."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Valve:
+    """A slide valve of a mechanism with a driven crank.
+
+    Attributes
+    ----------
+    displacement
+        Name of the reading of the valve's position along its line, a length that grows away from the shaft.
+    steam_lap
+        Length by which the valve in the centre of its motion covers the edges that admit steam, m; negative leaves them open.
+    exhaust_lap
+        Length by which it covers the edges of the exhaust, m; negative leaves them open.
+    piston_travel
+        Name of the reading of the piston's position, a length that grows away from the shaft; empty if the mechanism has no piston.
+    stroke
+        Stroke of the piston, m; 0 if it follows from the range of the piston over a turn.
+    centre
+        Value of the reading in the centre of the valve's motion, m, or one of `CENTRE_RULES`.
+    admission
+        Edges that admit steam: one of `ADMISSIONS`.
+    crank
+        Name of the driver that turns the crank; empty if only one driver turns a body.
+    """
+
+    displacement: str
+    steam_lap: float
+    exhaust_lap: float = 0.0
+    piston_travel: str = ""
+    stroke: float = 0.0
+    centre: float | str = 0.0
+    admission: str = OUTSIDE_ADMISSION
+    crank: str = ""
+
+    def __post_init__(self) -> None:
+        require_finite(self.steam_lap, "m", "steam lap of the valve")
+        require_finite(self.exhaust_lap, "m", "exhaust lap of the valve")
+        require_not_negative(self.stroke, "m", "stroke of the piston")
+        if self.admission not in ADMISSIONS:
+            raise MechanismError(f"admission of the valve must be one of {', '.join(map(repr, ADMISSIONS))}; got {self.admission!r}")
+        if not isinstance(self.centre, str):
+            require_finite(self.centre, "m", "centre of the valve's motion")
+        elif self.centre not in CENTRE_RULES:
+            rules = ", ".join(map(repr, CENTRE_RULES))
+            raise MechanismError(f"centre of the valve's motion must be a length or one of {rules}; got {self.centre!r}")
+
+    @property
+    def readings(self) -> tuple[str, ...]:
+        """Names of the readings of valve and piston."""
+        return (self.displacement, self.piston_travel) if self.piston_travel else (self.displacement,)
+
+    @property
+    def outward_sign(self) -> float:
+        """1 if a displacement away from the shaft opens the steam port of the crank end, -1 if it opens that of the head end."""
+        return 1.0 if self.admission == OUTSIDE_ADMISSION else -1.0

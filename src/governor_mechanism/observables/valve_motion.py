@@ -1,0 +1,307 @@
+"""Motion of a valve, and of the piston, over a turn of the crank. Every driver but that of the crank stands still where it starts."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import BPoly, PPoly
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.mechanics.kinematics.range_of_motion import find_range_of_motion
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
+from governor_mechanism.model.joints import Gear, Joint, RotationalDriver, Slider, TranslationalDriver
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import BodyAngle
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.valve import EQUAL_LEADS, MIDDLE, Valve
+from governor_mechanism.numerics.once_per_object import once_per_object
+from governor_mechanism.numerics.roots import find_roots
+from governor_mechanism.types import FloatArray
+
+CRANK_COORDINATE = "angle of the crank"
+"""Name of the internal output variable that is the leading coordinate: the angle of the crank against the body that bears it."""
+
+N_NODES = 72
+"""Number of intervals of a turn between which readings are interpolated; the error is about 1e-11 of the valve travel."""
+
+ANGLE_TOLERANCE = 1e-13
+"""Tolerance of the crank angle of a dead centre or an event, rad; rounding is about 1e-15."""
+
+
+class ValveKinematics(NamedTuple):
+    """Readings and their first two derivatives (n,) with respect to the crank angle, by name, SI and rad."""
+
+    readings: Mapping[str, FloatArray]
+    derivatives: Mapping[str, FloatArray]
+    second_derivatives: Mapping[str, FloatArray]
+
+
+def valve_of(scene: Scene) -> Valve:
+    """Return the valve of a scene.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+
+    Returns
+    -------
+    Valve
+        The valve of its mechanism.
+
+    Raises
+    ------
+    MechanismError
+        If the mechanism has no valve.
+    """
+    valve = scene.part.mechanism.valve
+    if valve is None:
+        raise MechanismError(
+            f"valve timing needs a mechanism with a slide valve; machine {scene.part.machine!r} of this scene has none. "
+            "A custom machine gets one from a table [valve] with reading and steam_lap"
+        )
+    return valve
+
+
+def crank_driver_of(mechanism: Mechanism, valve: Valve) -> RotationalDriver:
+    """Return the driver of the crank.
+
+    Parameters
+    ----------
+    mechanism
+        The mechanism.
+    valve
+        Its valve, which may name the driver.
+
+    Returns
+    -------
+    RotationalDriver
+        The driver.
+
+    Raises
+    ------
+    MechanismError
+        If the crank is not driven, or if several drivers might be that of the crank.
+    """
+    drivers = [joint for joint in mechanism.joints if isinstance(joint, RotationalDriver)]
+    names = [driver.name for driver in drivers]
+    if valve.crank and valve.crank not in names:
+        raise MechanismError(f"the valve names {valve.crank!r} as the driver of the crank; drivers that turn a body are {names}")
+    found = [driver for driver in drivers if driver.name == valve.crank or not valve.crank]
+    if not found:
+        raise MechanismError("the crank is not driven: valve events need a driver that turns it")
+    if len(found) > 1:
+        raise MechanismError(f"several drivers turn bodies, {', '.join(map(repr, names))}; name the one of the crank in the valve")
+    return found[0]
+
+
+class ValveMotion:
+    """Kinematics of a mechanism with a valve, over the crank angle in the direction of rotation from the crank end's dead centre.
+
+    Without a piston the crank angle counts from where the angle of the crank is zero, and half a turn lies between the dead centres.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part whose mechanism has a valve.
+
+    Attributes
+    ----------
+    valve
+        The valve.
+    dead_centres
+        Crank angles of the dead centres of the crank end, which is 0, and of the head end, rad.
+    turn
+        Piecewise polynomials of the fifth degree of the crank angle by reading, exact with two derivatives at `N_NODES` equal angles, and
+        periodic.
+    centre
+        Position of the valve in the centre of its motion, m.
+    stroke
+        Stroke of the piston, m; 0 without a piston.
+
+    Raises
+    ------
+    MechanismError
+        If the scene has no valve, if no driven crank determines its position, or if the crank cannot turn fully.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.valve = valve_of(scene)
+        self._mechanism, self._direction = _free_crank(scene, self.valve)
+        self._solver = CoordinateSolver(self._mechanism)
+        if self._solver.mobility != 1:
+            found = f"with the crank at rest this mechanism has {self._solver.mobility - 1} degrees of freedom"
+            raise MechanismError(f"valve events need a crank whose angle determines the position of the valve; {found}")
+        self._range = find_range_of_motion(self._mechanism, rotates_with_spindle=False)
+        if not math.isclose(self._range.period, math.tau):
+            raise MechanismError(
+                f"valve events need a crank that turns fully, and a motion that repeats in every turn: {self._range_message}"
+            )
+        self._origin, self.dead_centres = 0.0, (0.0, math.pi)
+        self.turn = self._interpolate_turn()
+        if self.valve.piston_travel:
+            crank_end, head_end = self._find_extremes(self.valve.piston_travel)
+            self._origin = math.remainder(self._origin + self._direction * crank_end, math.tau)
+            self.dead_centres = (0.0, (head_end - crank_end) % math.tau)
+            self.turn = self._interpolate_turn()
+        self.centre, self._crank_end_position, self.stroke = self._find_centre(), *self._find_stroke()
+
+    @property
+    def _range_message(self) -> str:
+        return f"{self._range.low_message}; {self._range.high_message}"
+
+    def evaluate(self, angles: FloatArray) -> ValveKinematics:
+        """Return the readings and their derivatives at crank angles, with the mechanism assembled at all of them at once.
+
+        Parameters
+        ----------
+        angles
+            Crank angles, rad; shape (n,).
+
+        Returns
+        -------
+        ValveKinematics
+            Readings and derivatives in the order of the angles.
+        """
+        values = self._origin + self._direction * angles
+        unwrapped = self._range.unwrap_values(values)
+        guesses = self._range.path.predict_poses(unwrapped)
+        low, high = self._range.path.predict_poses(np.array([self._range.low, self._range.high]))
+        turns = np.round((values - unwrapped) / math.tau)
+        guesses[:, :, 2] += np.multiply.outer(turns, math.tau * np.round((high - low)[:, 2] / math.tau))
+        poses, tangents, curvatures = self._solver.solve_nodes(guesses, values).swapaxes(0, 1)
+        tangents = self._direction * tangents
+        outputs = {one.name: evaluate_output(self._mechanism, one.name, poses, tangents) for one in self._mechanism.readings}
+        motions = [(one.value, one.rate(tangents), one.acceleration(curvatures)) for one in outputs.values()]
+        return ValveKinematics(*(dict(zip(outputs, values, strict=True)) for values in zip(*motions, strict=True)))
+
+    def displacements(self, angles: FloatArray) -> FloatArray:
+        """Return the displacements of the valve from the centre of its motion at crank angles (n,), interpolated, m."""
+        positions: FloatArray = self.turn[self.valve.displacement](angles)
+        return positions - self.centre
+
+    def stroke_fractions(self, angles: FloatArray) -> FloatArray:
+        """Return the travels of the piston from the crank end at crank angles (n,), as fractions of the stroke; nan without a piston."""
+        if not self.valve.piston_travel:
+            return np.full(len(angles), math.nan)
+        return (self.evaluate(angles).readings[self.valve.piston_travel] - self._crank_end_position) / self.stroke
+
+    @property
+    def leads(self) -> tuple[float, float]:
+        """Openings of the steam ports of crank end and head end at their dead centres, m."""
+        positions = self.evaluate(np.array(self.dead_centres)).readings[self.valve.displacement]
+        crank_end, head_end = (self.valve.outward_sign * (positions - self.centre)).tolist()
+        return crank_end - self.valve.steam_lap, -head_end - self.valve.steam_lap
+
+    @property
+    def travel(self) -> float:
+        """Travel of the valve from one extreme to the other, m."""
+        position = self.turn[self.valve.displacement]
+        return float(np.ptp(position(find_turning_angles(position))))
+
+    def _interpolate_turn(self) -> dict[str, BPoly]:
+        nodes = np.linspace(0.0, math.tau, N_NODES + 1)
+        motions = self.evaluate(nodes)
+        tables = {name: np.stack([motion[name] for motion in motions], axis=1) for name in motions.readings}
+        return {name: BPoly.from_derivatives(nodes, table, extrapolate="periodic") for name, table in tables.items()}
+
+    def _find_extremes(self, reading: str) -> tuple[float, float]:
+        """Return the crank angles (rad) at which a reading with one minimum and one maximum in a turn is at these."""
+        nodes, values = self.turn[reading].x, self.turn[reading](self.turn[reading].x)
+        middle = nodes[[np.argmin(values), np.argmax(values)]]
+
+        def slopes(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+            motion = self.evaluate(angles)
+            return motion.derivatives[reading], motion.second_derivatives[reading]
+
+        lowest, highest = find_roots(slopes, middle - nodes[1], middle + nodes[1], ANGLE_TOLERANCE)
+        return float(lowest), float(highest)
+
+    def _find_centre(self) -> float:
+        """Return the position of the valve in the centre of its motion, m."""
+        rule, reading = self.valve.centre, self.valve.displacement
+        if not isinstance(rule, str):
+            return rule
+        angles = {EQUAL_LEADS: self.dead_centres, MIDDLE: self._find_extremes(reading)}[rule]
+        return float(np.mean(self.evaluate(np.array(angles)).readings[reading]))
+
+    def _find_stroke(self) -> tuple[float, float]:
+        """Return the position of the piston at the crank end, and its stroke, m."""
+        if not self.valve.piston_travel:
+            return 0.0, 0.0
+        crank_end, head_end = self.evaluate(np.array(self.dead_centres)).readings[self.valve.piston_travel].tolist()
+        return crank_end, self.valve.stroke or head_end - crank_end
+
+
+@once_per_object
+def valve_motion_of(scene: Scene) -> ValveMotion:
+    """Return the motion of a scene's valve over a turn of the crank.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part whose mechanism has a valve.
+
+    Returns
+    -------
+    ValveMotion
+        The motion.
+    """
+    return ValveMotion(scene)
+
+
+def find_turning_angles(position: BPoly) -> FloatArray:
+    """Return the crank angles of the extremes of a reading over a turn.
+
+    Parameters
+    ----------
+    position
+        The reading as a periodic function of the crank angle.
+
+    Returns
+    -------
+    FloatArray
+        Ascending angles over one turn, of which the last is the first in the next turn, rad; shape (n,).
+    """
+    roots = PPoly.from_bernstein_basis(position.derivative()).roots(extrapolate=False)
+    angles = np.unique(roots[np.isfinite(roots)] % math.tau)
+    first = angles[:1] if len(angles) else np.zeros(1)  # without extremes the valve is at rest
+    return np.concatenate([angles if len(angles) else first, first + math.tau])
+
+
+def _free_crank(scene: Scene, valve: Valve) -> tuple[Mechanism, float]:
+    """Return the mechanism without the driver of its crank, the angle of which is the coordinate, and the sign of the crank's rotation.
+
+    Its initial guess is the configuration at 0 s; other drivers stand still there.
+    """
+    driven = scene.part.mechanism
+    crank = crank_driver_of(driven, valve)
+    start_values = {name: float(value) for name, value in scene.part.start.values.items() if isinstance(value, float | int)}
+    poses = PositionSolver(driven).solve(start_values)
+    angle = BodyAngle(name=CRANK_COORDINATE, quantity="angle", body=crank.second.body, reference_body=crank.first.body)
+    rate = float(CubicTimeFunction(crank.motion).derivative(np.zeros(1))[0])
+    free = replace(
+        driven,
+        joints=tuple(_hold_driver(joint) for joint in driven.joints if joint is not crank),
+        coordinate=CRANK_COORDINATE,
+        internal_outputs=(*driven.internal_outputs, angle),
+        initial_guess=tuple((x, y, turn) for x, y, turn in poses.tolist()),
+    )
+    return free, math.copysign(1.0, rate)
+
+
+def _hold_driver(joint: Joint) -> Joint:
+    """Return a joint as it is; instead of a driver, a joint that keeps its value at 0 s."""
+    if not isinstance(joint, RotationalDriver | TranslationalDriver):
+        return joint
+    value = float(CubicTimeFunction(joint.motion)(np.zeros(1))[0])
+    if isinstance(joint, RotationalDriver):
+        return Gear(name=joint.name, first=joint.first, second=joint.second, ratio=1.0, offset=value)
+    along_x, along_y = value * math.cos(joint.angle), value * math.sin(joint.angle)
+    start = replace(joint.first, x=joint.first.x + along_x, y=joint.first.y + along_y)
+    return Slider(name=joint.name, first=start, second=joint.second, angle=joint.angle + math.pi / 2)

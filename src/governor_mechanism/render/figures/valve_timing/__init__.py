@@ -1,0 +1,1 @@
+"""Plates of any valve whose displacement follows from a crank."""

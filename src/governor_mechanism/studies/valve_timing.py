@@ -1,0 +1,168 @@
+"""Valve events of any mechanism with a slide valve; those of a valve that an eccentric drives also in closed form."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from governor_mechanism.files.plain_values import finite_or_none, plain_record
+from governor_mechanism.machines.slide_valve import SlideValve
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.observables.valve_motion import valve_motion_of
+from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, find_port_timings
+from governor_mechanism.studies.slide_valve.closed_form_timing import ClosedFormEvent, closed_form_event
+from governor_mechanism.units.text_table import format_table
+
+CLOSED_FORMS: dict[str, Callable[[Scene, str], ClosedFormEvent]] = {SlideValve.name: closed_form_event}
+"""Function of a scene and the name of an event by machine, for machines whose events have a closed form."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ValveEvent:
+    """One valve event: crank angles (rad, 0 to 2 pi), and strokes as fractions of the piston stroke from the event's own end.
+
+    Attributes
+    ----------
+    name
+        Name of the event.
+    simulated
+        Crank angle by the mechanism, rad.
+    simulated_stroke
+        Stroke by the mechanism; nan without a piston.
+    exact
+        Crank angle by the closed form, rad; nan for a machine without one, as all that follow.
+    theory
+        Crank angle by Zeuner's law with infinitely long rods, rad.
+    exact_stroke
+        Stroke by the closed form.
+    theory_stroke
+        Stroke by Zeuner's law.
+    """
+
+    name: str
+    simulated: float
+    simulated_stroke: float = math.nan
+    exact: float = math.nan
+    theory: float = math.nan
+    exact_stroke: float = math.nan
+    theory_stroke: float = math.nan
+
+    @property
+    def shift(self) -> float:
+        """Delay against the theory (rad)."""
+        return math.remainder(self.simulated - self.theory, math.tau)
+
+    @property
+    def has_theory(self) -> bool:
+        """Whether the event has a closed form."""
+        return not math.isnan(self.theory)
+
+    @property
+    def has_stroke(self) -> bool:
+        """Whether the mechanism has a piston."""
+        return not math.isnan(self.simulated_stroke)
+
+    @property
+    def cells(self) -> dict[str, str]:
+        """Cells of the event's row in a table: its angles and its shift in deg, and its strokes."""
+        angles = {"simulated": self.simulated, "exact": self.exact, "theory": self.theory}
+        strokes = {"stroke": self.simulated_stroke, "exact stroke": self.exact_stroke, "theory stroke": self.theory_stroke}
+        cells = {name: f"{math.degrees(angle):.6f}" for name, angle in angles.items()} | {"shift": f"{math.degrees(self.shift):+.6f}"}
+        cells |= {name: f"{stroke:.6f}" for name, stroke in strokes.items()}
+        return {"event": self.name} | {name: cell for name, cell in cells.items() if "nan" not in cell}
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the event as plain values in SI, with None for what there is not."""
+        record = plain_record(self, shift=self.shift)
+        return {name: finite_or_none(value) if isinstance(value, float) else value for name, value in record.items()}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ValveTiming:
+    """The events of a valve, crank end first.
+
+    Attributes
+    ----------
+    title
+        Title of the scene.
+    rows
+        The events; eight if every port opens once in a turn.
+    leads
+        Lead of crank end and head end, m: opening of the steam port at the dead centre.
+    centre
+        Centre of the valve's motion, m: its distance from the shaft where that is a dimension, else the reading of the valve there.
+    travel
+        Travel of the valve from one extreme to the other, m.
+    largest_openings
+        Largest opening of the steam ports of crank end and head end, m; negative for a port that never opens.
+    statements
+        A sentence on each port that does not open once in a turn.
+    """
+
+    title: str
+    rows: tuple[ValveEvent, ...]
+    leads: tuple[float, float]
+    centre: float
+    travel: float
+    largest_openings: tuple[float, float]
+    statements: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        """Return the timing as a table."""
+        footer = "crank angles and shift in deg from the crank end's dead centre; strokes as fractions, from the event's own end"
+        openings, leads = (_format_at_ends(lengths) for lengths in (self.largest_openings, self.leads))
+        travel = f"travel {1e3 * self.travel:.6g} mm, largest steam openings {openings}"
+        return "\n".join([self.title, *self._table_lines(), *([footer] if self.rows else []), *self.statements, travel, f"lead {leads}"])
+
+    def _table_lines(self) -> list[str]:
+        if not self.rows:
+            return []
+        cells = [row.cells for row in self.rows]
+        header = [name.removesuffix(" stroke") for name in cells[0]]
+        return [format_table(header, [tuple(row.values()) for row in cells], "lr")]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the timing as plain values in SI."""
+        return plain_record(self, "rows", events=[row.as_json() for row in self.rows])
+
+
+def _format_at_ends(lengths: tuple[float, float]) -> str:
+    return ", ".join(f"{1e3 * length:.6g} mm at the {end}" for length, end in zip(lengths, CYLINDER_ENDS, strict=True))
+
+
+def tabulate_valve_timing(scene: Scene) -> ValveTiming:
+    """Return the valve events of a scene, to about 1e-13 rad.
+
+    It raises MechanismError for a scene without a valve or a crank that turns fully.
+
+    Parameters
+    ----------
+    scene
+        A scene of one part whose mechanism has a valve.
+
+    Returns
+    -------
+    ValveTiming
+        Events, leads, openings and travel.
+    """
+    motion, timings = valve_motion_of(scene), find_port_timings(scene)
+    angles = {name: angle for timing in timings for name, angle in timing.events.items()}
+    strokes = motion.stroke_fractions(np.array(list(angles.values())))
+    closed_form = CLOSED_FORMS.get(scene.part.machine)
+    rows = []
+    for (name, angle), crank_end_stroke in zip(angles.items(), strokes.tolist(), strict=True):
+        own_stroke = crank_end_stroke if name.startswith(CYLINDER_ENDS[0]) else 1.0 - crank_end_stroke
+        columns = closed_form(scene, name)._asdict() if closed_form else {}
+        rows.append(ValveEvent(name=name, simulated=angle, simulated_stroke=own_stroke, **columns))
+    steam = [timing for timing in timings if timing.port == "steam"]
+    return ValveTiming(
+        title=scene.title,
+        rows=tuple(rows),
+        leads=motion.leads,
+        centre=scene.part.dimensions.get("centre", motion.centre),
+        travel=motion.travel,
+        largest_openings=(steam[0].largest_opening, steam[1].largest_opening),
+        statements=tuple(timing.statement for timing in timings if timing.statement),
+    )
