@@ -11,10 +11,11 @@ from scipy.interpolate import BPoly, PPoly
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_reading_motions
 from governor_mechanism.mechanics.kinematics.range_of_motion import find_range_of_motion
+from governor_mechanism.mechanics.kinematics.released_drivers import hold_driver
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.model.joints import Gear, Joint, RotationalDriver, Slider, TranslationalDriver
+from governor_mechanism.model.joints import RotationalDriver
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import BodyAngle
 from governor_mechanism.model.scene import Scene
@@ -176,9 +177,8 @@ class ValveMotion:
         guesses[:, :, 2] += np.multiply.outer(turns, math.tau * np.round((high - low)[:, 2] / math.tau))
         poses, tangents, curvatures = self._solver.solve_nodes(guesses, values).swapaxes(0, 1)
         tangents = self._direction * tangents
-        outputs = {one.name: evaluate_output(self._mechanism, one.name, poses, tangents) for one in self._mechanism.readings}
-        motions = [(one.value, one.rate(tangents), one.acceleration(curvatures)) for one in outputs.values()]
-        return ValveKinematics(*(dict(zip(outputs, values, strict=True)) for values in zip(*motions, strict=True)))
+        motions = evaluate_reading_motions(self._mechanism, poses, tangents, curvatures)
+        return ValveKinematics(*({name: motion[order] for name, motion in motions.items()} for order in range(3)))
 
     def displacements(self, angles: FloatArray) -> FloatArray:
         """Return the displacements of the valve from the centre of its motion at crank angles (n,), interpolated, m."""
@@ -287,21 +287,9 @@ def _free_crank(scene: Scene, valve: Valve) -> tuple[Mechanism, float]:
     rate = float(CubicTimeFunction(crank.motion).derivative(np.zeros(1))[0])
     free = replace(
         driven,
-        joints=tuple(_hold_driver(joint) for joint in driven.joints if joint is not crank),
+        joints=tuple(hold_driver(joint) for joint in driven.joints if joint is not crank),
         coordinate=CRANK_COORDINATE,
         internal_outputs=(*driven.internal_outputs, angle),
         initial_guess=tuple((x, y, turn) for x, y, turn in poses.tolist()),
     )
     return free, math.copysign(1.0, rate)
-
-
-def _hold_driver(joint: Joint) -> Joint:
-    """Return a joint as it is; instead of a driver, a joint that keeps its value at 0 s."""
-    if not isinstance(joint, RotationalDriver | TranslationalDriver):
-        return joint
-    value = float(CubicTimeFunction(joint.motion)(np.zeros(1))[0])
-    if isinstance(joint, RotationalDriver):
-        return Gear(name=joint.name, first=joint.first, second=joint.second, ratio=1.0, offset=value)
-    along_x, along_y = value * math.cos(joint.angle), value * math.sin(joint.angle)
-    start = replace(joint.first, x=joint.first.x + along_x, y=joint.first.y + along_y)
-    return Slider(name=joint.name, first=start, second=joint.second, angle=joint.angle + math.pi / 2)

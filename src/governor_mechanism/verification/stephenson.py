@@ -8,8 +8,8 @@ import numpy as np
 from governor_mechanism.closed_form import slider_crank as crank
 from governor_mechanism.closed_form import stephenson as closed
 from governor_mechanism.model.joints import TranslationalDriver
+from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.observables import valve_timing as timing
 from governor_mechanism.observables.valve_motion import valve_motion_of
@@ -25,10 +25,9 @@ N_CHECKED_TIMES = 200
 def check_stephenson_gear(scene: Scene) -> comparisons.Checks:
     """Yield every comparison that applies to the scene."""
     link_gear = closed.LinkGear.from_dimensions(scene.part.dimensions)
-    moving = _lever_motion(scene)
-    gears = sorted({scene.part.dimensions["reverser"]} if moving is None else {min(moving.values), max(moving.values)}, reverse=True)
+    gears = gears_of(scene)
     for gear in gears:
-        yield from _check_gear(scene if moving is None else scene_in_gear(scene, gear), link_gear, gear)
+        yield from _check_gear(scene if len(gears) == 1 else scene_in_gear(scene, gear), link_gear, gear)
     yield from _check_setting(scene, link_gear)
     run = comparisons.run_scene(scene)
     yield from comparisons.note_early_end(run)
@@ -56,9 +55,28 @@ def scene_in_gear(scene: Scene, gear: float) -> Scene:
     return parse_scene_document(document, scene.source)
 
 
-def _lever_motion(scene: Scene) -> PrescribedMotion | None:
-    """Return the motion of the lifting arm, m, or None for a lever at rest."""
-    return next((joint.motion for joint in scene.part.mechanism.joints if isinstance(joint, TranslationalDriver)), None)
+def gears_of(scene: Scene) -> list[float]:
+    """Return the gears between which the reversing lever moves, the most forward one first, or the only one.
+
+    Parameters
+    ----------
+    scene
+        A scene of a link motion.
+
+    Returns
+    -------
+    list of float
+        Two positions of the lever, or one.
+    """
+    mechanism = scene.part.mechanism
+    motion = next((joint.motion for joint in mechanism.joints if isinstance(joint, TranslationalDriver)), None)
+    if motion is None:
+        return [scene.part.dimensions["reverser"]]
+    reading = mechanism.reading("reverser")
+    if not isinstance(reading, PointCoordinate):
+        raise TypeError(f"the position of the lever is read from the lifting arm; found a {type(reading).__name__}")
+    positions = [round(reading.direction_y * height - reading.zero, 12) for height in motion.values]
+    return sorted({min(positions), max(positions)}, reverse=True)
 
 
 def _check_gear(scene: Scene, link_gear: closed.LinkGear, gear: float) -> comparisons.Checks:

@@ -315,11 +315,69 @@ def evaluate_values_and_rates(rows: ConstraintRows, poses: FloatArray, velocitie
     rates : FloatArray
         Their time derivatives; shape (n, rows).
     """
-    drive_values = np.zeros((len(poses), len(rows.table), 3))
-    row_values, row_jacobians = _evaluate_rows_at_states(rows, poses, velocities, drive_values)
-    with_ground = np.concatenate([velocities, np.zeros((len(poses), 1, 3))], axis=1)  # index -1: the ground
-    rates = np.einsum("nrsc,nrsc->nr", row_jacobians, with_ground[:, rows.row_bodies])
-    return row_values[:, :, RowColumn.RESIDUAL], rates
+    row_values, row_jacobians = _evaluate_rows_at_states(rows, poses, velocities, np.zeros((len(poses), len(rows.table), 3)))
+    return row_values[:, :, RowColumn.RESIDUAL], _directional_derivatives(rows, row_jacobians, velocities)
+
+
+def evaluate_values_and_derivatives(
+    rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, accelerations: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the residuals of rows without prescribed motion, and their first two derivatives, at many states.
+
+    Parameters
+    ----------
+    rows
+        Rows, as those of output variables.
+    poses
+        Poses of the body origins, m and rad; shape (n, bodies, 3).
+    velocities
+        Their derivatives; shape (n, bodies, 3).
+    accelerations
+        Their second derivatives; shape (n, bodies, 3).
+
+    Returns
+    -------
+    values : FloatArray
+        Residuals, m or rad; shape (n, rows).
+    rates : FloatArray
+        Their derivatives; shape (n, rows).
+    second_derivatives : FloatArray
+        Their second derivatives; shape (n, rows).
+    """
+    row_values, row_jacobians = _evaluate_rows_at_states(rows, poses, velocities, np.zeros((len(poses), len(rows.table), 3)))
+    linear, rates = (_directional_derivatives(rows, row_jacobians, motion) for motion in (accelerations, velocities))
+    return row_values[:, :, RowColumn.RESIDUAL], rates, linear - row_values[:, :, RowColumn.GAMMA]
+
+
+def _directional_derivatives(rows: ConstraintRows, row_jacobians: FloatArray, directions: FloatArray) -> FloatArray:
+    """Return the derivatives (n, rows) of residuals along directions (n, bodies, 3) of the poses."""
+    result = np.zeros(row_jacobians.shape[:2])
+    add_directional_derivatives(rows.row_bodies, row_jacobians, np.ascontiguousarray(directions), result)
+    return result
+
+
+@jit
+def add_directional_derivatives(row_bodies: IntArray, row_jacobians: FloatArray, directions: FloatArray, result: FloatArray) -> None:
+    """Add the derivatives of residuals along directions of the poses.
+
+    Parameters
+    ----------
+    row_bodies
+        First and second body of each row; -1 for the ground; shape (rows, 2).
+    row_jacobians
+        Derivatives of each residual by the poses of both bodies; shape (n, rows, 2, 3).
+    directions
+        Changes of the poses; shape (n, bodies, 3).
+    result
+        Sums of derivatives; shape (n, rows).
+    """
+    for k in range(result.shape[0]):
+        for i in range(result.shape[1]):
+            for side in range(2):
+                body = row_bodies[i, side]
+                if body >= 0:
+                    for c in range(3):
+                        result[k, i] += row_jacobians[k, i, side, c] * directions[k, body, c]
 
 
 def _evaluate_rows_at_states(

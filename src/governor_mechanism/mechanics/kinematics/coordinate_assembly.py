@@ -311,6 +311,33 @@ def solve_positions(arrays: AssemblyArrays, workspace: AssemblyWorkspace, values
     return is_solved
 
 
+@jit
+def follow_coordinate(arrays: AssemblyArrays, workspace: AssemblyWorkspace, values: FloatArray, nodes: FloatArray) -> int:
+    """Solve for the poses at values (n,) of the coordinate, each from those at the value before; return how many were found.
+
+    nodes (n, 3, 3 bodies) holds closed poses in nodes[0, 0], and on return the poses and their two derivatives by the coordinate.
+    """
+    predicted = np.empty(arrays.pose_scales.size)
+    for k in range(values.size):
+        change = 0.0
+        if k > 0:
+            change = values[k] - values[k - 1]
+            nodes[k] = nodes[k - 1]
+        predicted[:] = nodes[k, 0] + change * (nodes[k, 1] + 0.5 * change * nodes[k, 2])
+        start = nodes[k, 0].copy()
+        nodes[k, 0] = predicted
+        # Far from the value before, or from the start, the way is too long for one step.
+        is_near = k > 0 and abs(change) < CONTINUATION_STEP * arrays.coordinate_scale
+        if not (is_near and solve_position(arrays, workspace, values[k], nodes[k]) and is_on_branch(arrays, nodes[k, 0], predicted)):
+            poses = start.reshape(-1, 3)
+            if not continue_to_coordinate(arrays, workspace, values[k], poses):
+                return k
+            nodes[k, 0] = start
+            if not solve_position(arrays, workspace, values[k], nodes[k]):
+                return k
+    return values.size
+
+
 class CoordinateSolver(PositionSolver):
     """Assemble one mechanism with one degree of freedom at many values of its leading coordinate."""
 
@@ -323,6 +350,26 @@ class CoordinateSolver(PositionSolver):
     def initial_coordinate(self) -> float:
         """Value of the leading coordinate at the initial guess, SI."""
         return float(evaluate_output_value(self.mechanism, self.mechanism.coordinate, self.initial_guess))
+
+    def follow(self, poses: FloatArray, values: FloatArray) -> FloatArray:
+        """Return poses at values of the coordinate, each on the branch of those before, and their two derivatives by it.
+
+        Parameters
+        ----------
+        poses
+            Poses that close the joints, from which the first value is reached; shape (bodies, 3).
+        values
+            Values of the coordinate, SI; shape (n,).
+
+        Returns
+        -------
+        FloatArray
+            Poses, first and second derivatives up to the first value that is not reached; shape (n or less, 3, bodies, 3).
+        """
+        nodes = np.zeros((len(values), 3, *poses.shape))
+        nodes[0, 0] = poses
+        n_found = follow_coordinate(self._arrays, self._workspace, values, nodes.reshape(len(values), 3, -1))
+        return nodes[:n_found]
 
     def try_solve_nodes(self, guesses: FloatArray, values: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Return nodes as `solve_nodes` does, and which of them (n,) were found on the branch of their guess."""

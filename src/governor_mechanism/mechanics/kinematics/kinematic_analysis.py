@@ -7,14 +7,20 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError, require_finite
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
-from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_reading_motions
+from governor_mechanism.mechanics.kinematics.released_drivers import release_drivers
+from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray
 
 TIME_VARIABLE = "time"
 """Name of the independent variable of drivers."""
+
+
+MAX_REGULAR_SLOPE = 1e6
+"""Largest derivative of a pose by the reading, in scales of both, of a configuration that is not almost singular."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +62,8 @@ def solve_kinematics(
 ) -> Kinematics:
     """Return positions, velocities and accelerations over values of a reading or over time.
 
-    Over a reading, it drives the mechanism in place of the scene's drivers. Over "time", the drivers move it.
+    Over a reading, it drives the mechanism in place of the drivers that move it in the scene; others stand still where they start. Over
+    "time", the drivers move the mechanism.
 
     Parameters
     ----------
@@ -88,30 +95,45 @@ def solve_kinematics(
     if over != TIME_VARIABLE:
         mechanism.reading(over)
         driving_readings, reason = [over], f"over {over!r} one reading must determine the motion"
-        joints = tuple(joint for joint in mechanism.joints if not isinstance(joint, RotationalDriver | TranslationalDriver))
-        mechanism = replace(mechanism, joints=joints)
         start_values = {name: float(value) for name, value in scene.start.values.items() if isinstance(value, float | int)}
+        mechanism = release_drivers(mechanism, over, start_values)
     position_solver, required = PositionSolver(mechanism), len(driving_readings)
     poses = position_solver.solve(start_values)
     degrees_of_freedom = position_solver.count_degrees_of_freedom(poses)
     if degrees_of_freedom != required:
         raise MechanismError(f"a kinematic analysis needs {required} degrees of freedom: {reason}; this mechanism has {degrees_of_freedom}")
-    states = list[tuple[FloatArray, FloatArray, FloatArray]]()
-    for value in samples.tolist():  # each assembly starts from the previous one
-        position_solver.time = 0.0 if driving_readings else value
-        states.append(_solve_motion(position_solver, driving_readings, value, (rate, acceleration), states[-1][0] if states else poses))
-    poses, velocities, accelerations = (np.array(column) for column in zip(*states, strict=True))
-    outputs = {reading.name: evaluate_output(mechanism, reading.name, poses, velocities) for reading in mechanism.readings}
+    followed = None if over == TIME_VARIABLE else _follow_reading(replace(mechanism, coordinate=over), poses, samples, rate, acceleration)
+    if followed is None:
+        states = list[tuple[FloatArray, FloatArray, FloatArray]]()
+        for value in samples.tolist():  # each assembly starts from the previous one
+            position_solver.time = 0.0 if driving_readings else value
+            states.append(_solve_motion(position_solver, driving_readings, value, (rate, acceleration), states[-1][0] if states else poses))
+        poses, velocities, accelerations = (np.array(column) for column in zip(*states, strict=True))
+    else:
+        poses, velocities, accelerations = followed
+    motions = evaluate_reading_motions(mechanism, poses, velocities, accelerations)
     return Kinematics(
         over=over,
         values=samples,
         poses=poses,
         velocities=velocities,
         accelerations=accelerations,
-        readings={name: output.value for name, output in outputs.items()},
-        rates={name: output.rate(velocities) for name, output in outputs.items()},
-        reading_accelerations={name: output.acceleration(accelerations) for name, output in outputs.items()},
+        readings={name: values for name, (values, _, _) in motions.items()},
+        rates={name: rates for name, (_, rates, _) in motions.items()},
+        reading_accelerations={name: second for name, (_, _, second) in motions.items()},
     )
+
+
+def _follow_reading(
+    mechanism: Mechanism, poses: FloatArray, samples: FloatArray, rate: float, acceleration: float
+) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+    """Return poses, velocities and accelerations (n, bodies, 3) at values of the coordinate; None near a singular configuration."""
+    nodes = CoordinateSolver(mechanism).follow(poses, samples)
+    scales = mechanism.output_scale(mechanism.coordinate) / np.array([mechanism.length_scale, mechanism.length_scale, 1.0])
+    if len(nodes) < len(samples) or np.max(np.abs(nodes[:, 1] * scales)) > MAX_REGULAR_SLOPE:
+        return None  # step by step, the first value that is not reached is found and named
+    tangents, curvatures = nodes[:, 1], nodes[:, 2]
+    return nodes[:, 0], rate * tangents, acceleration * tangents + rate**2 * curvatures
 
 
 def _solve_motion(

@@ -10,6 +10,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import (
     evaluate_gamma,
     evaluate_jacobian,
     evaluate_residuals,
+    evaluate_values_and_derivatives,
     evaluate_values_and_rates,
 )
 from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
@@ -112,6 +113,32 @@ def evaluate_readings(mechanism: Mechanism, poses: FloatArray, velocities: Float
     """
     values, rates = evaluate_values_and_rates(_reading_rows(mechanism), poses, velocities)
     return values.T, rates.T
+
+
+def evaluate_reading_motions(
+    mechanism: Mechanism, poses: FloatArray, velocities: FloatArray, accelerations: FloatArray
+) -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
+    """Return all readings that a mechanism lists with their first two derivatives, by name.
+
+    Parameters
+    ----------
+    mechanism
+        The mechanism.
+    poses
+        Poses; shape (n, bodies, 3).
+    velocities
+        Their derivatives by time, or by a coordinate; same shape.
+    accelerations
+        Their second derivatives; same shape.
+
+    Returns
+    -------
+    dict
+        Values and derivatives, SI; shape (n,). Angles of lines lie within half a turn.
+    """
+    rows = _reading_rows(mechanism)
+    values, rates, second = evaluate_values_and_derivatives(rows, poses, velocities, accelerations)
+    return {reading.name: (values[:, k], rates[:, k], second[:, k]) for k, reading in enumerate(mechanism.readings)}
 
 
 @once_per_object
