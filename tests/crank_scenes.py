@@ -15,6 +15,20 @@ SLIDE_VALVE_DIMENSIONS = {
     "inside_lap": 0.005,
     "crank_speed": 10.0,
 }
+LINK_GEAR_DIMENSIONS = {
+    "crank": 0.3,
+    "connecting_rod": 1.5,
+    "eccentric": 0.06,
+    "eccentric_rod": 1.2,
+    "advance": "30 deg",
+    "link_radius": 1.2,
+    "half_link": 0.15,
+    "suspension": "arc middle",
+    "hanger": 0.5,
+    "outside_lap": 0.024,
+    "inside_lap": 0.002,
+    "crank_speed": 10.0,
+}
 SLIDER_CRANK_DIMENSIONS = {"crank": 0.3, "connecting_rod": 1.5, "crank_speed": 10.0}
 SLIDER_CRANK_MASSES = {"crank": 80.0, "crank_centre": -0.05, "rod": 70.0, "rod_centre": 0.6, "rod_inertia": 9.0, "crosshead": 110.0}
 
@@ -34,3 +48,8 @@ def valve_scene(changes: dict | None = None, **run) -> Scene:
 def crank_scene(changes: dict | None = None, effects: dict | None = None, **run) -> Scene:
     """A slider crank of the reference's sizes, with some dimensions changed."""
     return parse_scene_document(document("slider_crank", SLIDER_CRANK_DIMENSIONS | (changes or {}), effects, **run))
+
+
+def link_gear_scene(changes: dict | None = None, effects: dict | None = None, **run) -> Scene:
+    """Stephenson's link motion of the reference's sizes, with some dimensions changed."""
+    return parse_scene_document(document("stephenson", LINK_GEAR_DIMENSIONS | (changes or {}), effects, **run))

@@ -14,7 +14,7 @@ from governor_mechanism.mechanics.kinematics.kinematic_analysis import validate_
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.output_variables import BodyAngle, FollowerHeight, LineAngle, PointCoordinate, PointDistance
+from governor_mechanism.model.output_variables import ArcPosition, BodyAngle, FollowerHeight, LineAngle, PointCoordinate, PointDistance
 
 CRANK, ROD = 0.1, 0.3
 
@@ -74,6 +74,27 @@ def test_drivers_are_removed_if_a_reading_is_prescribed():
     assert np.all(result.rates["ram_position"] < 0)  # the lever and the ram move back
 
 
+def test_a_driver_that_does_not_move_the_reading_stands_still():
+    """The crank turns once; the reversing lever, which another driver moves in time, stays where it starts."""
+    result = gm.kinematics("stephenson_arc_middle", "crank_angle", np.linspace(0.0, 2 * math.pi, 9))
+    np.testing.assert_allclose(result.readings["reverser"], 1.0, atol=1e-12)
+    assert np.ptp(result.readings["valve_displacement"]) > 0.1
+    moved = gm.kinematics("stephenson_arc_middle", "reverser", np.linspace(1.0, -1.0, 9))
+    np.testing.assert_allclose(moved.readings["crank_angle"], 0.0, atol=1e-12)
+
+
+def test_many_values_are_followed_as_few_are_solved():
+    """Single values are reached from the start, dense ones each from the one before."""
+    dense = np.linspace(0.1, 4.0, 500)
+    many = gm.kinematics("quick_return", "lever_angle", 1.55 + 0.3 * np.sin(dense), rate=1.3, acceleration=-0.7)
+    for k in (0, 123, 499):
+        one = gm.kinematics("quick_return", "lever_angle", [1.55 + 0.3 * math.sin(dense[k])], rate=1.3, acceleration=-0.7)
+        for name in one.readings:
+            assert abs(one.readings[name][0] - many.readings[name][k]) < 1e-12
+            assert abs(one.rates[name][0] - many.rates[name][k]) < 1e-11
+            assert abs(one.reading_accelerations[name][0] - many.reading_accelerations[name][k]) < 1e-9
+
+
 @pytest.mark.parametrize(
     ("name", "over", "values", "sentence"),
     [
@@ -111,6 +132,15 @@ READINGS = [
         origin=Point(body="a", x=0.1, y=-0.2),
     ),
     PointCoordinate(name="r", quantity="length", point=Point(body=GROUND, x=1.0), direction_x=1.0, direction_y=0.0, zero=0.3),
+    ArcPosition(
+        name="r",
+        quantity="length",
+        centre=Point(body="a", x=0.1, y=0.3),
+        point=Point(body="b", x=-0.2, y=0.1),
+        radius=-0.7,
+        angle=2.0,
+        zero=0.1,
+    ),
     FollowerHeight(name="r", quantity="length", zero=0.2, **HANGING_FOLLOWER),
     FollowerHeight(name="r", quantity="length", reference_point=Point(body="a", x=0.1, y=0.3), **HANGING_FOLLOWER),
 ]
@@ -131,6 +161,9 @@ def expected_value(reading, poses):
             return cmath.phase(1j * (place(reading.end, poses) - place(reading.start, poses))) - reading.zero
         case BodyAngle():
             return poses[1][2] - poses[0][2]
+        case ArcPosition():
+            direction = cmath.exp(1j * (poses[0][2] + reading.angle))
+            return reading.radius * cmath.phase((place(reading.point, poses) - place(reading.centre, poses)) / direction) - reading.zero
         case PointDistance():
             return abs(place(reading.second, poses) - place(reading.first, poses))
         case PointCoordinate():
@@ -178,7 +211,7 @@ def test_value_and_derivatives_of_a_reading(reading):
     ("reading", "message"),
     [
         (replace(READINGS[4], direction_x=1.0), "reading 'r' has a direction, relative to a body, of length 1.28062; give a unit vector"),
-        (replace(READINGS[6], top=Point(body="a")), "whose top is on body 'a'; the top must be on the ground"),
+        (replace(READINGS[-1], top=Point(body="a")), "whose top is on body 'a'; the top must be on the ground"),
     ],
 )
 def test_readings_without_an_equation_are_refused(reading, message):

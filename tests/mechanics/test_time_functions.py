@@ -48,3 +48,13 @@ def test_rows_of_inputs_without_harmonics_are_filled_with_zeros():
 def test_a_harmonic_has_finite_values_and_a_positive_frequency(wrong):
     with pytest.raises(MechanismError, match=next(reversed(wrong))):
         Harmonic(amplitude=1.0, **wrong)
+
+
+def test_a_motion_with_rests_is_the_monotone_curve_of_an_input():
+    times, values = (0.1, 0.5, 0.8, 1.5), (1.0, 1.0, 0.2, -0.4)
+    motion = CubicTimeFunction(PrescribedMotion(times=times, values=values, has_rests=True))
+    program = CubicTimeFunction(InputFunction(times=times, values=values))
+    np.testing.assert_array_equal(motion(INSIDE), program(INSIDE))
+    np.testing.assert_array_equal(motion(np.array([-3.0, 0.3, 9.0])), [1.0, 1.0, -0.4])  # rests before, between and after the points
+    assert np.all(np.diff(motion(INSIDE)) <= 0.0)
+    np.testing.assert_array_equal(motion.breakpoints, times)

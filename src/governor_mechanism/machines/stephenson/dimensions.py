@@ -12,6 +12,7 @@ from governor_mechanism.machines.slide_valve import rod_field
 from governor_mechanism.machines.slider_crank import rod_length_problems
 from governor_mechanism.machines.stephenson.link_geometry import LinkGeometry, arc_depth
 from governor_mechanism.model.time_functions import PrescribedMotion
+from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.types import FloatArray, Vector2
 
 OPEN_RODS, CROSSED_RODS = "open", "crossed"
@@ -179,6 +180,22 @@ class StephensonDimensions(Machine):
         """Centre of the valve's motion from the shaft, m: the middle between its positions at the dead centres in the gear it is set at."""
         poses = self.geometry.solve_poses(np.array([0.0, math.pi]), self.valve_set_at)
         return float(np.mean(self.geometry.locate_die(poses)[0]))
+
+    def slot_exit_angle(self) -> float | None:
+        """Return the first crank angle (rad, from 0 to 2 pi) at which the die runs out of its slot, with the lever at rest; or None."""
+        if self.slot_half_length is None or isinstance(self.reverser, PrescribedMotion):
+            return None
+        reverser, half_length = self.reverser, self.slot_half_length
+
+        def overrun(angles: FloatArray) -> FloatArray:
+            return np.abs(self.geometry.locate_die(self.geometry.solve_poses(angles, reverser))[1]) - half_length
+
+        angles = self.crank_start + np.append(CHECKED_ANGLES, math.tau)
+        is_out = overrun(angles) > 0
+        if not is_out.any() or is_out[0]:
+            return None
+        k = int(np.argmax(is_out))
+        return find_root(lambda angle: float(overrun(np.array([angle]))[0]), float(angles[k - 1]), float(angles[k])) % math.tau
 
     def dimensions(self) -> dict[str, float]:
         """Return all dimensions in SI. `centre` is the centre of the valve's motion; the suspension is a point of the link."""

@@ -24,7 +24,7 @@ from governor_mechanism.machines.slide_valve import VALVE_GUIDE
 from governor_mechanism.machines.steam_readings import CRANK_END_TRAVEL, VALVE_DISPLACEMENT, piston_readings, port_readings
 from governor_mechanism.machines.stephenson.dimensions import StephensonDimensions
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.joints import GROUND, ArcSlot, Distance, Joint, Pin, Point, Slider, TranslationalDriver, Weld
+from governor_mechanism.model.joints import GROUND, ArcSlot, Distance, Joint, Pin, Point, Slider, TranslationalDriver
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import ArcPosition, BodyAngle, Limit, PointCoordinate, Reading
 from governor_mechanism.model.part import FIXED_PLANE
@@ -100,17 +100,32 @@ class _GearBuilder:
         link = gear.geometry.solve_poses(np.array([angle]), reverser)
         x, y, link_angle = link[0].tolist()
         valve_x = float(gear.geometry.locate_die(link)[0][0])
-        yield driven_crank.placeholder_crank(gear.crank, 2 * PLACEHOLDER_MASS), (0.0, 0.0, angle)
+        yield driven_crank.placeholder_crank(gear.crank, self._moved_mass), (0.0, 0.0, angle)
         yield Body(name=CROSSHEAD, mass=PLACEHOLDER_MASS, can_rotate=False), (-self._crosshead_distance(angle), 0.0, 0.0)
         valve_mass = (self.masses and self.masses.valve) or PLACEHOLDER_MASS
         yield Body(name=VALVE, mass=valve_mass, can_rotate=False), (-valve_x, 0.0, 0.0)
         along, up = rotate_point(-self._centre_setback, 0.0, link_angle)
         element = self._link_element
         yield Body(name=LINK, mass=element.mass, second_moments=element.moments), (-x - along, y + up, -link_angle)
-        arm_x, arm_y = gear.geometry.hanger_top(reverser)
-        yield Body(name=LIFTING_ARM, mass=PLACEHOLDER_MASS, can_rotate=False), (-arm_x, arm_y, 0.0)
+        if isinstance(gear.reverser, PrescribedMotion):
+            arm_x, arm_y = gear.geometry.hanger_top(reverser)
+            yield Body(name=LIFTING_ARM, mass=PLACEHOLDER_MASS, can_rotate=False), (-arm_x, arm_y, 0.0)
         if self.masses and self.masses.eccentric_rod:
             yield from self._rod_bodies(self.masses.eccentric_rod, (x, y, link_angle))
+
+    @property
+    def _moved_mass(self) -> float:
+        """Mass that the crank moves, kg."""
+        given = self.masses.link + 2 * self.masses.eccentric_rod + self.masses.valve if self.masses else 0.0
+        return given or 2 * PLACEHOLDER_MASS
+
+    @cached_property
+    def _hanger_top(self) -> Point:
+        """End of the hanger: on the lifting arm, if the reversing lever moves, or fixed."""
+        if isinstance(self.gear.reverser, PrescribedMotion):
+            return Point(body=LIFTING_ARM)
+        x, y = self.gear.geometry.hanger_top(self.gear.reverser)
+        return Point(body=GROUND, x=-x, y=y)
 
     def _rod_bodies(self, mass: float, link: tuple[float, float, float]) -> Iterator[tuple[Body, tuple[float, float, float]]]:
         """Yield both eccentric rods with their poses, for a pose of the link in coordinates of the valve line (m, m, rad)."""
@@ -144,8 +159,9 @@ class _GearBuilder:
         for name, (x, y), pin in zip(self._rod_names, eccentrics, gear.geometry.pins, strict=True):
             yield from self._rod_joints(name, Point(body=CRANK, x=-x, y=y), self._on_link(*pin))
         suspension = self._on_link(*gear.geometry.suspension)
-        yield Distance(name=HANGER, first=Point(body=LIFTING_ARM), second=suspension, length=gear.hanger)
-        yield from self._lever_joints()
+        yield Distance(name=HANGER, first=self._hanger_top, second=suspension, length=gear.hanger)
+        if isinstance(gear.reverser, PrescribedMotion):
+            yield from self._lever_joints(gear.reverser)
         yield ArcSlot(name=LINK_SLOT, first=self._on_link(-gear.link_radius, 0.0), second=valve, radius=gear.link_radius)
         yield Slider(name=VALVE_GUIDE, first=ground, second=valve, angle=0.0)
 
@@ -153,20 +169,17 @@ class _GearBuilder:
         """Return the pins of an eccentric rod with mass, or the distance that stands for a massless one."""
         if not (self.masses and self.masses.eccentric_rod):
             return [Distance(name=name, first=eccentric, second=pin, length=self.gear.eccentric_rod)]
-        ends = [Point(body=name, x=x) for x in (0.5 * self.gear.eccentric_rod, -0.5 * self.gear.eccentric_rod)]
+        ends = [Point(body=name, x=x) for x in (-0.5 * self.gear.eccentric_rod, 0.5 * self.gear.eccentric_rod)]
         return [Pin(name=f"{name}, eccentric", first=eccentric, second=ends[0]), Pin(name=f"{name}, pin", first=ends[1], second=pin)]
 
-    def _lever_joints(self) -> list[Joint]:
-        """Return what holds the lifting arm, or moves it up and down with the reversing lever."""
-        gear, arm = self.gear, Point(body=LIFTING_ARM)
-        x, y = gear.geometry.hanger_top(values_of(gear.reverser)[0])
-        if not isinstance(gear.reverser, PrescribedMotion):
-            return [Weld(name=LEVER, first=Point(body=GROUND, x=-x, y=y), second=arm)]
-        base = Point(body=GROUND, x=-x)
-        heights = tuple(gear.geometry.hanger_top(value)[1] for value in gear.reverser.values)
+    def _lever_joints(self, reverser: PrescribedMotion) -> list[Joint]:
+        """Return the guide of the lifting arm, and what moves it up and down with the reversing lever."""
+        geometry, arm = self.gear.geometry, Point(body=LIFTING_ARM)
+        base = Point(body=GROUND, x=-geometry.hanger_top(0.0)[0])
+        heights = tuple(geometry.hanger_top(value)[1] for value in reverser.values)
         return [
             Slider(name=LEVER_GUIDE, first=base, second=arm, angle=math.pi / 2),
-            TranslationalDriver(name=LEVER, first=base, second=arm, motion=replace(gear.reverser, values=heights), angle=math.pi / 2),
+            TranslationalDriver(name=LEVER, first=base, second=arm, motion=replace(reverser, values=heights), angle=math.pi / 2),
         ]
 
     def _readings(self) -> tuple[Reading, ...]:
@@ -188,7 +201,7 @@ class _GearBuilder:
             PointCoordinate(
                 name="reverser",
                 quantity="ratio",
-                point=Point(body=LIFTING_ARM),
+                point=self._hanger_top,
                 direction_x=0.0,
                 direction_y=-1.0 / full_offset,
                 zero=-gear.geometry.hanger_top(0.0)[1] / full_offset,
@@ -201,5 +214,7 @@ class _GearBuilder:
         """Yield the ends of the slot, if it has ends."""
         half_length = self.gear.slot_half_length
         if half_length is not None:
-            low, high = (f"the die block runs out of the {end} end of the slot" for end in ("lower", "upper"))
+            angle = self.gear.slot_exit_angle()
+            where = "" if angle is None else f" at a crank angle of {math.degrees(angle):.4f} deg"
+            low, high = (f"the die block runs out of the {end} end of the slot{where}" for end in ("lower", "upper"))
             yield Limit(reading="die_slip", low=-half_length, high=half_length, low_message=low, high_message=high)
