@@ -9,8 +9,9 @@ from governor_mechanism.render.figures.page import Plate
 def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path]:
     """Write the additional figures of a run's machine as <stem>_<figure>.png.
 
-    A mechanism with a valve has Zeuner's diagram. A slide valve with a finite eccentric rod has Marks' construction, too. A slider crank
-    with masses and no other loads has the bearing loads, if the run covers a whole turn. Other machines have none.
+    A mechanism with a valve has Zeuner's diagram; a slide valve with a finite eccentric rod has Marks' construction, too, and a link motion
+    the paths of the die in the link. A slider crank with masses and no other loads has the bearing loads, if the run covers a whole turn.
+    Other machines have none.
 
     Parameters
     ----------
@@ -41,9 +42,19 @@ def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path
         from governor_mechanism.render.figures.valve_timing import valve_diagram, zeuner_plate
 
         plates["zeuner"] = zeuner_plate.draw_zeuner_plate(valve_diagram.ValveDiagram(run.scene))
+        if machine == "stephenson" and run.scene.document:
+            plates["die_paths"] = _die_path_plate(run)
     elif machine == "slider_crank":
         from governor_mechanism.render.figures.slider_crank import bearing_loads
 
         if not bearing_loads.bearing_loads_refusal(run):
             plates["bearings"] = bearing_loads.bearing_loads_figure(run)
     return [plate.save_png(folder / f"{stem}_{name}.png") for name, plate in plates.items()]
+
+
+def _die_path_plate(run: Trajectory) -> Plate:
+    """Return the plate of the die's paths in the link."""
+    from governor_mechanism.render.figures.stephenson.die_path_plate import draw_die_path_plate
+    from governor_mechanism.studies.stephenson.die_paths import trace_die_paths
+
+    return draw_die_path_plate(run.scene.title, trace_die_paths(run.scene), run.scene.document["dimensions"].get("suspension", ""))
