@@ -13,7 +13,7 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Limit, PointCoordinate
-from governor_mechanism.model.part import TURNING_PLANE
+from governor_mechanism.model.part import EQUILIBRIUM, TURNING_PLANE
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.types import Vector2
 
@@ -121,6 +121,16 @@ class Machine(ABC):
     def stop_problems(self, effects: Iterable[Effect]) -> Sequence[str]:
         """Return sentences about stops that this machine cannot reach."""
         return ()
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether drivers prescribe its motion; if not, [start] sets it in motion."""
+        return bool(self.driver_dimensions)
+
+    @property
+    def default_start(self) -> float | str:
+        """Start value of the coordinate, SI, for a scene that gives none."""
+        return EQUILIBRIUM
 
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
         """Return sentences about start values at which this machine cannot be assembled."""

@@ -22,9 +22,14 @@ PLACEHOLDER_INERTIA_RATIO = 10.0
 """Moment of inertia of a massless crank, relative to that of the parts it moves: the iterative joint solver converges faster with it."""
 
 
-def crank_joints(speed: float, start_angle: float, mass_centre: float = 0.0) -> tuple[Joint, ...]:
-    """Return shaft and driver: the crank angle is start_angle + speed * time (rad); mass_centre is its distance from the shaft (m)."""
+def crank_joints(speed: float | None, start_angle: float, mass_centre: float = 0.0) -> tuple[Joint, ...]:
+    """Return shaft and driver: the crank angle is start_angle + speed * time (rad); without a speed the crank is free.
+
+    mass_centre is its distance from the shaft (m).
+    """
     ground, on_crank = Point(body=GROUND), Point(body=CRANK, x=-mass_centre)
+    if speed is None:
+        return (Pin(name=SHAFT, first=ground, second=on_crank),)
     motion = PrescribedMotion.constant_rate(start_angle, speed)
     driver = RotationalDriver(name=CRANK_DRIVER, first=ground, second=on_crank, motion=motion)
     return Pin(name=SHAFT, first=ground, second=on_crank), driver

@@ -162,7 +162,7 @@ class PrescribedMotion:
 
     Two points are a motion at constant rate, three a parabola, more a cubic spline that reproduces polynomials up to the third
     degree. Before the first and after the last point the curve continues at the rate there. A motion with rests is
-    monotone between its points instead, and constant before the first and after the last one.
+    monotone between its points instead, and constant before the first and after the last one; its rate does not jump.
 
     Attributes
     ----------

@@ -172,7 +172,8 @@ class PartParser:
         effects = self._parse_effects(mechanism.readings if mechanism else None, {CLEARANCE_READING: "length"} if has_clearance else None)
         effect_problems = machine_class.effect_problems(effects) if machine_class else ()
         self._add_effect_problems(effect_problems)
-        driven_class = machine_class if machine_class and machine_class.driver_dimensions else None
+        is_driven = machine.is_driven if machine else bool(machine_class and machine_class.driver_dimensions)
+        driven_class = machine_class if is_driven else None
         start = self._parse_driven_start(driven_class) if driven_class else self._parse_start(machine, mechanism, has_clearance)
         can_build = machine and mechanism and not effect_problems
         return self.collector.attempt("[effects]", _build_part, machine, mechanism, effects) if can_build else None, effects, start
@@ -199,7 +200,8 @@ class PartParser:
         readings |= {name: ("length", f"{name}_rate") for name in clearance}
         given = schema.parse_start(table, readings, self.collector)
         rates = clearance | {**given.rates} if given.rates else given.rates
-        start = Start(values={coordinate: EQUILIBRIUM, **clearance, **given.values}, rates=rates)
+        default_start = machine.default_start if machine else EQUILIBRIUM
+        start = Start(values={coordinate: default_start, **clearance, **given.values}, rates=rates)
         if machine:
             with self.collector.at("[start]"):
                 self.collector.add(ProblemCode.OUT_OF_RANGE, *machine.start_problems(start.values), key="start")

@@ -64,7 +64,7 @@ class StephensonDimensions(Machine):
     valve_set_at
         Position of the reversing lever at which the valve is set for equal leads.
     crank_speed
-        Crank speed, rad/s.
+        Crank speed, rad/s; None if nothing drives the crank but a coupling or its own inertia.
     crank_start
         Crank angle at the start, rad.
     """
@@ -89,7 +89,7 @@ class StephensonDimensions(Machine):
     outside_lap: float = dimension_field("length", "by which the valve in its middle covers the outer edges", signed=True)
     inside_lap: float = dimension_field("length", "by which it covers the inner edges; negative leaves them open", default=0.0, signed=True)
     valve_set_at: float = dimension_field("ratio", "of the reversing lever for which the valve has equal leads", default=1.0, signed=True)
-    crank_speed: float = dimension_field("angular_speed", "of the crank, which is driven")
+    crank_speed: float | None = optional_field("angular_speed", "of the crank, which is driven")
     crank_start: float = dimension_field("angle", "of the crank at the start", default=0.0, signed=True)
 
     def dimension_problems(self) -> list[str]:

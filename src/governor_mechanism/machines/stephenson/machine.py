@@ -45,6 +45,16 @@ class StephensonGear(StephensonDimensions):
     driver_dimensions: ClassVar[tuple[str, ...]] = ("crank_speed", "crank_start")
     supported_effects: ClassVar[tuple[type[Effect], ...]] = (LinkMasses,)
 
+    @property
+    def is_driven(self) -> bool:
+        """Whether the crank has a prescribed speed."""
+        return self.crank_speed is not None
+
+    @property
+    def default_start(self) -> float:
+        """Crank angle at the start, rad."""
+        return self.crank_start
+
     def mechanism(self, masses: LinkMasses | None = None) -> Mechanism:
         """Build crank with eccentrics, rods, link, lifting arm, valve and crosshead; parts without mass have a placeholder mass."""
         return _GearBuilder(gear=self, masses=masses).mechanism()

@@ -32,7 +32,7 @@ class CubicTimeFunction:
 
     An input is a monotone piecewise cubic through its points; two points at one time are a jump; outside its points it is
     constant. At a jump, the value is the right limit unless the left limit is requested. A prescribed motion is a not-a-knot cubic
-    spline that continues at its end rates, plus harmonics; one with rests is a curve as that of an input.
+    spline that continues at its end rates, plus harmonics; one with rests is monotone as an input, and its rate never jumps.
 
     Parameters
     ----------
@@ -50,6 +50,9 @@ class CubicTimeFunction:
     def __init__(self, function: InputFunction | PrescribedMotion) -> None:
         times, values = np.array(function.times), np.array(function.values)
         motion = function if isinstance(function, PrescribedMotion) else None
+        if motion is not None and motion.has_rests:  # the curve ends as it rests, with a rate of zero
+            times = np.array([2 * times[0] - times[1], *times, 2 * times[-1] - times[-2]])
+            values = np.concatenate([values[:1], values, values[-1:]])
         harmonics = [(item.amplitude, 2 * np.pi * item.frequency, item.phase) for item in motion.harmonics] if motion else []
         self._harmonics: FloatArray = np.array(harmonics).reshape(-1, 3)
         self._is_level, self._first_value = len(set(function.values)) == 1, float(values[0])

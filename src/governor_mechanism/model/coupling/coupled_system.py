@@ -209,7 +209,8 @@ def _follows_by_spindle(prefixes: Mapping[str, Part], couplings: Sequence[Coupli
 
 def _part_mechanism(part: Part, prefix: str, prefixes: Iterable[str], follows: bool) -> Mechanism:
     """Return the mechanism of a part, renamed, with a shaft for its spindle if that is a coordinate of its own."""
-    mechanism: Mechanism = with_prefix(part.mechanism, prefix, prefixes)
+    # Valve events belong to a part alone.
+    mechanism: Mechanism = with_prefix(replace(part.mechanism, valve=None) if prefix else part.mechanism, prefix, prefixes)
     if prefix:
         mechanism = replace(mechanism, coordinate=prefix + mechanism.coordinate)
     if not isinstance(part.spindle, FreeSpindle) or follows:

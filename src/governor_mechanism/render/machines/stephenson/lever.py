@@ -24,7 +24,7 @@ def quadrant_shapes(pivot: Vec2, length: float) -> Iterator[DrawnShape]:
     yield Lines("division", notches)
     x = length * math.sin(HALF_SWING)
     yield TextShape("scale", pivot[0] - x - 0.14 * length, pivot[1] + 0.42 * length, "ahead", 0.45 * length)
-    yield TextShape("scale", pivot[0] + x - 0.22 * length, pivot[1] + 0.42 * length, "back", 0.40 * length)
+    yield TextShape("scale", pivot[0] + x - 0.36 * length, pivot[1] + 0.42 * length, "back", 0.40 * length)
 
 
 def lever_shapes(pivot: Vec2, length: float, reverser: float) -> Iterator[DrawnShape]:
