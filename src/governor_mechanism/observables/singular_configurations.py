@@ -20,6 +20,9 @@ NEAR_CHANGE_POINT_ANGLE = 0.1
 ZERO_RATE_RATIO = 1e-9
 """A rate is zero if it is below this fraction of the rate at the other end of the interval."""
 
+REST_RATE_RATIO = 1e-12
+"""A reading rests if its rate, in its scale, is below this fraction of the overall speed in length scales: what remains is rounding."""
+
 N_PARABOLAS = 7
 """Number of parabolas on the way to a change point: the last one is narrower than the interval by 2e-6, still far from rounding."""
 
@@ -56,7 +59,9 @@ def _find_turning_times(mechanism: Mechanism, motion: SampledMotion, name: str, 
     """Return the times (m,) s at which a reading turns, from the overall speed at the samples (n,), m/s."""
     sampled = SampledReading(mechanism, motion, name)
     before, after = sampled.rates[:-1], sampled.rates[1:]
-    intervals = np.flatnonzero(before * after < 0)
+    rest_rates = REST_RATE_RATIO * speed * mechanism.output_scale(name) / mechanism.length_scale
+    is_moving = np.abs(sampled.rates) > rest_rates
+    intervals = np.flatnonzero((before * after < 0) & (is_moving[:-1] | is_moving[1:]))
     fractions = (before[intervals] / (before - after)[intervals])[:, np.newaxis, np.newaxis]
     velocities = (1 - fractions) * motion.velocities[intervals] + fractions * motion.velocities[intervals + 1]
     intervals = intervals[_overall_speed(mechanism, velocities) > _reversal_speed(speed, intervals)]  # else the whole motion reverses
