@@ -14,11 +14,13 @@ from governor_mechanism.render.figures.parabolic.isochronous_plate import isochr
 from governor_mechanism.render.figures.registry import write_machine_figures
 from governor_mechanism.render.figures.speed_curve import speed_curve_figure
 from governor_mechanism.render.figures.time_series import readings_figure
+from governor_mechanism.render.figures.valve_timing.valve_gears import valve_gears_figure
 from governor_mechanism.render.figures.work_precision import work_precision_figure
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_mechanism.studies.regulation.cyclic_irregularity import CLEARANCES, FLUCTUATION_RATIOS, study_clearance, study_cyclic_motion
 from governor_mechanism.studies.regulation.fold_jump import RAMP_RATES, study_fold_jump
 from governor_mechanism.studies.regulation.settling_time import DAMPING_COEFFICIENTS, study_settling
+from governor_mechanism.studies.valve_gears import SHIPPED_GEARS
 
 FOLDER = Path(__file__).parent
 
@@ -30,6 +32,7 @@ FILM_INTERVALS = {
     "haug_governor": (0.0, 6.0),
     "watt_engine_hunting": (0.0, 8.0),
     "watt_engine_stable": (0.0, 8.0),
+    **dict.fromkeys(SHIPPED_GEARS, (0.0, 8.0)),
 }
 """Filmed interval (s) of a scene; other scenes show their first four seconds."""
 
@@ -70,6 +73,7 @@ def main() -> None:
     _write_regulation_figures()
     for name in WORK_PRECISION_SCENES:
         work_precision_figure(gm.accuracy_study(gm.load(name)), REQUESTED_ERROR).save_png(FOLDER / f"{name}_accuracy.png")
+    valve_gears_figure(gm.valve_gears()).save_png(FOLDER / "valve_gears.png")
     isochronous_figure(gm.load("watt_improved")).save_png(FOLDER / "watt_improved_parabolas.png")
 
 

@@ -27,6 +27,7 @@ from governor_mechanism.api import (
     speed_curve,
     stability_limit,
     sweep,
+    valve_gears,
     valve_timing,
 )
 from governor_mechanism.errors import GovernorMechanismError, MechanismError, RunFailed, UnsupportedEffect
@@ -54,5 +55,6 @@ __all__ = [
     "speed_curve",
     "stability_limit",
     "sweep",
+    "valve_gears",
     "valve_timing",
 ]

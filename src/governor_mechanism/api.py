@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from governor_mechanism.studies.hard_cases.results import HardCasesReport
     from governor_mechanism.studies.kernel_compilation import KernelCompilation
     from governor_mechanism.studies.sweep.results import Sweep
+    from governor_mechanism.studies.valve_gears import ValveGears
     from governor_mechanism.studies.valve_timing import ValveTiming
     from governor_mechanism.studies.work_precision.results import AccuracyStudy
     from governor_mechanism.types import FloatArray
@@ -637,6 +638,39 @@ def valve_timing(scene: SceneSource) -> ValveTiming:
     from governor_mechanism.studies.valve_timing import tabulate_valve_timing
 
     return tabulate_valve_timing(_as_scene(scene))
+
+
+@check_arguments(count=NUMBER)
+def valve_gears(scenes: Sequence[SceneSource] = (), count: int = 41) -> ValveGears:
+    """Compare valve gears: lead, cut-off and travel of the valve from full forward to full back gear.
+
+    In back gear the crank turns the other way.
+
+    Parameters
+    ----------
+    scenes
+        Scenes, paths of files, or names of shipped scenes, whose `[valve]` names their reverser; the shipped gears if empty.
+    count
+        Number of positions of the reversing gear.
+
+    Returns
+    -------
+    ValveGears
+        The gears; it prints as a table.
+
+    Raises
+    ------
+    MechanismError
+        If a scene has no valve, or a valve no reverser.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> print(gm.valve_gears(["gooch", "joy"]))  # doctest: +SKIP
+    """
+    from governor_mechanism.studies.valve_gears import SHIPPED_GEARS, compare_valve_gears
+
+    return compare_valve_gears([_as_scene(scene) for scene in scenes or SHIPPED_GEARS], count)
 
 
 def _as_rotating_part(scene: SceneSource) -> Scene:

@@ -108,7 +108,7 @@ def test_a_name_like_none_gets_no_suggestion(scene: str) -> None:
 @pytest.mark.parametrize(
     ("scene", "fragments"),
     [
-        ("portr", ['no scene "portr"', "scenes are andrews_squeezer,", "watt_crossed", "Did you mean 'porter'?"]),
+        ("portr", ['no scene "portr"', "scenes are allan, andrews_squeezer,", "watt_crossed", "Did you mean 'porter'?"]),
         ("WATT", ["Did you mean 'watt'?"]),
         ("steam", ["a path has a suffix or a separator, as in my_scene.toml or ./my_scene."]),
         ("..", ["this is a folder"]),

@@ -17,7 +17,7 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.studies import accuracy, design, effects, hard_cases, regulation, sweep
+from governor_mechanism.cli.studies import accuracy, design, effects, hard_cases, regulation, sweep, valve_gears
 from governor_mechanism.files.plain_values import finite_or_none
 
 if TYPE_CHECKING:
@@ -208,7 +208,7 @@ def _first_sentence(command: Callable[..., object]) -> str:
     return (command.__doc__ or "").split("\n\n")[0].replace("\n", " ")
 
 
-for command in (models, run, crosscheck, equilibria, accuracy, effects, regulation, sweep, hard_cases, design):
+for command in (models, run, crosscheck, equilibria, accuracy, effects, regulation, sweep, hard_cases, valve_gears, design):
     app.command(short_help=_first_sentence(command))(console.guarded_command(command))
 app.command("compile", short_help=_first_sentence(compile_kernels))(console.guarded_command(compile_kernels))
 

@@ -1,4 +1,4 @@
-"""The commands of the studies: `accuracy`, `effects`, `regulation`, `sweep`, `hard-cases`, `design`.
+"""The commands of the studies: `accuracy`, `effects`, `regulation`, `sweep`, `hard-cases`, `valve-gears`, `design`.
 
 Heavy imports are made when a command needs them.
 """
@@ -197,6 +197,27 @@ def hard_cases(
 
         files += [hard_case_figure(report, one).save_png(out / f"hard_case_{one.name}.png") for one in report.cases]
     return console.CommandResult(text=[report], values=report.as_json(), files=files, ok=report.ok)
+
+
+def valve_gears(
+    scenes: Annotated[
+        list[str] | None, typer.Argument(metavar="[SCENE]...", help="Scenes whose [valve] names a reverser. [the shipped valve gears]")
+    ] = None,
+    count: Annotated[int, typer.Option(help="Number of positions from full forward to full back gear.")] = 41,
+    out: console.FigureFolder = console.RESULTS_FOLDER,
+    no_figure: console.NoFigure = False,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Compare valve gears: lead, cut-off and travel over the range of the reversing gear; write a figure and a record (JSON)."""
+    console.prepare_folder(out)
+    with console.show_status("reversing"):
+        study = gm.valve_gears(scenes or (), count)
+    files = [study.save_json(out / "valve_gears.json")]
+    if not no_figure:
+        from governor_mechanism.render.figures.valve_timing.valve_gears import valve_gears_figure
+
+        files.append(valve_gears_figure(study).save_png(out / "valve_gears.png"))
+    return console.CommandResult(text=[study], values=study.as_json(), files=files)
 
 
 class DesignTarget(StrEnum):

@@ -13,6 +13,7 @@ from governor_mechanism.model.force_elements import Damper, ForceElement, Spring
 from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, Joint, Point, RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import Limit, PointCoordinate, Reading
+from governor_mechanism.model.valve import Valve
 from governor_mechanism.types import Vector2
 
 CUSTOM_MACHINE: Final = "custom"
@@ -257,7 +258,7 @@ class MechanismSketch:
         drivers = [joint for joint in self.joints if isinstance(joint, RotationalDriver | TranslationalDriver)]
         return [(one, other) for one, other in combinations(drivers, 2) if _are_conflicting(one, other)]
 
-    def build(self, readings: Sequence[Reading], coordinate: str, length_scale: float) -> Mechanism:
+    def build(self, readings: Sequence[Reading], coordinate: str, length_scale: float, valve: Valve | None = None) -> Mechanism:
         """Build the mechanism. A run ends where a point leaves the table of its slot.
 
         Parameters
@@ -268,6 +269,8 @@ class MechanismSketch:
             Name of the leading coordinate.
         length_scale
             Characteristic length, m.
+        valve
+            Slide valve that the mechanism moves; None if it has none.
 
         Returns
         -------
@@ -286,6 +289,7 @@ class MechanismSketch:
             limits=tuple(limit for _, limit in ranges),
             internal_outputs=tuple(coordinate for coordinate, _ in ranges),
             force_elements=tuple(self.force_elements),
+            valve=valve,
         )
 
 

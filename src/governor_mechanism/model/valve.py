@@ -23,6 +23,25 @@ CENTRE_RULES: Final = (EQUAL_LEADS, MIDDLE)
 
 
 @dataclass(frozen=True, kw_only=True)
+class Reverser:
+    """What reverses a valve gear: a key of the scene file, and its values at the ends of its range.
+
+    Attributes
+    ----------
+    key
+        Dotted key of the scene document, as for a sweep.
+    forward
+        Value in full forward gear: a number in SI, or text with a unit.
+    back
+        Value in full back gear.
+    """
+
+    key: str
+    forward: float | str
+    back: float | str
+
+
+@dataclass(frozen=True, kw_only=True)
 class Valve:
     """A slide valve of a mechanism with a driven crank.
 
@@ -44,6 +63,8 @@ class Valve:
         Edges that admit steam: one of `ADMISSIONS`.
     crank
         Name of the driver that turns the crank; empty if only one driver turns a body.
+    reverser
+        What reverses the gear; None if nothing does.
     """
 
     displacement: str
@@ -54,6 +75,7 @@ class Valve:
     centre: float | str = 0.0
     admission: str = OUTSIDE_ADMISSION
     crank: str = ""
+    reverser: Reverser | None = None
 
     def __post_init__(self) -> None:
         require_finite(self.steam_lap, "m", "steam lap of the valve")

@@ -12,7 +12,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_reading_motions
-from governor_mechanism.mechanics.kinematics.range_of_motion import find_range_of_motion
+from governor_mechanism.mechanics.kinematics.path_interpolant import PathInterpolant, build_path
 from governor_mechanism.mechanics.kinematics.released_drivers import hold_driver
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import RotationalDriver
@@ -32,6 +32,9 @@ N_NODES = 72
 
 ANGLE_TOLERANCE = 1e-13
 """Tolerance of the crank angle of a dead centre or an event, rad; rounding is about 1e-15."""
+
+REPETITION_TOLERANCE = 1e-6
+"""Largest change of a pose over a turn besides whole turns, in length scales and rad; what does not repeat differs by far more."""
 
 
 class ValveKinematics(NamedTuple):
@@ -136,13 +139,9 @@ class ValveMotion:
         self._mechanism, self._direction = _free_crank(scene, self.valve)
         self._solver = CoordinateSolver(self._mechanism)
         if self._solver.mobility != 1:
-            found = f"with the crank at rest this mechanism has {self._solver.mobility - 1} degrees of freedom"
-            raise MechanismError(f"valve events need a crank whose angle determines the position of the valve; {found}")
-        self._range = find_range_of_motion(self._mechanism, rotates_with_spindle=False)
-        if not math.isclose(self._range.period, math.tau):
-            raise MechanismError(
-                f"valve events need a crank that turns fully, and a motion that repeats in every turn: {self._range_message}"
-            )
+            found = f"degrees of freedom besides that of the crank: {self._solver.mobility - 1}"
+            raise MechanismError(f"valve events need a crank whose angle determines the position of the whole mechanism; {found}")
+        self._path, self._pose_increment = _follow_turn(self._mechanism, self._solver.initial_coordinate)
         self._origin, self.dead_centres = 0.0, (0.0, math.pi)
         self.turn = self._interpolate_turn()
         if self.valve.piston_travel:
@@ -151,10 +150,6 @@ class ValveMotion:
             self.dead_centres = (0.0, (head_end - crank_end) % math.tau)
             self.turn = self._interpolate_turn()
         self.centre, self._crank_end_position, self.stroke = self._find_centre(), *self._find_stroke()
-
-    @property
-    def _range_message(self) -> str:
-        return f"{self._range.low_message}; {self._range.high_message}"
 
     def evaluate(self, angles: FloatArray) -> ValveKinematics:
         """Return the readings and their derivatives at crank angles, with the mechanism assembled at all of them at once.
@@ -170,11 +165,8 @@ class ValveMotion:
             Readings and derivatives in the order of the angles.
         """
         values = self._origin + self._direction * angles
-        unwrapped = self._range.unwrap_values(values)
-        guesses = self._range.path.predict_poses(unwrapped)
-        low, high = self._range.path.predict_poses(np.array([self._range.low, self._range.high]))
-        turns = np.round((values - unwrapped) / math.tau)
-        guesses[:, :, 2] += np.multiply.outer(turns, math.tau * np.round((high - low)[:, 2] / math.tau))
+        turns = np.floor((values - self._path.values[0]) / math.tau)
+        guesses = self._path.predict_poses(values - math.tau * turns) + np.multiply.outer(turns, self._pose_increment)
         poses, tangents, curvatures = self._solver.solve_nodes(guesses, values).swapaxes(0, 1)
         tangents = self._direction * tangents
         motions = evaluate_reading_motions(self._mechanism, poses, tangents, curvatures)
@@ -187,7 +179,7 @@ class ValveMotion:
 
     def stroke_fractions(self, angles: FloatArray) -> FloatArray:
         """Return the travels of the piston from the crank end at crank angles (n,), as fractions of the stroke; nan without a piston."""
-        if not self.valve.piston_travel:
+        if not self.valve.piston_travel or not len(angles):
             return np.full(len(angles), math.nan)
         return (self.evaluate(angles).readings[self.valve.piston_travel] - self._crank_end_position) / self.stroke
 
@@ -207,8 +199,7 @@ class ValveMotion:
     def _interpolate_turn(self) -> dict[str, BPoly]:
         nodes = np.linspace(0.0, math.tau, N_NODES + 1)
         motions = self.evaluate(nodes)
-        tables = {name: np.stack([motion[name] for motion in motions], axis=1) for name in motions.readings}
-        return {name: BPoly.from_derivatives(nodes, table, extrapolate="periodic") for name, table in tables.items()}
+        return {name: _interpolate_periodic(nodes, *(motion[name] for motion in motions)) for name in motions.readings}
 
     def _find_extremes(self, reading: str) -> tuple[float, float]:
         """Return the crank angles (rad) at which a reading with one minimum and one maximum in a turn is at these."""
@@ -255,6 +246,28 @@ def valve_motion_of(scene: Scene) -> ValveMotion:
     return ValveMotion(scene)
 
 
+def reverse_crank(scene: Scene) -> Scene:
+    """Return a scene whose crank turns the other way from where it starts.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part whose mechanism has a valve.
+
+    Returns
+    -------
+    Scene
+        The scene with the crank's motion reversed.
+    """
+    mechanism = scene.part.mechanism
+    crank = crank_driver_of(mechanism, valve_of(scene))
+    start = float(CubicTimeFunction(crank.motion)(np.zeros(1))[0])
+    harmonics = tuple(replace(one, amplitude=-one.amplitude) for one in crank.motion.harmonics)
+    motion = replace(crank.motion, values=tuple(2 * start - value for value in crank.motion.values), harmonics=harmonics)
+    joints = tuple(replace(crank, motion=motion) if joint is crank else joint for joint in mechanism.joints)
+    return scene.with_changes(mechanism=replace(mechanism, joints=joints))
+
+
 def find_turning_angles(position: BPoly) -> FloatArray:
     """Return the crank angles of the extremes of a reading over a turn.
 
@@ -293,3 +306,32 @@ def _free_crank(scene: Scene, valve: Valve) -> tuple[Mechanism, float]:
         initial_guess=tuple((x, y, turn) for x, y, turn in poses.tolist()),
     )
     return free, math.copysign(1.0, rate)
+
+
+def _follow_turn(mechanism: Mechanism, start: float) -> tuple[PathInterpolant, FloatArray]:
+    """Return the path over a turn of the crank from an angle (rad), and the change of the poses (bodies, 3) in it: whole turns of bodies.
+
+    Raises MechanismError if the crank cannot turn fully, or if the motion does not repeat in every turn.
+    """
+    try:
+        path = build_path(mechanism, start, start + math.tau)
+    except MechanismError as error:
+        raise MechanismError(f"valve events need a crank that turns fully: {error}") from error
+    increment = path.poses[-1] - path.poses[0]
+    whole_turns = np.zeros_like(increment)
+    whole_turns[:, 2] = math.tau * np.round(increment[:, 2] / math.tau)
+    scales = np.array([mechanism.length_scale, mechanism.length_scale, 1.0])
+    if np.max(np.abs(increment - whole_turns) / scales) > REPETITION_TOLERANCE:
+        raise MechanismError(
+            "valve events need a motion that repeats in every turn of the crank; after a turn of this one bodies are elsewhere"
+        )
+    return path, whole_turns
+
+
+def _interpolate_periodic(nodes: FloatArray, values: FloatArray, slopes: FloatArray, curvatures: FloatArray) -> BPoly:
+    """Return the polynomials of the fifth degree with values and two derivatives (n,) at equal nodes (n,), in the Bernstein basis."""
+    h = nodes[1] - nodes[0]
+    first, last = slice(None, -1), slice(1, None)
+    ends = ((values[side], sign * h * slopes[side] / 5, h**2 * curvatures[side] / 20) for side, sign in ((first, 1.0), (last, -1.0)))
+    rising, falling = ([value, value + slope, value + 2 * slope + curvature] for value, slope, curvature in ends)
+    return BPoly(np.array([*rising, *falling[::-1]]), nodes, extrapolate="periodic")

@@ -25,7 +25,7 @@ from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 ENGINE_CHOICES: Final = ("auto", "impulse", "multibody", "reduced")
 """Engines that a scene file may name."""
 
-CUSTOM_KEYS: Final = ("size", "plane", "ground", "body", "joint", "link", "force", "readings")
+CUSTOM_KEYS: Final = ("size", "plane", "ground", "body", "joint", "link", "force", "readings", "valve")
 """Keys that only a scene with a custom machine has."""
 
 RATE_KINDS: Final = {"angle": "angular_rate", "length": "speed"}

@@ -111,7 +111,8 @@ class ValveTiming:
 
     def __str__(self) -> str:
         """Return the timing as a table."""
-        footer = "crank angles and shift in deg from the crank end's dead centre; strokes as fractions, from the event's own end"
+        angles = "crank angles and shift" if any(row.has_theory for row in self.rows) else "crank angles"
+        footer = f"{angles} in deg from the crank end's dead centre; strokes as fractions, from the event's own end"
         openings, leads = (_format_at_ends(lengths) for lengths in (self.largest_openings, self.leads))
         travel = f"travel {1e3 * self.travel:.6g} mm, largest steam openings {openings}"
         return "\n".join([self.title, *self._table_lines(), *([footer] if self.rows else []), *self.statements, travel, f"lead {leads}"])

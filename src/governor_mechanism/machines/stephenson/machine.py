@@ -29,7 +29,7 @@ from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import ArcPosition, BodyAngle, Limit, PointCoordinate, Reading
 from governor_mechanism.model.part import FIXED_PLANE
 from governor_mechanism.model.time_functions import PrescribedMotion
-from governor_mechanism.model.valve import Valve
+from governor_mechanism.model.valve import Reverser, Valve
 
 LINK, LIFTING_ARM, HANGER, LINK_SLOT = "link", "lifting arm", "hanger", "link slot"
 ROD_NAMES = ("forward eccentric rod", "backward eccentric rod")
@@ -84,6 +84,7 @@ class _GearBuilder:
                 exhaust_lap=self.gear.inside_lap,
                 piston_travel=CRANK_END_TRAVEL,
                 stroke=2 * self.gear.crank,
+                reverser=Reverser(key="dimensions.reverser", forward=1.0, back=-1.0),
             ),
         )
 

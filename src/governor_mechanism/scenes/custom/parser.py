@@ -11,10 +11,12 @@ from governor_mechanism.machines.custom import CUSTOM_MACHINE, MechanismSketch, 
 from governor_mechanism.model.joints import GROUND, Joint
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
+from governor_mechanism.model.valve import Valve
 from governor_mechanism.scenes.custom.bodies import BodyTable
 from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, ElementTable, LinkTable
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point, parse_named_points
 from governor_mechanism.scenes.custom.readings import READING_TABLES, find_reading_kind, make_default_readings
+from governor_mechanism.scenes.custom.valve import parse_valve
 from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake, wrong_value
 from governor_mechanism.scenes.quantities import PositiveLength, choice, instance_of, parse_name
 from governor_mechanism.scenes.schema import AnyTable, CommonSceneTable, parse_start, rate_key
@@ -40,6 +42,7 @@ class CustomSceneTable(CommonSceneTable):
     link: TableList = None
     force: TableList = None
     readings: AnyTable = None
+    valve: AnyTable = None
 
 
 class CustomMachineParser:
@@ -73,11 +76,13 @@ class CustomMachineParser:
         if not length_scale and not self.has_problems:
             text = 'size is missing: the initial configuration has no length that could be the length scale; write size = "1 m"'
             self.collector.add(ProblemCode.MISSING_KEY, text, key="size")
-        part = None if self.has_problems else self.collector.attempt("", self._build_part, sketch, readings, length_scale)
-        return part, start, tuple(readings) if readings and are_all_known else None
+        known_readings = tuple(readings) if readings and are_all_known else None
+        valve = self._parse_valve(known_readings, joints)
+        part = None if self.has_problems else self.collector.attempt("", self._build_part, sketch, readings, length_scale, valve)
+        return part, start, known_readings
 
-    def _build_part(self, sketch: MechanismSketch, readings: list[Reading], length_scale: float) -> Part:
-        mechanism = sketch.build(readings, _leading_coordinate(self.document.get("start"), readings), length_scale)
+    def _build_part(self, sketch: MechanismSketch, readings: list[Reading], length_scale: float, valve: Valve | None) -> Part:
+        mechanism = sketch.build(readings, _leading_coordinate(self.document.get("start"), readings), length_scale, valve)
         return Part(name=CUSTOM_PART_NAME, machine=CUSTOM_MACHINE, dimensions={}, mechanism=mechanism, plane=self.registry.plane)
 
     def _tables_under(self, key: str) -> list[Any]:
@@ -162,6 +167,13 @@ class CustomMachineParser:
             raise wrong_value(values, f"must be a table with one of {', '.join(READING_TABLES)}", f'; write {name} = {{ angle = "crank" }}')
         reading: Reading = validate(READING_TABLES[kind], values, context=self.registry).make_element(name=name)
         return reading
+
+    def _parse_valve(self, readings: tuple[Reading, ...] | None, joints: list[Joint]) -> Valve | None:
+        """Return the valve, if there is one; a joint with a mistake may be the driver of its crank."""
+        table = self.document.get("valve")
+        if not isinstance(table, Mapping) or len(joints) < sum(len(self._tables_under(key)) for key in ("joint", "link")):
+            return None
+        return self.collector.attempt("valve", parse_valve, table, readings, joints)
 
     def _parse_start(self, readings: list[Reading]) -> Start:
         given, readings_table = self.document.get("start", {}), self.document.get("readings")

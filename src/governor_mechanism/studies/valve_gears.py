@@ -1,0 +1,149 @@
+"""Valve gears compared: lead, cut-off and travel of the valve over the range of what reverses each gear."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.plain_values import finite_or_none, save_json
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.observables.valve_motion import reverse_crank, valve_of
+from governor_mechanism.observables.valve_timing import CYLINDER_ENDS
+from governor_mechanism.studies.sweep.parameters import parse_axes, parse_scene_with
+from governor_mechanism.studies.valve_timing import ValveTiming, tabulate_valve_timing
+from governor_mechanism.types import FloatArray
+from governor_mechanism.units.text_table import format_table
+
+SHIPPED_GEARS = ("gooch", "allan", "walschaerts", "joy")
+"""Names of the shipped scenes that are compared by default."""
+
+DEFAULT_COUNT = 41
+"""Number of positions of the reversing gear; odd, so that mid gear is one of them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ValveGear:
+    """A valve gear in n positions from full forward to full back gear. In back gear the crank turns the other way.
+
+    Attributes
+    ----------
+    title
+        Title of the scene.
+    scenes
+        The scene in each position.
+    positions
+        Positions of the reversing gear, from 1 in full forward to -1 in full back gear; shape (n,).
+    leads
+        Leads of crank end and head end, m; shape (n, 2).
+    cut_offs
+        Strokes at cut-off of crank end and head end, as fractions; nan where a port does not open once in a turn; shape (n, 2).
+    travel
+        Travel of the valve, m; shape (n,).
+    """
+
+    title: str
+    scenes: tuple[Scene, ...]
+    positions: FloatArray
+    leads: FloatArray
+    cut_offs: FloatArray
+    travel: FloatArray
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the curves as plain values in SI, with None for a cut-off that there is not."""
+        cut_offs = [list(map(finite_or_none, pair)) for pair in self.cut_offs.tolist()]
+        curves = {"positions": self.positions.tolist(), "leads": self.leads.tolist(), "travel": self.travel.tolist()}
+        return {"title": self.title, **curves, "cut_offs": cut_offs}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ValveGears:
+    """Valve gears compared.
+
+    Attributes
+    ----------
+    gears
+        The gears.
+    """
+
+    gears: tuple[ValveGear, ...]
+
+    def __str__(self) -> str:
+        """Return a table of every gear in full forward, half forward, mid and full back gear."""
+        header = ("gear", "position", "lead, mm", "cut-off, %", "travel, mm")
+        return format_table(header, [row for gear in self.gears for row in _rows(gear)], "lr")
+
+    def as_json(self) -> dict[str, Any]:
+        """Return all curves as plain values in SI."""
+        return {"gears": [gear.as_json() for gear in self.gears]}
+
+    def save_json(self, path: Path) -> Path:
+        """Write all curves as a JSON file and return its path."""
+        return save_json(self.as_json(), path)
+
+
+def _rows(gear: ValveGear) -> list[tuple[str, ...]]:
+    """Return the rows of a gear in the table: mean values of both ends in some positions."""
+    rows = list[tuple[str, ...]]()
+    for position in (1.0, 0.5, 0.0, -0.5, -1.0):
+        k = int(np.argmin(np.abs(gear.positions - position)))
+        lead, cut_off = 1e3 * gear.leads[k].mean(), 100 * gear.cut_offs[k].mean()
+        cells = (f"{gear.positions[k]:+.2f}", f"{lead:.3f}", "none" if np.isnan(cut_off) else f"{cut_off:.2f}")
+        rows.append(("" if rows else gear.title.partition(":")[0], *cells, f"{1e3 * gear.travel[k]:.2f}"))
+    return rows
+
+
+def compare_valve_gears(scenes: Sequence[Scene], count: int = DEFAULT_COUNT) -> ValveGears:
+    """Return leads, cut-offs and travel of valve gears over the range of what reverses them.
+
+    Parameters
+    ----------
+    scenes
+        Scenes of one part, from files, whose valves name their reverser.
+    count
+        Number of positions; at least 2.
+
+    Returns
+    -------
+    ValveGears
+        The gears in the order of the scenes.
+
+    Raises
+    ------
+    MechanismError
+        If a valve has no reverser, or if a gear cannot be assembled.
+    """
+    if count < 2:
+        raise MechanismError(f"count is the number of positions of the reversing gear; it must be at least 2, found {count}")
+    return ValveGears(gears=tuple(_follow_gear(scene, count) for scene in scenes))
+
+
+def _follow_gear(scene: Scene, count: int) -> ValveGear:
+    reverser = valve_of(scene).reverser
+    if reverser is None:
+        hint = 'write reverser = { key = "...", forward = ..., back = ... } in [valve]'
+        raise MechanismError(f"{scene.title}: the valve names nothing that reverses it; {hint}")
+    if not scene.document:
+        raise MechanismError(f"{scene.title}: a gear is reversed by a key of its scene file, and this scene has none")
+    (axis,) = parse_axes(scene.document, [f"{reverser.key}={reverser.forward}:{reverser.back}:{count}"])
+    positions = np.linspace(1.0, -1.0, count)
+    in_gear = [parse_scene_with(scene.document, [(axis.key, value)]) for value in axis.document_values]
+    turning = [reverse_crank(one) if position < 0 else one for one, position in zip(in_gear, positions, strict=True)]
+    timings = [tabulate_valve_timing(one) for one in turning]
+    return ValveGear(
+        title=scene.title,
+        scenes=tuple(turning),
+        positions=positions,
+        leads=np.array([timing.leads for timing in timings]),
+        cut_offs=np.array([_cut_offs(timing) for timing in timings]),
+        travel=np.array([timing.travel for timing in timings]),
+    )
+
+
+def _cut_offs(timing: ValveTiming) -> list[float]:
+    strokes = {event.name: event.simulated_stroke for event in timing.rows}
+    return [strokes.get(f"{end} cut-off", np.nan) for end in CYLINDER_ENDS]
