@@ -22,6 +22,7 @@ from governor_mechanism.files.plain_values import finite_or_none
 
 if TYPE_CHECKING:
     from governor_mechanism.cli.summary import EquilibriaReport
+    from governor_mechanism.model.scene import Scene
     from governor_mechanism.model.trajectory import Trajectory
     from governor_mechanism.statics.speed_curve import SpeedCurve
 
@@ -116,12 +117,20 @@ def run(
     files = _write_results(result, out, Path(result.scene.source).stem or "scene", None if no_film else film)
     text, values = [format_run(result)], summarise_run(result)
     if valve_timing is not None:
-        text.append(str(valve_timing))
+        text.append(_format_gears(loaded_scene) or str(valve_timing))
         values["steam"] = valve_timing.as_json()
     if not result.outcome.ok and not as_json:
         console.print_to_stderr(result.message)
     text.append("wrote " + ", ".join(map(str, files)))
     return console.CommandResult(text=text, values={**values, "files": files}, ok=result.outcome.ok)
+
+
+def _format_gears(scene: Scene) -> str:
+    """Return the valve events in several gears for a scene whose gear is reversed while it runs; empty for any other."""
+    valve = scene.part.mechanism.valve
+    if valve is None or valve.reverser is None or scene.part.mechanism.count_drivers() < 2 or not scene.document:
+        return ""
+    return gm.valve_gears([scene], 5).gears[0].format_events()
 
 
 def crosscheck(scene: console.SceneName, as_json: console.AsJson = False) -> console.CommandResult:

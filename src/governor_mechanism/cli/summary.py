@@ -11,7 +11,6 @@ from governor_mechanism.engines.rotating_part import rotating_part_alone
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.plain_values import finite_or_none, plain_record
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
@@ -175,8 +174,7 @@ def _format_losses(result: Trajectory) -> list[str]:
 
 
 def _format_mobility(result: Trajectory) -> str:
-    joints = [joint for part in result.scene.parts for joint in part.mechanism.joints]
-    n_drivers = sum(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in joints)
+    n_drivers = sum(part.mechanism.count_drivers() for part in result.scene.parts)
     return f"mobility {result.mobility}" + (f", {n_drivers} driver{'s' * (n_drivers > 1)}" if n_drivers else "")
 
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_not_negative, require_positive
 from governor_mechanism.model.force_elements import ForceElement
-from governor_mechanism.model.joints import GROUND, Joint
+from governor_mechanism.model.joints import GROUND, Joint, RotationalDriver, TranslationalDriver
 from governor_mechanism.model.output_variables import DerivedForce, Limit, Reading
 from governor_mechanism.model.valve import Valve
 
@@ -171,6 +171,10 @@ class Mechanism:
     def joint_index(self, name: str) -> int:
         """Return the position of a joint in `joints`."""
         return [joint.name for joint in self.joints].index(name)
+
+    def count_drivers(self) -> int:
+        """Return the number of drivers."""
+        return sum(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in self.joints)
 
     def count_free_shafts(self) -> int:
         """Return the number of shafts that no joint couples to another body."""

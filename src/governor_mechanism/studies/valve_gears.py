@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,14 +14,17 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.plain_values import finite_or_none, save_json
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_motion import reverse_crank, valve_of
-from governor_mechanism.observables.valve_timing import CYLINDER_ENDS
+from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, PORT_EVENTS
 from governor_mechanism.studies.sweep.parameters import parse_axes, parse_scene_with
 from governor_mechanism.studies.valve_timing import ValveTiming, tabulate_valve_timing
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.text_table import format_table
 
-SHIPPED_GEARS = ("gooch", "allan", "walschaerts", "joy")
+SHIPPED_GEARS = ("stephenson_arc_middle", "gooch", "allan", "walschaerts", "joy")
 """Names of the shipped scenes that are compared by default."""
+
+TABLE_POSITIONS = (1.0, 0.5, 0.0, -0.5, -1.0)
+"""Positions of the reversing gear in tables."""
 
 DEFAULT_COUNT = 41
 """Number of positions of the reversing gear; odd, so that mid gear is one of them."""
@@ -36,6 +40,8 @@ class ValveGear:
         Title of the scene.
     scenes
         The scene in each position.
+    timings
+        Its valve events.
     positions
         Positions of the reversing gear, from 1 in full forward to -1 in full back gear; shape (n,).
     leads
@@ -48,6 +54,7 @@ class ValveGear:
 
     title: str
     scenes: tuple[Scene, ...]
+    timings: tuple[ValveTiming, ...]
     positions: FloatArray
     leads: FloatArray
     cut_offs: FloatArray
@@ -58,6 +65,30 @@ class ValveGear:
         cut_offs = [list(map(finite_or_none, pair)) for pair in self.cut_offs.tolist()]
         curves = {"positions": self.positions.tolist(), "leads": self.leads.tolist(), "travel": self.travel.tolist()}
         return {"title": self.title, **curves, "cut_offs": cut_offs}
+
+    def format_events(self) -> str:
+        """Return a table of the valve events in some positions: crank angles, and strokes where there is a piston."""
+        columns = [self._event_column(self.nearest(position)) for position in TABLE_POSITIONS]
+        header = ("event", *(f"gear {self.positions[self.nearest(position)]:+.2f}" for position in TABLE_POSITIONS))
+        rows = [(name, *(column[name] for column in columns)) for name in columns[0]]
+        footer = "crank angles in deg in the direction of rotation, which reverses with the gear; strokes from the event's own end"
+        return "\n".join([self.title, format_table(header, rows, "lr"), footer])
+
+    def nearest(self, position: float) -> int:
+        """Return the index of the position nearest to one."""
+        return int(np.argmin(np.abs(self.positions - position)))
+
+    def _event_column(self, k: int) -> dict[str, str]:
+        """Return the cells of a position by the names of their rows."""
+        timing = self.timings[k]
+        events = {row.name: row for row in timing.rows}
+        cells = {}
+        for name in (f"{end} {event}" for end in CYLINDER_ENDS for events_of_port in PORT_EVENTS.values() for event in events_of_port):
+            event = events.get(name)
+            stroke = f" {100 * event.simulated_stroke:5.2f} %" if event and event.has_stroke else ""
+            cells[name] = f"{math.degrees(event.simulated):.3f}{stroke}" if event else "none"
+        leads = zip(CYLINDER_ENDS, timing.leads, strict=True)
+        return cells | {f"lead at the {end}, mm": f"{1e3 * lead:.3f}" for end, lead in leads} | {"travel, mm": f"{1e3 * timing.travel:.2f}"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,8 +120,8 @@ class ValveGears:
 def _rows(gear: ValveGear) -> list[tuple[str, ...]]:
     """Return the rows of a gear in the table: mean values of both ends in some positions."""
     rows = list[tuple[str, ...]]()
-    for position in (1.0, 0.5, 0.0, -0.5, -1.0):
-        k = int(np.argmin(np.abs(gear.positions - position)))
+    for position in TABLE_POSITIONS:
+        k = gear.nearest(position)
         lead, cut_off = 1e3 * gear.leads[k].mean(), 100 * gear.cut_offs[k].mean()
         cells = (f"{gear.positions[k]:+.2f}", f"{lead:.3f}", "none" if np.isnan(cut_off) else f"{cut_off:.2f}")
         rows.append(("" if rows else gear.title.partition(":")[0], *cells, f"{1e3 * gear.travel[k]:.2f}"))
@@ -137,6 +168,7 @@ def _follow_gear(scene: Scene, count: int) -> ValveGear:
     return ValveGear(
         title=scene.title,
         scenes=tuple(turning),
+        timings=tuple(timings),
         positions=positions,
         leads=np.array([timing.leads for timing in timings]),
         cut_offs=np.array([_cut_offs(timing) for timing in timings]),

@@ -9,9 +9,9 @@ from governor_mechanism.render.figures.page import Plate
 def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path]:
     """Write the additional figures of a run's machine as <stem>_<figure>.png.
 
-    A mechanism with a valve has Zeuner's diagram; a slide valve with a finite eccentric rod has Marks' construction, too, and a link motion
-    the paths of the die in the link. A slider crank with masses and no other loads has the bearing loads, if the run covers a whole turn.
-    Other machines have none.
+    A mechanism with a valve has Zeuner's diagram, and one that is reversed the diagrams of all its gears. A slide valve with a finite
+    eccentric rod has Marks' construction, too, and a link motion the paths of the die in the link. A slider crank with masses and no
+    other loads has the bearing loads, if the run covers a whole turn. Other machines have none.
 
     Parameters
     ----------
@@ -42,6 +42,8 @@ def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path
         from governor_mechanism.render.figures.valve_timing import valve_diagram, zeuner_plate
 
         plates["zeuner"] = zeuner_plate.draw_zeuner_plate(valve_diagram.ValveDiagram(run.scene))
+        if part.mechanism.valve.reverser and run.scene.document:
+            plates["gears"] = _gear_plate(run)
         if machine == "stephenson" and run.scene.document:
             plates["die_paths"] = _die_path_plate(run)
     elif machine == "slider_crank":
@@ -50,6 +52,14 @@ def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path
         if not bearing_loads.bearing_loads_refusal(run):
             plates["bearings"] = bearing_loads.bearing_loads_figure(run)
     return [plate.save_png(folder / f"{stem}_{name}.png") for name, plate in plates.items()]
+
+
+def _gear_plate(run: Trajectory) -> Plate:
+    """Return the plate of a valve gear in all its gears."""
+    from governor_mechanism.render.figures.valve_timing.gear_plate import PLATE_COUNT, draw_gear_plate
+    from governor_mechanism.studies.valve_gears import compare_valve_gears
+
+    return draw_gear_plate(compare_valve_gears([run.scene], PLATE_COUNT).gears[0])
 
 
 def _die_path_plate(run: Trajectory) -> Plate:
