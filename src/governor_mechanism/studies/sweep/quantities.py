@@ -17,8 +17,11 @@ from governor_mechanism.engines.reduced.batch import UncertifiedResult
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
+from governor_mechanism.model.joints import RotationalDriver
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.observables.valve_motion import valve_motion_of
+from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, find_event_angles
 from governor_mechanism.scenes.problems import ProblemCode, ProblemCollector
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value
@@ -28,6 +31,16 @@ STATISTICS: Mapping[str, Callable[[FloatArray], float]] = {"final": itemgetter(-
 
 DURATION_RULE, ERROR_ESTIMATE_RULE = "duration", "error_estimate"
 """Rules that need no reading: the last reported time, s, and the relative error estimate."""
+
+VALVE_RULES: Mapping[str, str] = {
+    "valve travel": "m",
+    **{f"{end} lead": "m" for end in CYLINDER_ENDS},
+    **{f"{end} cut-off": "" for end in CYLINDER_ENDS},
+}
+"""Rules about the valve of a scene in its gear at the start, with their units: lengths, and strokes at cut-off as fractions."""
+
+SLIP_READING = "die_slip"
+"""Reading whose range over a run is the slip of a die block."""
 
 RATE_PREFIX = "rate of "
 """Prefix of a rule that takes the rate of a reading."""
@@ -103,10 +116,15 @@ QuantityRequest = Mapping[str, "str | Callable[[Trajectory], float]"] | Sequence
 def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool) -> tuple[RunQuantity, ...]:
     """Return the requested quantities; None requests final, least and greatest value of the leading coordinate.
 
+    Of a scene with a valve and a driven crank it requests travel, leads and cut-offs of the valve, and the slip of a die block.
+
     Raises MechanismError with a message for each quantity that is unknown, occurs twice, or cannot be sent to a process.
     """
     reading_units = find_reading_units(scene)
-    if requested is None:
+    has_valve = _has_driven_valve(scene)
+    if requested is None and has_valve:
+        requested = [*VALVE_RULES, *([f"span {SLIP_READING}"] if SLIP_READING in reading_units else [])]
+    elif requested is None:
         leading = [name for name in (*_leading_coordinates(scene), *reading_units) if name in reading_units]
         requested = [f"{taken} {leading[0]}" for taken in ("final", "min", "max")] if leading else [DURATION_RULE]
     if isinstance(requested, str) or not isinstance(requested, Mapping | Sequence) or not requested:
@@ -117,7 +135,10 @@ def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool)
     collector, quantities = ProblemCollector(), list[RunQuantity]()
     for name, rule in named_rules:
         with collector.at(""):
-            quantities.append(_parse_quantity(name, rule, scene, reading_units, certify=certify))
+            if isinstance(rule, str) and rule in VALVE_RULES and has_valve:
+                quantities.append(RunQuantity(name=name, rule=rule, unit=VALVE_RULES[rule], scale=scene.mechanism.length_scale))
+            else:
+                quantities.append(_parse_quantity(name, rule, scene, reading_units, certify=certify))
     repeated = (name for name, count in Counter(one.name for one in quantities).items() if count > 1)
     collector.add(ProblemCode.DUPLICATE, *(f"quantity {name!r} is listed twice; list it once" for name in repeated))
     collector.raise_if_failed()
@@ -194,9 +215,33 @@ def _make_function_quantity(name: str, function: Callable[[Trajectory], float]) 
     return RunQuantity(name=name, function=function)
 
 
+def _has_driven_valve(scene: Scene) -> bool:
+    """Return whether a scene of one part has a valve, and a driver that turns its crank."""
+    mechanism = scene.part.mechanism
+    return len(scene.parts) == 1 and mechanism.valve is not None and any(isinstance(one, RotationalDriver) for one in mechanism.joints)
+
+
+def _evaluate_valve_rule(rule: str, scene: Scene) -> float:
+    """Return the value of a rule about the valve of a scene, SI."""
+    if rule == "valve travel":
+        return valve_motion_of(scene).travel
+    end, _, kind = rule.rpartition(" ")
+    if kind == "lead":
+        return valve_motion_of(scene).leads[CYLINDER_ENDS.index(end)]
+    angle = find_event_angles(scene).get(rule)
+    if angle is None:
+        raise MechanismError(
+            f"there is no {rule}: the steam port of the {end} does not open once in a turn; sweep another range, or reduce the lap"
+        )
+    stroke = float(valve_motion_of(scene).stroke_fractions(np.array([angle]))[0])
+    return stroke if end == CYLINDER_ENDS[0] else 1.0 - stroke
+
+
 def _evaluate_rule(rule: str, run: RunOutput) -> float:
     if rule == DURATION_RULE:
         return float(run.times[-1])
+    if rule in VALVE_RULES and isinstance(run, Trajectory):  # a driven scene is not run in a batch
+        return _evaluate_valve_rule(rule, run.scene)
     if rule == ERROR_ESTIMATE_RULE:
         return math.nan if run.error_estimate is None else run.error_estimate
     statistic, is_rate, reading = _split_rule(rule)
