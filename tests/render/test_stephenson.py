@@ -1,0 +1,102 @@
+"""The drawing of a link motion and its plates: they show what the mechanism does, stay in their frames, and have all gears."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from PIL import Image
+
+import governor_mechanism as gm
+from crank_scenes import link_gear_scene
+from governor_mechanism.engines import MultibodyEngine
+from governor_mechanism.render.figures.registry import write_machine_figures
+from governor_mechanism.render.figures.valve_timing.gear_plate import draw_gear_plate
+from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
+from governor_mechanism.render.machines.registry import drawing_of
+from governor_mechanism.studies.valve_gears import compare_valve_gears
+
+CASES = {
+    "moving lever": {"reverser": [[0.1, 1.0], [0.6, -1.0]]},
+    "fixed lever, crossed": {"reverser": 0.4, "rods": "crossed", "suspension": "lower pin"},
+    "slot with ends, endless rod": {"slot_half_length": 0.19, "connecting_rod": None, "pin_setback": 0.075},
+}
+
+
+@pytest.fixture(scope="module", params=CASES)
+def run(request):
+    return MultibodyEngine().run(link_gear_scene(CASES[request.param], duration=0.7, output_interval=0.01))
+
+
+def test_shapes_keep_their_kinds_and_roles_and_stay_within_the_view(run):
+    drawing = drawing_of(run, run.scene.part)
+    assert set(drawing.panel_readings) <= set(run.readings)
+    left, right, bottom, top = drawing.bounds
+    kinds = [(type(shape), shape.role) for shape in drawing.moving_shapes(run.poses[0], 0.0)]
+    for pose, time in zip(run.poses, run.times, strict=True):
+        shapes = list(drawing.moving_shapes(pose, float(time)))
+        assert [(type(shape), shape.role) for shape in shapes] == kinds
+        x0, x1, y0, y1 = bounding_box(shapes)
+        assert left < x0 < x1 < right
+        assert bottom < y0 < y1 < top
+    assert list(drawing.background_shapes())
+
+
+def test_the_die_is_drawn_on_the_valve_line_within_its_slot(run):
+    drawing = drawing_of(run, run.scene.part)
+    dies = []
+    for k in range(0, len(run.times), 7):
+        shapes = list(drawing.moving_shapes(run.poses[k], float(run.times[k])))
+        (slot,) = (shape for shape in shapes if shape.role == "slot")
+        (die,) = (shape for shape in shapes if shape.role == "block")
+        middle = np.mean(die.points, axis=0)
+        dies.append((middle[1], middle[0], run.readings["valve_displacement"][k]))
+        assert np.min(np.hypot(*(np.array(slot.points) - middle).T)) < 0.05 * drawing.crank  # in the slot, which is narrow
+    heights, positions, displacements = np.transpose(dies)
+    assert np.ptp(heights) < 1e-12  # on a level line
+    slope = np.polyfit(displacements, positions, 1)[0]
+    np.testing.assert_allclose(positions - slope * displacements, np.mean(positions - slope * displacements), atol=1e-12)
+    assert slope < 0  # away from the shaft is to the left
+
+
+def test_the_lever_points_where_the_reading_says(run):
+    drawing = drawing_of(run, run.scene.part)
+    for k in (0, len(run.times) // 2, -1):
+        shapes = list(drawing.moving_shapes(run.poses[k], float(run.times[k])))
+        (knob,) = (shape for shape in shapes if isinstance(shape, Circle) and shape.role == "ball")
+        pivot = next(shape for shape in shapes[shapes.index(knob) :] if shape.role == "pivot")
+        angle = math.atan2(knob.y - pivot.y, knob.x - pivot.x)
+        assert (angle - math.pi / 2) / math.radians(34.0) == pytest.approx(run.readings["reverser"][k], abs=1e-9)
+
+
+def test_the_curve_of_the_last_turn_ends_at_the_crank(run):
+    drawing = drawing_of(run, run.scene.part)
+    k = len(run.times) - 1
+    shapes = list(drawing.moving_shapes(run.poses[k], float(run.times[k])))
+    curves = [shape for shape in shapes if isinstance(shape, Lines) and shape.role.endswith("end curve")]
+    assert all(np.isfinite(point).all() for curve in curves for line in curve.lines for point in line)
+    assert not any(isinstance(shape, Polygon) and not np.isfinite(shape.points).all() for shape in shapes if getattr(shape, "points", ()))
+
+
+def test_the_plates_of_a_link_motion_are_written(tmp_path):
+    run = gm.run(link_gear_scene({"suspension": "lower pin", "reverser": [[0.0, 1.0], [0.1, 0.5]]}, duration=0.1))
+    files = write_machine_figures(run, tmp_path, "gear")
+    assert [file.name for file in files] == ["gear_zeuner.png", "gear_gears.png", "gear_die_paths.png"]
+    for file in files:
+        with Image.open(file) as image:
+            assert image.size == (1560, 1032)
+            assert len(image.convert("RGB").getcolors(1 << 20)) > 100
+
+
+def test_the_plate_of_all_gears_shows_their_leads_and_crests():
+    gear = compare_valve_gears([link_gear_scene()], 5).gears[0]
+    plate = draw_gear_plate(gear)
+    FigureCanvasAgg(plate).draw()
+    polar, *curves = plate.axes
+    drawn = [line for line in curves[0].lines if len(line.get_xdata()) == 5]
+    np.testing.assert_allclose([line.get_ydata() for line in drawn], 1e3 * gear.leads.T)
+    crest_line = next(line for line in polar.lines if line.get_linestyle() == "--" or len(line.get_xdata()) == 5)
+    largest = [timing.largest_openings[0] + 0.024 for timing in gear.timings]
+    np.testing.assert_allclose(np.hypot(*crest_line.get_data()), 1e3 * np.array(largest), rtol=1e-4)  # at the nearest of 361 angles
