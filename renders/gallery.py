@@ -33,6 +33,7 @@ FILM_INTERVALS = {
     "watt_engine_hunting": (0.0, 8.0),
     "watt_engine_stable": (0.0, 8.0),
     **dict.fromkeys(SHIPPED_GEARS, (0.0, 8.0)),
+    **dict.fromkeys([name for name in shipped_scenes() if name.startswith("stephenson")], (0.0, 10.0)),
 }
 """Filmed interval (s) of a scene; other scenes show their first four seconds."""
 

@@ -95,12 +95,12 @@ def _plot_reading(page: Page, cell: SubplotSpec, times: FloatArray, name: str, r
     """Plot one reading with its error estimate."""
     unit, factor = display_unit_of(reading.unit)
     unit = unit.replace("°", "deg")
-    panel = _add_panel(page, cell, f"{format_name(name)}, {unit}")
+    panel = _add_panel(page, cell, f"{format_name(name)}, {unit}" if unit else format_name(name))
     panel.plot(times, reading.values * factor, color=GREEN if name.rpartition(".")[2].startswith("spindle") else BLUE, linewidth=1.3)
     panel.set_ylim(axis_limits_for(reading.values * factor, READING_NOISE_RATIO * reading.scale * factor))
     format_plain_ticks(panel.yaxis, panel.get_ylim())
     if reading.error > 0:
-        _write_side_note(panel, f"error estimate {format_rounded_up(reading.error * factor)} {unit}")
+        _write_side_note(panel, f"error estimate {format_rounded_up(reading.error * factor)} {unit}".rstrip())
     return panel
 
 

@@ -14,7 +14,7 @@ from governor_mechanism.types import FloatArray
 
 _VIEW_WIDTH = 2.96
 """Width of the view of the gear, in crank radii."""
-_DIAL_CENTRE, _DIAL_RADIUS = (0.52, 0.30), 0.80
+_DIAL_CENTRE, _DIAL_RADIUS = (0.52, 0.26), 0.80
 _LEVER_PIVOT, _LEVER_LENGTH = (-0.95, -0.18), 0.98
 """Places and sizes below the cylinder, in crank radii."""
 

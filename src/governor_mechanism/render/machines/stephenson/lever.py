@@ -22,9 +22,8 @@ def quadrant_shapes(pivot: Vec2, length: float) -> Iterator[DrawnShape]:
     angles = [math.pi / 2 + HALF_SWING * (2 * k / _N_NOTCHES - 1) for k in range(_N_NOTCHES + 1)]
     notches = tuple(tuple((pivot[0] + r * math.cos(a), pivot[1] + r * math.sin(a)) for r in (radius, 1.07 * radius)) for a in angles)
     yield Lines("division", notches)
-    x = length * math.sin(HALF_SWING)
-    yield TextShape("scale", pivot[0] - x - 0.14 * length, pivot[1] + 0.42 * length, "ahead", 0.45 * length)
-    yield TextShape("scale", pivot[0] + x - 0.36 * length, pivot[1] + 0.42 * length, "back", 0.40 * length)
+    yield TextShape("scale", pivot[0] - 0.62 * length, pivot[1] + 0.06 * length, "ahead", 0.45 * length)
+    yield TextShape("scale", pivot[0] + 0.20 * length, pivot[1] + 0.06 * length, "back", 0.40 * length)
 
 
 def lever_shapes(pivot: Vec2, length: float, reverser: float) -> Iterator[DrawnShape]:
