@@ -641,7 +641,7 @@ def valve_timing(scene: SceneSource) -> ValveTiming:
 
 
 @check_arguments(count=NUMBER)
-def valve_gears(scenes: Sequence[SceneSource] = (), count: int = 41) -> ValveGears:
+def valve_gears(scenes: SceneSource | Sequence[SceneSource] = (), count: int = 41) -> ValveGears:
     """Compare valve gears: lead, cut-off and travel of the valve from full forward to full back gear.
 
     In back gear the crank turns the other way.
@@ -649,7 +649,7 @@ def valve_gears(scenes: Sequence[SceneSource] = (), count: int = 41) -> ValveGea
     Parameters
     ----------
     scenes
-        Scenes, paths of files, or names of shipped scenes, whose `[valve]` names their reverser; the shipped gears if empty.
+        One or several scenes, paths of files, or names of shipped scenes, whose `[valve]` names their reverser; the shipped gears if empty.
     count
         Number of positions of the reversing gear.
 
@@ -668,9 +668,11 @@ def valve_gears(scenes: Sequence[SceneSource] = (), count: int = 41) -> ValveGea
     >>> import governor_mechanism as gm
     >>> print(gm.valve_gears(["gooch", "joy"]))  # doctest: +SKIP
     """
+    from governor_mechanism.model.scene import Scene
     from governor_mechanism.studies.valve_gears import SHIPPED_GEARS, compare_valve_gears
 
-    return compare_valve_gears([_as_scene(scene) for scene in scenes or SHIPPED_GEARS], count)
+    sources: Sequence[SceneSource] = [scenes] if isinstance(scenes, str | Path | Scene) else scenes
+    return compare_valve_gears([_as_scene(scene) for scene in sources or SHIPPED_GEARS], count)
 
 
 def _as_rotating_part(scene: SceneSource) -> Scene:

@@ -21,9 +21,11 @@ from governor_mechanism.render.figures.slide_valve import marks_plate as marks_c
 from governor_mechanism.render.figures.slide_valve.eccentric_diagram import EccentricDiagram
 from governor_mechanism.render.figures.slider_crank import bearing_loads as bearings
 from governor_mechanism.render.figures.valve_timing import zeuner_plate as zeuner
+from governor_mechanism.render.figures.valve_timing.valve_diagram import ValveDiagram
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.machines.slide_valve.cylinder import valve_magnification
+from governor_mechanism.studies.sweep.parameters import parse_scene_with
 
 CASES = {
     "marks": {},
@@ -173,6 +175,25 @@ def test_the_names_of_crowded_events_stand_clear_of_each_other(name, plate, pane
     assert [words for words in out if words in events] == []
     assert [pair for pair in near if set(pair) & events and set(pair) <= events.union(key)] == []
     assert sum(text.get_text() in events for text in figure.axes[panel].texts) == 8
+
+
+REVERSER = "joint.lever.motion.harmonics.1.amplitude"
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {REVERSER: "12 deg"}, {REVERSER: 0.0}, {REVERSER: 0.0, "valve.steam_lap": "32 mm"}, {REVERSER: "-20 deg"}],
+    ids=["full gear", "half gear", "mid gear", "never open", "against its rotation"],
+)
+def test_the_words_of_the_plate_of_any_valve_stand_clear_within_the_frame(changes):
+    data = ValveDiagram(parse_scene_with(gm.load("gooch").document, changes.items()))
+    plate = zeuner.draw_zeuner_plate(data)
+    out, near = overlaps(plate)
+    assert out == []
+    assert [pair for pair in near if not {"$e$", "$i$"} & set(pair)] == []  # the laps stand on their circles, wherever these are
+    words = [text.get_text() for text in level_words(plate)]
+    assert not any("theory" in word for word in words)
+    assert words.count("cut-off") == 2 * sum(row.name.endswith("cut-off") for row in data.timing.rows)
 
 
 @pytest.mark.parametrize("name", ["marks", "thirty"])

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import math
 from functools import cache
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import governor_mechanism as gm
 from closure_solver import ClosureEquations, si
+from governor_mechanism.cli.main import app
 from governor_mechanism.observables.valve_motion import valve_motion_of
+from governor_mechanism.render.figures.valve_timing.valve_gears import valve_gears_figure
 from governor_mechanism.scenes.library import shipped_scenes
+from governor_mechanism.studies.valve_gears import ValveGears
 
 GEARS = ["gooch", "allan", "walschaerts", "joy"]
 
@@ -90,3 +95,32 @@ def test_back_gear_is_forward_gear_of_an_engine_that_turns_backward():
     gooch = gear("gooch")
     assert gooch.cut_offs[4].mean() == pytest.approx(gooch.cut_offs[0].mean(), abs=0.02)
     assert not np.isnan(gooch.cut_offs).any()
+
+
+def test_the_figure_shows_every_gear_in_both_directions():
+    study = ValveGears(gears=tuple(map(gear, GEARS)))
+    figure = valve_gears_figure(study)
+    assert figure.texts[0].get_text() == "Four valve gears compared"
+    leads, travels, _ = figure.axes
+    for axes, ordinates in ((leads, "leads"), (travels, "travel")):
+        curves = [line for line in axes.lines if len(line.get_xdata()) == 3]
+        assert len(curves) == 2 * len(GEARS)
+        for one, forward, back in zip(study.gears, curves[::2], curves[1::2], strict=True):
+            values = 1e3 * (one.leads.mean(axis=1) if ordinates == "leads" else one.travel)
+            np.testing.assert_allclose([*forward.get_ydata(), *back.get_ydata()[1:]], values, rtol=1e-12)
+            np.testing.assert_allclose(forward.get_xdata(), 100 * one.cut_offs.mean(axis=1)[:3], rtol=1e-12)
+
+
+def test_the_command_writes_figure_and_record(tmp_path):
+    result = CliRunner().invoke(app, ["valve-gears", "gooch", "joy", "--count", "3", "--json", "--out", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    gears = json.loads(result.stdout)["gears"]
+    assert [len(one["positions"]) for one in gears] == [3, 3]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["valve_gears.json", "valve_gears.png"]
+    assert json.loads((tmp_path / "valve_gears.json").read_text())["gears"] == gears
+
+
+@pytest.mark.parametrize("count", [1, 2.5])
+def test_a_single_position_is_refused_and_part_of_one(count):
+    with pytest.raises(gm.MechanismError, match=f"a whole number of at least 2; found {count}"):
+        gm.valve_gears("gooch", count=count)

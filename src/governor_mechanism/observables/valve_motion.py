@@ -141,7 +141,7 @@ class ValveMotion:
         if self._solver.mobility != 1:
             found = f"degrees of freedom besides that of the crank: {self._solver.mobility - 1}"
             raise MechanismError(f"valve events need a crank whose angle determines the position of the whole mechanism; {found}")
-        self._path, self._pose_increment = _follow_turn(self._mechanism, self._solver.initial_coordinate)
+        self._path, self._pose_increment = _follow_turn(self._mechanism, self._solver)
         self._origin, self.dead_centres = 0.0, (0.0, math.pi)
         self.turn = self._interpolate_turn()
         if self.valve.piston_travel:
@@ -308,11 +308,12 @@ def _free_crank(scene: Scene, valve: Valve) -> tuple[Mechanism, float]:
     return free, math.copysign(1.0, rate)
 
 
-def _follow_turn(mechanism: Mechanism, start: float) -> tuple[PathInterpolant, FloatArray]:
-    """Return the path over a turn of the crank from an angle (rad), and the change of the poses (bodies, 3) in it: whole turns of bodies.
+def _follow_turn(mechanism: Mechanism, solver: CoordinateSolver) -> tuple[PathInterpolant, FloatArray]:
+    """Return the path over a turn of the crank from its start, and the change of the poses (bodies, 3) in it: whole turns of bodies.
 
     Raises MechanismError if the crank cannot turn fully, or if the motion does not repeat in every turn.
     """
+    start = solver.initial_coordinate
     try:
         path = build_path(mechanism, start, start + math.tau)
     except MechanismError as error:
@@ -320,16 +321,17 @@ def _follow_turn(mechanism: Mechanism, start: float) -> tuple[PathInterpolant, F
     increment = path.poses[-1] - path.poses[0]
     whole_turns = np.zeros_like(increment)
     whole_turns[:, 2] = math.tau * np.round(increment[:, 2] / math.tau)
-    scales = np.array([mechanism.length_scale, mechanism.length_scale, 1.0])
-    if np.max(np.abs(increment - whole_turns) / scales) > REPETITION_TOLERANCE:
+    if np.max(np.abs(increment - whole_turns) / solver.pose_scales) > REPETITION_TOLERANCE:
         raise MechanismError(
             "valve events need a motion that repeats in every turn of the crank; after a turn of this one bodies are elsewhere"
         )
-    return path, whole_turns
+    nodes = start + np.linspace(0.0, math.tau, N_NODES + 1)
+    poses, tangents, _ = solver.solve_nodes(path.predict_poses(nodes), nodes).swapaxes(0, 1)
+    return PathInterpolant(nodes, nodes, np.ones_like(nodes), poses, tangents), whole_turns
 
 
 def _interpolate_periodic(nodes: FloatArray, values: FloatArray, slopes: FloatArray, curvatures: FloatArray) -> BPoly:
-    """Return the polynomials of the fifth degree with values and two derivatives (n,) at equal nodes (n,), in the Bernstein basis."""
+    """Return polynomials of the fifth degree with values and two derivatives (n,) at equal nodes (n,), in the Bernstein basis."""
     h = nodes[1] - nodes[0]
     first, last = slice(None, -1), slice(1, None)
     ends = ((values[side], sign * h * slopes[side] / 5, h**2 * curvatures[side] / 20) for side, sign in ((first, 1.0), (last, -1.0)))

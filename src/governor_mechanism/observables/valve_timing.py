@@ -60,7 +60,7 @@ class PortTiming:
         if not self.openings:
             if self.largest_opening > 0:
                 return f"{name} never closes"
-            return f"{name} never opens: it stays covered by {-1e3 * self.largest_opening:.6g} mm or more"
+            return f"{name} never opens: it stays covered by {-1e3 * self.largest_opening:.4g} mm or more"
         opens, closes = (", ".join(f"{math.degrees(angle):.6g}" for angle in angles) for angles in (self.openings, self.closings))
         return f"{name} opens {len(self.openings)} times in a turn, at {opens} deg, and closes at {closes} deg"
 

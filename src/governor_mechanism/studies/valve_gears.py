@@ -60,6 +60,11 @@ class ValveGear:
     cut_offs: FloatArray
     travel: FloatArray
 
+    @property
+    def name(self) -> str:
+        """Title up to its first colon or comma."""
+        return self.title.partition(":")[0].partition(",")[0]
+
     def as_json(self) -> dict[str, Any]:
         """Return the curves as plain values in SI, with None for a cut-off that there is not."""
         cut_offs = [list(map(finite_or_none, pair)) for pair in self.cut_offs.tolist()]
@@ -124,7 +129,7 @@ def _rows(gear: ValveGear) -> list[tuple[str, ...]]:
         k = gear.nearest(position)
         lead, cut_off = 1e3 * gear.leads[k].mean(), 100 * gear.cut_offs[k].mean()
         cells = (f"{gear.positions[k]:+.2f}", f"{lead:.3f}", "none" if np.isnan(cut_off) else f"{cut_off:.2f}")
-        rows.append(("" if rows else gear.title.partition(":")[0], *cells, f"{1e3 * gear.travel[k]:.2f}"))
+        rows.append(("" if rows else gear.name, *cells, f"{1e3 * gear.travel[k]:.2f}"))
     return rows
 
 
@@ -148,8 +153,8 @@ def compare_valve_gears(scenes: Sequence[Scene], count: int = DEFAULT_COUNT) -> 
     MechanismError
         If a valve has no reverser, or if a gear cannot be assembled.
     """
-    if count < 2:
-        raise MechanismError(f"count is the number of positions of the reversing gear; it must be at least 2, found {count}")
+    if not isinstance(count, int) or count < 2:
+        raise MechanismError(f"count is the number of positions of the reversing gear, a whole number of at least 2; found {count}")
     return ValveGears(gears=tuple(_follow_gear(scene, count) for scene in scenes))
 
 

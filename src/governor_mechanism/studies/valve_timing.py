@@ -111,26 +111,27 @@ class ValveTiming:
 
     def __str__(self) -> str:
         """Return the timing as a table."""
-        angles = "crank angles and shift" if any(row.has_theory for row in self.rows) else "crank angles"
-        footer = f"{angles} in deg from the crank end's dead centre; strokes as fractions, from the event's own end"
-        openings, leads = (_format_at_ends(lengths) for lengths in (self.largest_openings, self.leads))
+        openings = ", ".join(
+            f"{1e3 * length:.6g} mm at the {end}" if length > 0 else f"none at the {end}"
+            for length, end in zip(self.largest_openings, CYLINDER_ENDS, strict=True)
+        )
+        leads = ", ".join(f"{1e3 * length:.6g} mm at the {end}" for length, end in zip(self.leads, CYLINDER_ENDS, strict=True))
         travel = f"travel {1e3 * self.travel:.6g} mm, largest steam openings {openings}"
-        return "\n".join([self.title, *self._table_lines(), *([footer] if self.rows else []), *self.statements, travel, f"lead {leads}"])
+        return "\n".join([self.title, *self._table_lines(), *self.statements, travel, f"lead {leads}"])
 
     def _table_lines(self) -> list[str]:
         if not self.rows:
             return []
         cells = [row.cells for row in self.rows]
         header = [name.removesuffix(" stroke") for name in cells[0]]
-        return [format_table(header, [tuple(row.values()) for row in cells], "lr")]
+        angles = "crank angles and shift" if self.rows[0].has_theory else "crank angles"
+        strokes = "; strokes as fractions, from the event's own end" if self.rows[0].has_stroke else ""
+        footer = f"{angles} in deg from the crank end's dead centre{strokes}"
+        return [format_table(header, [tuple(row.values()) for row in cells], "lr"), footer]
 
     def as_json(self) -> dict[str, Any]:
         """Return the timing as plain values in SI."""
         return plain_record(self, "rows", events=[row.as_json() for row in self.rows])
-
-
-def _format_at_ends(lengths: tuple[float, float]) -> str:
-    return ", ".join(f"{1e3 * length:.6g} mm at the {end}" for length, end in zip(lengths, CYLINDER_ENDS, strict=True))
 
 
 def tabulate_valve_timing(scene: Scene) -> ValveTiming:

@@ -82,13 +82,12 @@ class ValveDiagram:
     @property
     def dimensions(self) -> str:
         """Line about the valve below the plate."""
-        leads, openings = (
-            " and ".join(f"{length * MM_PER_M:.4g}" for length in lengths) for lengths in (self.timing.leads, self.timing.largest_openings)
-        )
+        leads = " and ".join(f"{lead * MM_PER_M:.4g}" for lead in self.timing.leads)
+        openings = " and ".join(f"{length * MM_PER_M:.4g} mm" if length > 0 else "none" for length in self.timing.largest_openings)
         return (
             f"travel of the valve {self.timing.travel * MM_PER_M:.4g} mm,  "
             f"laps $e$ = {self.steam_lap:.4g}, $i$ = {self.exhaust_lap:.4g} mm;  "
-            f"leads {leads} mm,  largest openings for steam {openings} mm"
+            f"leads {leads} mm,  largest openings for steam {openings}"
         )
 
     def draw_displacement_curves(self, panel: Panel, rotation: float = 0.0, **style: Any) -> None:

@@ -53,7 +53,7 @@ def valve_gears_figure(study: ValveGears) -> Page:
     for left, (heading, label, ordinates) in zip(_LEFT_EDGES, _PANELS, strict=True):
         _draw_panel(page, (left, _BOTTOM, _WIDTH, _HEIGHT), (heading, label), study.gears, ordinates, colours, widths)
     handles = [
-        Line2D([], [], color=colour, linewidth=width, label=gear.title.partition(":")[0])
+        Line2D([], [], color=colour, linewidth=width, label=gear.name)
         for gear, colour, width in zip(study.gears, colours, widths, strict=True)
     ]
     style = {"fontfamily": SANS_FONT, "fontsize": 9, "color": INK}

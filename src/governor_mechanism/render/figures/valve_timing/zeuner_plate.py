@@ -4,6 +4,7 @@ The crank rotates anticlockwise from the dead centre at the crank end, at the ri
 """
 
 import math
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,9 @@ _TABLE_LEFT, _TABLE_RIGHT = 0.605, 0.965
 _ALL_COLUMN_POSITIONS, _OWN_COLUMN_POSITIONS = (0.742, 0.805, 0.866, 0.917, 0.965), (0.79, 0.89)
 """Right edges of the columns of numbers with those of the theory, and without."""
 
+_MAX_STATEMENT_LETTERS = 62
+"""Number of letters of a sentence that fit into the width of the table."""
+
 _STEAM_COLOURS = {BLUE: "#cfe4f1", VERMILLION: "#f8dcc6"}
 """Fill colours by the colours of the two ends."""
 
@@ -51,6 +55,9 @@ _LABEL_STYLE = EventLabelStyle(size=10.5, offset=(3, 2), centred=(0.05, 0.55), m
 
 _MIN_LABEL_DISTANCE_DEG = 4.5
 """Smallest distance (deg) of an angle label from an event."""
+
+_MIN_LABEL_HEIGHT_RATIO = 0.15
+"""Smallest distance of the labels of the curves from the line of the dead centres, over the radius of the crank circle."""
 
 
 def draw_zeuner_plate(data: ValveDiagram) -> Plate:
@@ -142,7 +149,10 @@ def _label_diagram(panel: Panel, data: ValveDiagram, rim_radius: float) -> None:
     text_style: dict[str, Any] = {"ha": "center", "va": "center", "fontstyle": "italic", "linespacing": 1.4}
     for end, side, colour in CYLINDER_ENDS:
         text = f"steam to the {end}\n$\\xi \\leq$ {float(np.max(side * data.displacement)):.1f} mm"
-        panel.annotate_point(polar_points(line_of_centres_angle, side * 0.62 * r), text, color=colour, **text_style)
+        x, y = polar_points(line_of_centres_angle, side * 0.62 * r)
+        if abs(y) < _MIN_LABEL_HEIGHT_RATIO * rim_radius:  # beside the names of the dead centres
+            y = side * _MIN_LABEL_HEIGHT_RATIO * rim_radius
+        panel.annotate_point((x, y), text, color=colour, **text_style)
     for lap, text in ((data.steam_lap, "$e$"), (data.exhaust_lap, "$i$")):
         if lap:
             position = polar_points(line_of_centres_angle + math.radians(25), abs(lap))
@@ -226,11 +236,12 @@ def _write_event_table(plate: Plate, data: ValveDiagram) -> None:
                 plate.write_text(_TABLE_LEFT + 0.012, y, kind, 11.5, color=colour)
                 _write_event_numbers(plate, y, event)
         y -= row_height + 0.008
-    for statement in data.timing.statements:
-        plate.write_text(_TABLE_LEFT, y, statement, 10.5, color=MUTED)
-        y -= 0.8 * row_height
     for rule in (top - 0.064, y + row_height - 0.006):
         plate.add_artist(Line2D([_TABLE_LEFT, _TABLE_RIGHT], [rule, rule], color=RULE, linewidth=1.0))
+    for statement in data.timing.statements:
+        for line in textwrap.wrap(statement, _MAX_STATEMENT_LETTERS):
+            plate.write_text(_TABLE_LEFT, y, line, 10, color=MUTED)
+            y -= 0.7 * row_height
 
 
 def _write_event_numbers(plate: Plate, y: float, event: ValveEvent) -> None:
