@@ -38,10 +38,12 @@ FOLDERS = [
 INNER_FOLDERS = {
     "mechanics": [{"kinematics"}, {"dynamics"}, {"reduction"}, {"contact"}],
     "engines": [
+        {"expected_work"},
         {"base"},
         {"certificate", "initial_state"},
         {"rotating_part"},
         {"impulse", "multibody", "reduced"},
+        {"expected_time"},
         {"selection"},
         {"__init__"},
     ],

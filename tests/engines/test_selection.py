@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.engines import ENGINES, ImpulseEngine, select_engine
-from governor_mechanism.engines.selection import estimate_run_time
+from governor_mechanism.engines import ENGINES, ImpulseEngine, ReducedEngine, select_engine
+from governor_mechanism.engines.base import RunRequest
+from governor_mechanism.engines.expected_time import estimate_run_time
+from governor_mechanism.engines.expected_work import ExpectedWork, state_reason
+from governor_mechanism.engines.reduced.engine import ReducedRunner
 from governor_mechanism.model.part import Start
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.scenes.library import shipped_scenes
@@ -37,9 +42,10 @@ def test_selected_engine_of_shipped_scenes(name):
 @pytest.mark.parametrize("name", sorted(shipped_scenes()))
 def test_selected_engine_can_model_the_scene(name, accuracy):
     scene = gm.load(name)
-    engine, reason = select_engine("auto", scene, accuracy)
+    engine, stated_with_work = select_engine("auto", scene, accuracy)
     assert not engine.refusal(scene)
-    assert reason.startswith("the cheapest: about ")
+    reason = state_reason(stated_with_work, ExpectedWork(time=0.25, n_evaluations=1e4, n_reported=101))
+    assert reason.startswith("the cheapest: about 0.25 s")
     # Every other engine is named with its expected time, or as one that cannot model the scene.
     for other, engine_class in ENGINES.items():
         if other != engine.name:
@@ -57,9 +63,39 @@ def test_selected_engine_meets_the_accuracy(name):
 
 @pytest.mark.parametrize("name", ["porter_clearance", "quick_return"])
 def test_reason_names_the_engines_that_cannot_model_the_scene(name):
-    _, reason = select_engine("auto", gm.load(name), 1e-8)
+    reason = state_reason(select_engine("auto", gm.load(name), 1e-8)[1], None)
+    assert reason.startswith("the cheapest of multibody" if name == "quick_return" else "the cheapest;")
     assert "reduced" in reason.split(";")[1]
     assert "cannot model this scene" in reason
+
+
+def test_expected_times_follow_from_the_first_run():
+    scene, first_run = gm.load("porter"), ExpectedWork(time=0.002, n_evaluations=5e3, n_reported=1001)
+    reason = select_engine("auto", scene, 1e-6)[1]
+    times = [
+        [float(number) for number in re.findall(r"([0-9.]+) ms", state_reason(reason, work))]
+        for work in (first_run, replace(first_run, n_evaluations=5e4), replace(first_run, time=0.05))
+    ]
+    (chosen, multibody), (same_chosen, longer_multibody), (longer_chosen, least_multibody) = (one[:2] for one in times)
+    assert (chosen, longer_chosen) == (2.0, 50.0)
+    assert same_chosen == chosen
+    assert longer_multibody > 5 * multibody  # its time grows with the evaluations
+    assert least_multibody == longer_chosen  # what is not chosen is not said to be quicker
+
+
+def test_expected_work_of_a_run_is_that_of_its_first_run():
+    scene = gm.load("porter")
+    runner = ReducedRunner(ReducedEngine(), scene, RunRequest(times=np.linspace(0.0, 10.0, 101), accuracy=1e-6, certify=True, reason=""))
+    runner.compile_kernels()
+    runner.run()
+    assert runner.expected_work is not None
+    assert runner.expected_work.n_reported == 101
+    # Two runs, of which the second takes at most twice the steps of the first, are at least half and at most once what is expected.
+    assert 0.4 < runner.count_work()[2]["equations of motion"] / runner.expected_work.n_evaluations < 1.0
+
+
+def test_a_run_that_is_not_certified_states_no_times():
+    assert gm.run("porter", certify=False).cost.reason == "the cheapest of reduced, multibody, impulse"
 
 
 def test_multibody_replaces_reduced_at_a_turning_point_of_its_coordinate():
@@ -79,8 +115,9 @@ def test_multibody_replaces_reduced_at_a_turning_point_of_its_coordinate():
 def test_estimated_run_time_increases_with_accuracy_and_duration(name):
     scene = gm.load("porter")
     longer = replace(scene, run=replace(scene.run, duration=100.0))
-    assert estimate_run_time(name, scene, 1e-4) < estimate_run_time(name, scene, 1e-10)
-    assert estimate_run_time(name, scene, 1e-6) < estimate_run_time(name, longer, 1e-6)
+    engine = ENGINES[name]()
+    assert estimate_run_time(engine, scene, 1e-4) < estimate_run_time(engine, scene, 1e-10)
+    assert estimate_run_time(engine, scene, 1e-6) < estimate_run_time(engine, longer, 1e-6)
 
 
 def test_refusal_names_a_suitable_engine():

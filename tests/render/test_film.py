@@ -15,7 +15,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FRAME_CLOSING_LINE_LENGTH, FramePainter
-from governor_mechanism.render.film.gif_encoder import Palette
+from governor_mechanism.render.film.gif_encoder import Palette, pack_pixels
 from governor_mechanism.render.film.layout import ELEVATION_RECT
 from governor_mechanism.render.film.writer import schedule_frames, write_film
 from governor_mechanism.render.number_format import format_closing_lines
@@ -97,7 +97,7 @@ def test_the_ball_is_drawn_at_its_position(name):
         if colour != "none"
     ]
     for k in range(len(times)):
-        machine = painter.paint(k)[:, : int(ELEVATION_RECT[2]), :3]
+        machine = painter.draw(k)[:, : int(ELEVATION_RECT[2]), :3]
         differences = [np.abs(machine.astype(int) - colour).max(axis=2) for colour in colours]
         rows, columns = np.nonzero(np.min(differences, axis=0) < 32)  # blended edges too
         x, y = run.poses[round(times[k] / 0.04), 0, :2]
@@ -217,7 +217,7 @@ def test_cached_numbers_look_like_the_text(porter):
     regular.update(20)
     regular.figure.canvas.draw()
     drawn = np.asarray(regular.figure.canvas.buffer_rgba())
-    cached = FramePainter(porter, [shown]).paint(20)
+    cached = FramePainter(porter, [shown]).draw(20)
     inks = []
     for pixels in (drawn, cached):
         time = pixels[6:30, 420:456, :3].astype(int)
@@ -286,8 +286,8 @@ def test_moving_shapes_leave_no_traces(shown_and_painted):
 
 
 def test_the_palette_keeps_all_film_colours(porter):
-    samples = [FramePainter(porter, [FrameData(porter, porter.scene.part, (0.0, 1.0), np.array([0.0, 1.0]))]).paint(1)]
+    samples = [FramePainter(porter, [FrameData(porter, porter.scene.part, (0.0, 1.0), np.array([0.0, 1.0]))]).draw(1)]
     palette = Palette([parse_rgb(colour) for colour in FILM_COLOURS], samples)
     assert len(palette.colours) <= 31
     film_colours = np.array([parse_rgb(colour) for colour in FILM_COLOURS], dtype=np.uint8)
-    assert_array_equal(palette.colours[palette.indices_of(film_colours)], film_colours)
+    assert_array_equal(palette.colours[palette.indices_of(pack_pixels(np.pad(film_colours, ((0, 0), (0, 1)))))], film_colours)

@@ -73,7 +73,7 @@ def test_angles_of_many_turns_are_shown_by_their_rates(run):
 def test_every_part_has_a_panel_and_its_first_reading_a_plot(run):
     data = [frame_data(run, name) for name in ("engine", "governor")]
     painter = FramePainter(run, data, 480)
-    assert painter.paint(1).shape == (480, 766, 4)
+    assert painter.draw(1).shape == (480, 766, 4)
     words = [text.get_text() for text in painter.figure.texts] + [
         artist.get_text() for artist in painter.figure.artists if hasattr(artist, "get_text")
     ]

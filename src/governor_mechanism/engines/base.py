@@ -8,6 +8,7 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
+from governor_mechanism.engines.expected_work import ExpectedWork, Reason, state_reason
 from governor_mechanism.errors import MechanismError, UnsupportedEffect
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
@@ -34,7 +35,7 @@ class RunRequest:
     times: FloatArray
     accuracy: float
     certify: bool
-    reason: str
+    reason: Reason
 
 
 class Engine(ABC):
@@ -67,7 +68,7 @@ class Engine(ABC):
         times: Sequence[float] | FloatArray | None = None,
         accuracy: float | None = None,
         certify: bool = True,
-        reason: str = "asked for",
+        reason: Reason = "asked for",
     ) -> Trajectory:
         """Run a scene from its initial state; a run that ends early returns a trajectory with a named outcome.
 
@@ -165,11 +166,14 @@ class Runner(ABC):
         Number of iterations of the joint solver, if it iterates.
     method
         Integration method as text, if the engine has a choice.
+    expected_work
+        Work of all runs, as expected after the first of them; None before, and where there is only one.
     """
 
     setup_time: float = 0.0
     iterations: int = 0
     method: str = ""
+    expected_work: ExpectedWork | None = None
 
     def __init__(self, engine: str, settings: dict[str, Any], request: RunRequest, evaluator: ReadingEvaluator) -> None:
         self._engine, self._settings, self.request = engine, settings, request
@@ -205,7 +209,7 @@ class Runner(ABC):
         wall_time, (steps, rejected, evaluations) = time.perf_counter() - start_time - self.setup_time, self.count_work()
         cost = Cost(
             engine=self._engine,
-            reason=self.request.reason,
+            reason=state_reason(self.request.reason, self.expected_work),
             step=best.step,
             steps=steps,
             rejected=rejected,

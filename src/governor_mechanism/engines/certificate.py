@@ -1,6 +1,7 @@
 """Error certificate of engines with error control: refine the tolerance until the estimated error meets the accuracy."""
 
 import math
+import time
 from abc import abstractmethod
 from dataclasses import asdict, dataclass, field, replace
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from governor_mechanism.engines.base import Engine, Runner, RunRequest
 from governor_mechanism.engines.energy_check import smallest_error_of_drift
+from governor_mechanism.engines.expected_work import ExpectedWork
 from governor_mechanism.engines.stall_causes import describe_stall
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.status import IntegrationStatus
@@ -61,6 +63,9 @@ RUNS_PER_CERTIFICATE = 2
 """Number of runs of which a certificate consists. All certificates of a request together may take as many steps as two runs of full length,
 or as one where the step limit ends the motion in any case.
 """
+
+REQUEST_TO_FIRST_RUN_RATIO = 4.0
+"""Expected work of a request relative to that of its first run: 2 if the second run confirms it, 11 after two refinements."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,7 +169,11 @@ class CertifiedRunner(Runner):
     def run_certified(self, tolerance: float) -> RunResult:
         """Run twice, and estimate the error of the more accurate run by the difference."""
         n_steps_before = self._count_steps() if self.n_runs else 0
-        worse, better = self.run_once(COMPARISON_TOLERANCE_RATIO * tolerance, is_comparison=True), self.run_once(tolerance)
+        start_time = time.perf_counter()
+        worse = self.run_once(COMPARISON_TOLERANCE_RATIO * tolerance, is_comparison=True)
+        if self.expected_work is None:
+            self.expected_work = self._expect_work(time.perf_counter() - start_time)
+        better = self.run_once(tolerance)
         times = better.reported_states.times[: min(worse.n_reached, better.n_reached)]
         time_tolerance = self.request.accuracy * self.evaluator.time_scale
         event_time_error, is_near_event = compare_event_logs(better.contact_events, worse.contact_events, times, time_tolerance)
@@ -173,6 +182,12 @@ class CertifiedRunner(Runner):
         n_missing = better.n_reached - worse.n_reached
         # Runs that both end early may do so on either side of a reported time.
         return result if n_missing <= (better.outcome is not None) else _with_unconfirmed_end(result, worse)
+
+    def _expect_work(self, first_run_time: float) -> ExpectedWork:
+        """Return the expected work of the request after its first run, which took a time (s)."""
+        n_evaluations = self.count_work()[2]["equations of motion"]
+        ratio, n_reported = REQUEST_TO_FIRST_RUN_RATIO, len(self.request.times)
+        return ExpectedWork(time=ratio * first_run_time, n_evaluations=ratio * n_evaluations, n_reported=n_reported)
 
     def _with_rounding(self, result: RunResult, n_steps: float) -> RunResult:
         """Return a result whose errors are at least the roundings of readings and times over its steps, which add up like a random walk."""

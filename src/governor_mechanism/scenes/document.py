@@ -20,7 +20,6 @@ from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Part, Spindl
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes import schema
 from governor_mechanism.scenes.cross_validation import check_tables_together
-from governor_mechanism.scenes.custom.parser import CustomMachineParser, CustomSceneTable
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_effects
 from governor_mechanism.scenes.loads import parse_coupling
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
@@ -152,6 +151,8 @@ class PartParser:
 
     def _parse_custom(self) -> tuple[Part | None, tuple[Effect, ...], Start]:
         """Return part, effects and start of a scene with a custom machine."""
+        from governor_mechanism.scenes.custom.parser import CustomMachineParser, CustomSceneTable  # slow to import: pydantic
+
         part, start, readings = CustomMachineParser(self.document, self._parse_top_level(CustomSceneTable), self.collector).parse()
         effects = self._parse_effects(readings)
         self._add_effect_problems(unsupported_effect_messages(CUSTOM_MACHINE, effects))

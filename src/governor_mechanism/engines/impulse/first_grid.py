@@ -8,6 +8,8 @@ from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.work_budget import WorkBudget
 from governor_mechanism.integrators.time_grid import TimeGrid, make_time_grid
+from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.types import FloatArray
 
@@ -38,12 +40,8 @@ def make_first_grid(
     tuple[TimeGrid, bool]
         Grid that the first runs can finish if they meet no events, and whether it is complete.
     """
-    step, max_step, times = settings.step, math.inf, request.times
-    if step is not None:
-        step = min(step, _resolving_step(evaluator))
-    else:
-        max_step = min(settings.monitor_interval * evaluator.time_scale, _resolving_step(evaluator))
-        step = min(evaluator.time_scale * (request.accuracy / ERROR_AT_UNIT_STEP) ** (1 / 3), max_step)
+    (step, max_step), times = choose_steps(settings, evaluator.scene, request.accuracy), request.times
+    if settings.step is None:
         # No run gets further, so the grid needs no monitor times there.
         least_work = float(budget.expected_work(settings.levels, np.ones(1))[0])
         times = times[times <= max_step * budget.limit / least_work]
@@ -57,12 +55,35 @@ def make_first_grid(
     return grid.truncate(n_monitor_times), is_complete
 
 
-def _resolving_step(evaluator: ReadingEvaluator) -> float:
+def choose_steps(settings: ImpulseSettings, scene: Scene, accuracy: float) -> tuple[float, float]:
+    """Return the step of the coarsest run, and the largest one that a run may take.
+
+    Parameters
+    ----------
+    settings
+        Settings of the engine.
+    scene
+        The scene.
+    accuracy
+        Requested accuracy.
+
+    Returns
+    -------
+    tuple[float, float]
+        Both steps, s; a requested step has no largest one.
+    """
+    if settings.step is not None:
+        return min(settings.step, _resolving_step(scene)), math.inf
+    max_step = min(settings.monitor_interval * time_scale(scene), _resolving_step(scene))
+    return min(time_scale(scene) * float((accuracy / ERROR_AT_UNIT_STEP) ** (1 / 3)), max_step), max_step
+
+
+def _resolving_step(scene: Scene) -> float:
     """Return the largest step (s) that sees every cycle of the spindle speed: one radian of its fluctuation.
 
     With a whole number of cycles in each step, all runs would agree on a motion without the fluctuation. The time scale resolves the
     harmonics of drivers, and steps end at the points of programs.
     """
-    speeds = [plane.given_speed for plane in evaluator.scene.system.planes if plane.given_speed and plane.given_speed.speed_fluctuation]
+    speeds = [plane.given_speed for plane in scene.system.planes if plane.given_speed and plane.given_speed.speed_fluctuation]
     rates = [max(map(abs, speed.speeds)) * speed.cycles_per_turn for speed in speeds]
     return min((1 / rate for rate in rates if rate), default=math.inf)

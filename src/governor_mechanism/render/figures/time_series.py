@@ -12,7 +12,15 @@ from matplotlib.ticker import LogLocator, NullLocator
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.figures.page import READING_NOISE_RATIO, Page, Panel, add_legend, axis_limits_for, format_plain_ticks
+from governor_mechanism.render.figures.page import (
+    READING_NOISE_RATIO,
+    Page,
+    Panel,
+    add_legend,
+    axis_limits_for,
+    format_plain_ticks,
+    use_plain_decades,
+)
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_name, format_rounded_up
 from governor_mechanism.render.shown_readings import ShownReading, shown_readings
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, SKY, VERMILLION
@@ -119,6 +127,7 @@ def _plot_error(page: Page, cell: SubplotSpec, times: FloatArray, values: FloatA
     panel.set_ylim(low, 10 * high)
     panel.yaxis.set_major_locator(LogLocator(numticks=5))
     panel.yaxis.set_minor_locator(NullLocator())
+    use_plain_decades(panel.yaxis)  # powers of ten as formulas take longer than the rest of the figure
     _write_side_note(panel, f"at most {format_rounded_up(float(values.max()))}")
 
 

@@ -10,7 +10,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
-from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2
+from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, enclose_boxes
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.number_format import display_unit_of
 from governor_mechanism.render.shown_readings import shown_readings
@@ -44,8 +44,7 @@ ShownParts = Sequence[FrameData]
 
 def enclosing_box(column: Sequence[FrameData]) -> BoundingBox:
     """Return the smallest bounding box (m) that contains a part in several runs."""
-    left, right, bottom, top = zip(*(data.drawing.bounds for data in column), strict=True)
-    return min(left), max(right), min(bottom), max(top)
+    return enclose_boxes(data.drawing.bounds for data in column)
 
 
 def common_axis_limits(column: Sequence[FrameData], name: str) -> Vec2:

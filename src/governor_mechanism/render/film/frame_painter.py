@@ -51,7 +51,7 @@ def _format_times(times: FloatArray) -> list[str]:
 
 
 class FramePainter:
-    """Figure of one film: `update(k)` moves every artist to frame k, `paint(k)` returns the pixels of frame k.
+    """Figure of one film: `update(k)` moves every artist to frame k, `draw(k)` returns the pixels of frame k.
 
     Of the `parts` of the run, only the last one can have a plan view, and all positions count from its frame. `compared` are the parts of
     all runs that share the limits of this frame, by default those of this run alone.
@@ -104,13 +104,13 @@ class FramePainter:
         for one in moving:
             one.update(k)
 
-    def paint(self, k: int) -> RgbaPixels:
-        """Return frame k as opaque RGBA pixels (size, size, 4)."""
+    def draw(self, k: int) -> RgbaPixels:
+        """Return frame k as opaque RGBA pixels (size, width, 4) of the canvas, which the next frame overwrites."""
         self._canvas.restore_region(self._background)
         renderer = self._canvas.get_renderer()
         for panel in self._panels:
             panel.draw(renderer, k)
-        pixels = np.array(self._canvas.buffer_rgba(), dtype=np.uint8)
+        pixels: RgbaPixels = np.asarray(self._canvas.buffer_rgba())
         for counter in self._counters:
             counter.blit(pixels, k)
         return pixels

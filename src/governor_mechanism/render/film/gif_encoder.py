@@ -13,6 +13,8 @@ from PIL import Image
 
 RgbaPixels = NDArray[np.uint8]
 """Opaque RGBA pixels (height, width, 4)."""
+PackedPixels = NDArray[np.uint32]
+"""Pixels (...) as integers 0xAABBGGRR."""
 PaletteIndices = NDArray[np.uint8]
 """Palette indices (height, width)."""
 
@@ -20,6 +22,8 @@ BITS_PER_PIXEL = 5
 """Bits per pixel. 31 colours suffice for flat areas and their blended edges, and make the file a third smaller than 255 do."""
 TRANSPARENT_INDEX = 2**BITS_PER_PIXEL - 1
 """Last palette index: the pixel of the frame before stays visible."""
+RGB_MASK = 0xFFFFFF
+"""The bits of a packed pixel that are its colour."""
 BLEND_TOLERANCE = 40
 """Difference per channel, of 255, below which two blends count as equal. It makes the file a tenth smaller."""
 MAX_FRAME_DELAY = 65535
@@ -35,8 +39,9 @@ class Palette:
     def __init__(self, exact_colours: Sequence[tuple[int, int, int]], samples: Sequence[RgbaPixels]) -> None:
         exact_table = np.unique(np.array(exact_colours, dtype=np.uint8).reshape(-1, 3), axis=0)
         # All colours outside flat areas are blends at edges; the remaining entries are chosen for them.
-        pixels = np.concatenate([sample.reshape(-1, 4)[:, :3] for sample in samples])
-        blends = pixels[~np.isin(_pack_rgb(pixels), _pack_rgb(exact_table))]
+        is_exact = np.zeros(2**24, dtype=bool)
+        is_exact[pack_pixels(_with_opacity(exact_table)) & RGB_MASK] = True
+        blends = np.concatenate([sample[~is_exact[pack_pixels(sample) & RGB_MASK]][:, :3] for sample in samples])
         blend_table = np.empty((0, 3), dtype=np.uint8)
         if len(blends) and len(exact_table) < TRANSPARENT_INDEX:
             chosen = Image.fromarray(blends[None]).quantize(TRANSPARENT_INDEX - len(exact_table), kmeans=3, dither=Image.Dither.NONE)
@@ -47,14 +52,13 @@ class Palette:
 
     def _build_lookup_table(self, n_exact: int) -> NDArray[np.uint8]:
         """Return the index of the nearest palette colour for each cell of the colour cube."""
-        levels = (np.arange(32) * 8 + 4).astype(np.int32)
-        cells = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 3)
-        colours = self.colours.astype(np.int32)
-        # |a - b|^2 without the term of the cell itself, which is the same for all colours.
-        distance = (colours**2).sum(axis=1)[None, :] - 2 * cells @ colours.T
+        distances = ((np.arange(32)[:, None, None] * 8 + 4) - self.colours.astype(np.intp)) ** 2  # by level, colour and channel
+        r, g, b = np.moveaxis(distances, -1, 0)
+        # In the order of `_find_cells`, where red varies fastest.
+        distance = (b[:, None, None] + g[None, :, None] + r[None, None, :]).reshape(32**3, -1)
         table: NDArray[np.uint8] = distance.argmin(axis=1).astype(np.uint8)
         # A flat area keeps its own colour, which need not be the nearest to the middle of its cell.
-        table[_pack_rgb(self.colours[:n_exact], 5)] = np.arange(n_exact)
+        table[_find_cells(pack_pixels(_with_opacity(self.colours[:n_exact])))] = np.arange(n_exact)
         return table
 
     def _find_replaceable(self, n_exact: int) -> NDArray[np.bool_]:
@@ -69,15 +73,24 @@ class Palette:
         np.fill_diagonal(replaceable, True)
         return replaceable
 
-    def indices_of(self, colours: NDArray[np.uint8]) -> PaletteIndices:
-        """Return the palette indices (...) of colours (..., 3 or 4)."""
-        return np.asarray(self._nearest_index[_pack_rgb(colours, 5)])
+    def indices_of(self, pixels: PackedPixels) -> PaletteIndices:
+        """Return the palette indices (...) of pixels (...)."""
+        return self._nearest_index.take(_find_cells(pixels))
 
 
-def _pack_rgb(colours: NDArray[np.uint8], bits: int = 8) -> NDArray[np.intp]:
-    """Return colours (..., 3 or 4) as integers with a number of bits per channel: 0xRRGGBB for 8, cells of the colour cube for 5."""
-    r, g, b = (colours[..., k].astype(np.intp) >> 8 - bits for k in range(3))
-    return r << 2 * bits | g << bits | b
+def pack_pixels(pixels: RgbaPixels) -> PackedPixels:
+    """Return RGBA pixels (..., 4) as integers (...)."""
+    return np.ascontiguousarray(pixels).view(np.dtype(np.uint32).newbyteorder("<"))[..., 0]
+
+
+def _with_opacity(colours: NDArray[np.uint8]) -> RgbaPixels:
+    """Return colours (n, 3) as opaque pixels (n, 4)."""
+    return np.pad(colours, ((0, 0), (0, 1)), constant_values=255)
+
+
+def _find_cells(pixels: PackedPixels) -> PackedPixels:
+    """Return the cells of the colour cube (...) of pixels (...), with five bits per channel."""
+    return np.asarray(pixels >> 3 & 0x1F | pixels >> 6 & 0x3E0 | pixels >> 9 & 0x7C00, dtype=np.uint32)
 
 
 class GifWriter:
@@ -86,25 +99,26 @@ class GifWriter:
     def __init__(self, file: BinaryIO, palette: Palette) -> None:
         self._file = file
         self._palette = palette
-        self._last_colours: NDArray[np.uint32] | None = None
+        self._last_pixels: PackedPixels | None = None
         self._shown_indices: PaletteIndices = np.empty((0, 0), dtype=np.uint8)
         self._pending_patch: tuple[int, int, PaletteIndices] | None = None
         self._delay = 0
 
     def add(self, frame: RgbaPixels, centiseconds: int) -> None:
         """Show a frame for a number of hundredths of a second; an equal frame only extends the one before."""
-        colours = np.ascontiguousarray(frame).view(np.uint32)[..., 0]
-        if self._last_colours is None:
+        pixels = pack_pixels(frame)
+        if self._last_pixels is None:
             self._write_header(frame.shape[1], frame.shape[0])
-            self._shown_indices = self._palette.indices_of(frame)
+            self._shown_indices = self._palette.indices_of(pixels)
             self._pending_patch = (0, 0, self._shown_indices.copy())
+            self._last_pixels = pixels.copy()
         else:
-            patch = self._changed_patch(frame, np.flatnonzero(colours != self._last_colours))
+            patch = self._changed_patch(pixels.ravel(), np.flatnonzero(pixels != self._last_pixels))
             if patch is not None or self._delay + centiseconds > MAX_FRAME_DELAY:
                 self._flush()
                 # A frame must have at least one pixel, even where nothing changed.
                 self._pending_patch = patch or (0, 0, np.full((1, 1), TRANSPARENT_INDEX, dtype=np.uint8))
-        self._last_colours = colours
+            np.copyto(self._last_pixels, pixels)
         self._delay += centiseconds
 
     def close(self) -> None:
@@ -112,9 +126,9 @@ class GifWriter:
         self._flush()
         self._file.write(b";")
 
-    def _changed_patch(self, frame: RgbaPixels, pixel_indices: NDArray[np.intp]) -> tuple[int, int, PaletteIndices] | None:
-        """Return left, top and indices of the smallest rectangle of changed pixels; unchanged ones in it are transparent."""
-        entries = self._palette.indices_of(frame.reshape(-1, 4)[pixel_indices])
+    def _changed_patch(self, pixels: PackedPixels, pixel_indices: NDArray[np.intp]) -> tuple[int, int, PaletteIndices] | None:
+        """Return left, top and indices of the smallest rectangle of changed pixels (n,); unchanged ones in it are transparent."""
+        entries = self._palette.indices_of(pixels[pixel_indices])
         shown_indices = self._shown_indices.reshape(-1)
         differs = ~self._palette.is_replaceable[shown_indices[pixel_indices], entries]
         pixel_indices, entries = pixel_indices[differs], entries[differs]

@@ -47,7 +47,7 @@ MAX_SLOWED_FILM_DURATION = 3600.0
 
 
 class SideBySidePainter:
-    """Frames of runs side by side, with a thin rule between them; `paint(k)` returns the pixels of frame k.
+    """Frames of runs side by side, with a thin rule between them; `paint(k)` returns a copy of the pixels of frame k.
 
     `frame_data` are the shown parts of each run. Each run stands under its title or that of its scene.
     """
@@ -64,7 +64,13 @@ class SideBySidePainter:
 
     def paint(self, k: int) -> RgbaPixels:
         """Return frame k as opaque RGBA pixels (size, number of runs * width of one, 4)."""
-        pixels = np.concatenate([painter.paint(k) for painter in self.painters], axis=1)
+        return self.draw(k).copy()
+
+    def draw(self, k: int) -> RgbaPixels:
+        """Return frame k as `paint` does, in pixels that the next frame overwrites."""
+        if len(self.painters) == 1:
+            return self.painters[0].draw(k)
+        pixels = np.concatenate([painter.draw(k) for painter in self.painters], axis=1)
         for index in range(1, len(self.painters)):
             pixels[self._rule_rows, index * pixels.shape[1] // len(self.painters), :3] = parse_rgb(RULE)
         return pixels
@@ -139,7 +145,7 @@ def write_film(
         painter = SideBySidePainter(runs, titles, frame_data, size)
         with open_encoder(temporary, painter, len(delays), frames_per_second) as add_frame:
             for k, delay in enumerate(delays):
-                add_frame(painter.paint(k), delay)
+                add_frame(painter.draw(k), delay)
                 if progress is not None:
                     progress(k + 1, len(delays))
     return target

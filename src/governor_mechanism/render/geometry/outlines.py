@@ -15,9 +15,9 @@ def make_bar(role: str, start: Vec2, end: Vec2, width: float) -> Polygon:
     """Return a straight bar with round ends from start to end (m), of a width (m)."""
     length = math.dist(start, end)
     ux, uy = ((end[0] - start[0]) / length, (end[1] - start[1]) / length) if length > 0 else (1.0, 0.0)
-    half_circle = [(width / 2 * x, width / 2 * y) for x, y in _HALF_CIRCLE]
-    tip = tuple((end[0] + f * ux - g * uy, end[1] + f * uy + g * ux) for f, g in half_circle)
-    return Polygon(role, tip + tuple((start[0] - f * ux + g * uy, start[1] - f * uy - g * ux) for f, g in half_circle))
+    (x0, y0), (x1, y1), half_circle = start, end, [(width / 2 * x, width / 2 * y) for x, y in _HALF_CIRCLE]
+    tip = [(x1 + f * ux - g * uy, y1 + f * uy + g * ux) for f, g in half_circle]
+    return Polygon(role, (*tip, *[(x0 - f * ux + g * uy, y0 - f * uy - g * ux) for f, g in half_circle]))
 
 
 def make_rectangle(role: str, left: float, right: float, bottom: float, top: float) -> Polygon:

@@ -54,9 +54,19 @@ DrawnShape = Circle | Polygon | Lines | TextShape
 
 
 def bounding_box(shapes: Iterable[DrawnShape]) -> BoundingBox:
-    """Return the smallest box (m) around all shapes; text counts with its reserved width."""
-    xs, ys = zip(*(point for shape in shapes for point in _extent_points(shape)), strict=True)
-    return min(xs), max(xs), min(ys), max(ys)
+    """Return the smallest box (m) around all shapes; text counts with its reserved width.
+
+    Around nothing it is the box that changes no box which encloses it: left and bottom are infinite, right and top minus infinite.
+    """
+    points = [point for shape in shapes for point in _extent_points(shape)]
+    xs, ys = [x for x, _ in points], [y for _, y in points]
+    return min(xs, default=math.inf), max(xs, default=-math.inf), min(ys, default=math.inf), max(ys, default=-math.inf)
+
+
+def enclose_boxes(boxes: Iterable[BoundingBox]) -> BoundingBox:
+    """Return the smallest box (m) around boxes, of which there is at least one."""
+    lefts, rights, bottoms, tops = zip(*boxes, strict=True)
+    return min(lefts), max(rights), min(bottoms), max(tops)
 
 
 def _extent_points(shape: DrawnShape) -> Iterable[Vec2]:

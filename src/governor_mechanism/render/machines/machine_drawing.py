@@ -9,7 +9,15 @@ from typing import ClassVar
 from governor_mechanism.render.geometry.free_space import select_extreme_rows
 from governor_mechanism.render.geometry.outlines import make_bar
 from governor_mechanism.render.geometry.points import arc_points, drawn_point_paths
-from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, bounding_box, drawn_ball_radius
+from governor_mechanism.render.geometry.primitives import (
+    BoundingBox,
+    Circle,
+    DrawnShape,
+    Lines,
+    bounding_box,
+    drawn_ball_radius,
+    enclose_boxes,
+)
 from governor_mechanism.render.part_run import PartRun
 from governor_mechanism.types import FloatArray
 
@@ -83,9 +91,9 @@ class MachineDrawing(PartRun, ABC):
     @cached_property
     def bounds(self) -> BoundingBox:
         """The box (m) that contains every shape of the run, with a margin."""
-        shapes = list(self.static_shapes)
-        for k in select_extreme_rows(drawn_point_paths(self.part.mechanism, self.poses)):
-            shapes += self.moving_shapes(self.poses[k], float(self.run.times[k]))
-        left, right, bottom, top = bounding_box(shapes)
+        rows = select_extreme_rows(drawn_point_paths(self.part.mechanism, self.poses))
+        # One pose at a time: a hundred thousand points at once would make the garbage collector search all objects.
+        boxes = [bounding_box(self.moving_shapes(self.poses[k], float(self.run.times[k]))) for k in rows]
+        left, right, bottom, top = enclose_boxes([bounding_box(self.static_shapes), *boxes])
         margin = _MARGIN_RATIO * max(right - left, top - bottom)
         return left - margin, right + margin, bottom - margin, top + margin

@@ -91,20 +91,29 @@ class PendulumProportions(GovernorDrawing):
 
     def ball_centres(self, poses: FloatArray, name: str = RIGHT_BALL) -> FloatArray:
         """Return the centre of a ball (..., 2) (m) at poses (..., bodies, 3); the mass centre of its body may be elsewhere."""
-        x, y, angle = np.moveaxis(poses[..., self.part.mechanism.body_index(name), :], -1, 0)
+        body, centre = self.part.mechanism.body_index(name), self._arm_end
+        x, y, angle = (poses[..., body, column] for column in range(3))
+        c, s, centres = np.cos(angle), np.sin(angle), np.empty((*poses.shape[:-2], 2))
+        centres[..., 0], centres[..., 1] = x + c * centre.x - s * centre.y, y + s * centre.x + c * centre.y
+        return centres
+
+    @cached_property
+    def _arm_end(self) -> Point:
+        """The centre of a ball in the axes of its body."""
         arm = self.part.mechanism.reading("arm_angle")
-        centre, c, s = arm.end if isinstance(arm, LineAngle) else Point(body=name), np.cos(angle), np.sin(angle)
-        return np.stack([x + c * centre.x - s * centre.y, y + s * centre.x + c * centre.y], axis=-1)
+        return arm.end if isinstance(arm, LineAngle) else Point(body=RIGHT_BALL)
 
     def arm_angles(self, poses: FloatArray) -> FloatArray:
         """Return the angle of the right arm from the vertical (...) (rad)."""
-        x, y = np.moveaxis(self.ball_centres(poses), -1, 0)
+        centres = self.ball_centres(poses)
+        x, y = centres[..., 0], centres[..., 1]
         angles: FloatArray = np.arctan2(x - self.offset, -y)
         return angles
 
     def taut_link_height(self, poses: FloatArray) -> FloatArray:
         """Return the lug height (...) (m) without clearance, from the links, at poses (..., bodies, 3)."""
-        x, y = np.moveaxis(self.ball_centres(poses), -1, 0)
+        centres = self.ball_centres(poses)
+        x, y = centres[..., 0], centres[..., 1]
         joint_ratio = self.arm_joint / self.arm
         lateral_distance = self.offset + joint_ratio * (x - self.offset) - self.lug_offset
         height: FloatArray = joint_ratio * y - np.sqrt(np.maximum(self.link**2 - lateral_distance**2, 0.0))
