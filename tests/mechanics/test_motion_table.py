@@ -8,9 +8,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.reduction.equation_of_motion import (
+    N_STATES,
+    evaluate_output_second_derivative,
+    evaluate_static_force,
+    evaluate_table_output,
+    make_reduced_model,
+)
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
-from governor_mechanism.model.output_variables import Limit
+from governor_mechanism.mechanics.reduction.table import find_piece
+from governor_mechanism.model.joints import GROUND, Point
+from governor_mechanism.model.output_variables import Limit, LineAngle
 from governor_mechanism.model.part import Start
 from governor_mechanism.scenes.parser import parse_scene_document
 
@@ -121,3 +131,55 @@ def test_the_poses_of_a_table_close_the_joints():
     poses, _ = table.evaluate_poses(np.linspace(0.0, 1.0, 11))
     solver = PositionSolver(scene.mechanism)
     assert np.max(np.abs(solver.equations.residuals(poses))) < TABLE_ERROR
+
+
+LINE = LineAngle(name="line", quantity="angle", start=Point(body=GROUND), end=Point(body="crank", x=CRANK), zero=math.pi / 2)
+"""Direction of the crank from the x axis, from -pi - pi / 2 to pi / 2."""
+
+
+def line_limit(low: float, high: float) -> Limit:
+    return Limit(reading="line", low=low, high=high, low_message="too far back", high_message="too far on")
+
+
+@pytest.mark.parametrize(("side", "ends"), [(0, (-10.0, 0.4)), (1, (0.4, 10.0))])
+def test_the_angle_of_a_line_goes_on_over_a_whole_turn(side, ends):
+    """Its limit lies beyond the half turn at which the angle of a line jumps, and pieces begin on both sides of the jump."""
+    for bound in (2.5, 4.0, 5.5):
+        scene = slider_crank(limits=(line_limit(-bound, bound),))
+        mechanism = replace(scene.mechanism, readings=(*scene.mechanism.readings, LINE))
+        table = extend_to(start_table(scene.with_changes(mechanism=mechanism)), *ends)
+        assert table.end_coordinate(side) == pytest.approx(math.copysign(bound, ends[side]), abs=1e-9)
+        assert table.end_message(side) == (True, "line: too far on" if side else "line: too far back")
+
+
+def test_a_table_with_outputs_and_without_inertia_about_a_spindle_closes():
+    scene = slider_crank(limits=(line_limit(-9.0, 9.0),))
+    table = start_table(scene.with_changes(mechanism=replace(scene.mechanism, readings=(*scene.mechanism.readings, LINE))))
+    while table.extend(1):
+        assert table.end_coordinate(1) < 7.0
+    x, _ = exact_slider(np.array([20.0]))
+    np.testing.assert_allclose(table.evaluate_poses(np.array([20.0]))[0][:, 2, 0], x, atol=TABLE_ERROR)
+
+
+def exact_slider_second_derivative(angles):
+    """Return the second derivative of the position of the slider."""
+    s, c = np.sin(angles), np.cos(angles)
+    root = np.sqrt(ROD**2 - CRANK**2 * s**2)
+    return -CRANK * c - CRANK**2 * (c * c - s * s) / root - CRANK**4 * (s * c) ** 2 / root**3
+
+
+def test_outputs_and_static_force_on_both_sides_of_the_start():
+    scene = slider_crank().with_changes(effects=(OutputSpring(reading="slider_x", rate=70.0, zero=0.3, one_sided=True),))
+    table = extend_to(start_table(scene), -1.0, 1.5)
+    arrays = table.table
+    model = make_reduced_model(arrays, table.forces, np.zeros((1, 5)), np.array([0, 1]))
+    for angle in (-0.9, 0.2, 0.5, 1.4):
+        piece, t, side = find_piece(arrays.intervals, arrays.neighbours, arrays.periodicity, angle, 0)
+        assert side == -1
+        x, slope = exact_slider(angle)
+        assert evaluate_table_output(model, piece, t, 0) == pytest.approx((x, slope), abs=10 * TABLE_ERROR)
+        second = exact_slider_second_derivative(angle)
+        assert evaluate_output_second_derivative(model, piece, t, 0) == pytest.approx(second, abs=1e3 * TABLE_ERROR)  # pieces of 0.1 rad
+        force, limit = evaluate_static_force(model, piece, t, np.zeros(N_STATES), 0.0)
+        assert force == pytest.approx(-70.0 * (x - 0.3) * slope, rel=1e-9)
+        assert limit == 0.0
