@@ -3,13 +3,15 @@
 A mutant is the package with one small fault: an operator, a comparison, a number, a condition or a statement is changed. It is killed if
 a test fails. Mutants are a random sample of all that a folder has; messages, docstrings, annotations and examples for schemas are not
 changed. A mutant exists in memory alone: the loader of its module compiles the changed syntax tree. Kernels that contain the change are
-interpreted, not compiled, so that a mutant costs seconds. Tests stop at the first failure; those that import the module of the mutant run
-first. A mutant that takes longer than the limit is killed by its time: it loops.
+interpreted, not compiled, so that a mutant costs seconds. Only tests that reach its line run, the shortest first, up to a limit of their
+time (see `mutant_tests`): those of its folder, and then wider ones if the first ones notice nothing. Tests stop at
+the first failure. A mutant that takes much longer than its tests do is killed by its time: it loops.
 
 Tools that write mutants to files (cosmic-ray) would compile all kernels for every mutant; mutmut changes no function with a decorator, and
 every kernel has one.
 
-Usage: python benchmarks/mutants.py [closed_form effects mechanics] [--count 200] [--seed 18] [--only NUMBER ...] [--table mutants.tsv]
+Usage: python benchmarks/mutants.py [closed_form effects mechanics] [--count 200] [--seed 18] [--only NUMBER ...] [--own]
+                                    [--table mutants.tsv] [--reach mutants.reach]
 """
 
 from __future__ import annotations

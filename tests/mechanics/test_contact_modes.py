@@ -11,8 +11,10 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.mechanics.contact.input_modes import InputModes
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
-from governor_mechanism.mechanics.dynamics.lowering import make_system, with_held_values
+from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES, evaluate_event_functions, evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.lowering import make_system, make_system_workspace, with_held_values
 from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
+from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.coupling.couplings import GearCoupling
 from governor_mechanism.model.force_elements import Torque
 from governor_mechanism.model.scene import Scene
@@ -55,6 +57,24 @@ def test_what_slides_ends_at_rest_or_at_a_stop():
         (EventFunctionKind.VALUE, -1.0, 0.4),
     ]
     assert not len(make_system(disc(FRICTION, STOPS), ContactMode((None,), (-1,), is_locked=True))[0].event_functions)
+
+
+def event_values(scene: Scene, mode: ContactMode, angle: float, rate: float) -> list[float]:
+    """Return the values of the event functions at an angle and a rate of the disc."""
+    system, functions = make_system(scene, mode)
+    workspace, state = make_system_workspace(system), np.array([0.0, 0.0, angle, 0.0, 0.0, rate, *(0.0,) * N_ENERGY_STATES])
+    evaluate_state_derivative(system, workspace, stack_local_cubics(functions, np.zeros(1))[0], 0.0, state, np.empty_like(state))
+    values = np.empty(len(system.event_functions))
+    evaluate_event_functions(system, workspace, state, values)
+    return values.tolist()
+
+
+def test_event_functions_are_what_is_beyond_their_thresholds():
+    torque = Torque(name="load", second="wheel", moment=InputFunction(values=(2.0,)))
+    scene = coupled_scene(discs_part("disc", {"wheel": 0.5}, torque)).with_changes(effects=(FRICTION, STOPS))
+    assert event_values(scene, ContactMode((None,), (-1,)), 0.3, -1.2) == pytest.approx([-1.2, 0.3 - 0.9, -0.3 - 0.4])
+    # The torque is held against a friction of 0.7 N m: it would have to push by 2 N m backwards.
+    assert sorted(event_values(scene, ContactMode((0.3,), (0,)), 0.3, 0.0)) == pytest.approx([-2.0 - 0.7, 2.0 - 0.7])
 
 
 @pytest.mark.parametrize("is_taut", [False, True])

@@ -8,10 +8,16 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from coupled_scenes import coupled_scene, discs_part
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.mechanics.dynamics.inverse_dynamics import compute_inverse_dynamics
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.model.force_elements import Spring, Torque
+from governor_mechanism.model.joints import GROUND, Point
+from governor_mechanism.model.part import Spindle
+from governor_mechanism.model.time_functions import InputFunction
+from governor_scenes import PORTER, governor_scene
 
 ROUNDING = 1e-12
 """Rounding of the solution of the joint forces, relative to the largest one."""
@@ -48,3 +54,32 @@ def test_forces_and_moments_on_each_body_give_its_accelerations(name, speed):
     allowed = ROUNDING * np.max(np.abs(result.joint_forces))
     np.testing.assert_allclose(total[is_free], (mass * result.accelerations[0])[is_free], atol=allowed)
     assert np.max(np.abs(velocities)) > 0.5
+
+
+def test_a_spring_between_coincident_points_has_no_direction_and_does_not_act():
+    spring = Spring(name="band", first=Point(body="wheel"), second=Point(body=GROUND), stiffness=70.0, free_length=0.3)
+    scene = coupled_scene(
+        discs_part("disc", {"wheel": 0.5}, spring, Torque(name="load", second="wheel", moment=InputFunction(values=(2.0,))))
+    )
+    result = compute_inverse_dynamics(scene, np.zeros(1), np.zeros((1, 1, 3)), np.zeros((1, 1, 3)), np.zeros((1, 0)))
+    assert result.accelerations.tolist() == [[[0.0, 0.0, 4.0]]]
+    np.testing.assert_allclose(result.joint_forces, 0.0, atol=1e-15)
+
+
+def test_drives_and_given_speeds_of_several_parts_do_not_mix():
+    """A driven mechanism and a governor at a given speed accelerate as each does alone."""
+    driven, governor = (
+        gm.load("quick_return").part,
+        governor_scene(PORTER, speed=Spindle(times=(0.0, 2.0), speeds=(12.0, 14.0)), angle=0.7).part,
+    )
+    both = coupled_scene(replace(driven, name="shaper"), governor)
+    accelerations, power = [], []
+    for scene in (both, coupled_scene(driven), coupled_scene(governor)):
+        poses, velocities = initial_state(scene)
+        result = compute_inverse_dynamics(scene, np.full(1, 0.01), poses[np.newaxis], velocities[np.newaxis], np.zeros((1, 0)))
+        accelerations.append(result.accelerations[0])
+        power.append(float(result.power[0]))
+    np.testing.assert_allclose(accelerations[0], np.concatenate(accelerations[1:]), rtol=1e-12, atol=1e-12)
+    assert power[0] == pytest.approx(power[1] + power[2], rel=1e-12)
+    assert abs(power[1]) > 1.0
+    assert np.max(np.abs(accelerations[1])) > 1.0

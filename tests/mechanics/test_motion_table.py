@@ -21,7 +21,6 @@ from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.output_variables import Limit, LineAngle
-from governor_mechanism.model.part import Start
 from governor_mechanism.scenes.parser import parse_scene_document
 
 CRANK, ROD = 0.1, 0.3
@@ -113,16 +112,38 @@ def test_a_table_ends_where_another_reading_reaches_its_limit(limits, side, valu
     assert not table.extend(side)
 
 
-def test_a_table_ends_at_a_turning_point_of_its_coordinate():
-    scene = slider_crank(coordinate="slider_x").with_changes(start=Start(values={"slider_x": 0.35}))
+@pytest.mark.parametrize("limit", [None, Limit(reading="slider_x", low=0.25, high=1.0, low_message="near", high_message="far")])
+def test_a_table_ends_at_a_turning_point_of_its_coordinate(limit):
+    scene = slider_crank(coordinate="slider_x", limits=() if limit is None else (limit,))
     poses = PositionSolver(scene.mechanism).solve({"slider_x": 0.35})
-    table = MotionTable(scene, 0.35, poses)
-    while table.extend(1):
-        pass
+    table = MotionTable(scene, 0.35, poses, fit_tolerance=1e-6)  # pieces become narrower and narrower there
+    extend_to(table, 0.0, 1.0)
     is_at_limit, message = table.end_message(1)
     assert not is_at_limit
     assert "turning point" in message
-    assert table.end_coordinate(1) == pytest.approx(CRANK + ROD, abs=1e-3)  # pieces become narrower and narrower there
+    assert table.end_coordinate(1) == pytest.approx(CRANK + ROD, abs=1e-3)
+    if limit is not None:
+        assert table.end_message(0) == (True, "slider_x: near")
+        assert table.end_coordinate(0) == 0.25
+
+
+def test_a_table_ends_at_a_limit_of_its_coordinate():
+    limit = Limit(reading="crank_angle", low=-0.5, high=0.9, low_message="far back", high_message="far on")
+    line = Limit(reading="slider_x", low=0.1, high=0.9, low_message="near", high_message="far")
+    table = extend_to(start_table(slider_crank(limits=(line, limit))), -2.0, 2.0)
+    assert [table.end_coordinate(side) for side in (0, 1)] == [-0.5, 0.9]
+    assert [table.end_message(side) for side in (0, 1)] == [(True, "crank_angle: far back"), (True, "crank_angle: far on")]
+
+
+@pytest.mark.parametrize("angle", [0.4, 1.7, -1.2])
+def test_a_table_starts_from_a_guess_on_its_branch(angle):
+    scene = slider_crank()
+    guess = PositionSolver(scene.mechanism).solve({"crank_angle": 0.4})
+    table = MotionTable(scene, angle, guess, is_guess=True)
+    assert table.is_started
+    np.testing.assert_allclose(table.evaluate_poses(np.array([angle]))[0][0, 2, 0], exact_slider(angle)[0], atol=TABLE_ERROR)
+    sliding = slider_crank(coordinate="slider_x")
+    assert not MotionTable(sliding, 0.5, guess, is_guess=True).is_started  # farther than crank and rod reach
 
 
 def test_the_poses_of_a_table_close_the_joints():
@@ -169,17 +190,19 @@ def exact_slider_second_derivative(angles):
 
 
 def test_outputs_and_static_force_on_both_sides_of_the_start():
-    scene = slider_crank().with_changes(effects=(OutputSpring(reading="slider_x", rate=70.0, zero=0.3, one_sided=True),))
+    springs = [OutputSpring(reading=name, rate=70.0, zero=zero, one_sided=True) for name, zero in (("crank_angle", 0.0), ("slider_x", 0.3))]
+    scene = slider_crank().with_changes(effects=tuple(springs))
     table = extend_to(start_table(scene), -1.0, 1.5)
     arrays = table.table
-    model = make_reduced_model(arrays, table.forces, np.zeros((1, 5)), np.array([0, 1]))
+    model = make_reduced_model(arrays, table.forces, np.zeros((1, 5)), np.array([0, 0, 1]))
     for angle in (-0.9, 0.2, 0.5, 1.4):
         piece, t, side = find_piece(arrays.intervals, arrays.neighbours, arrays.periodicity, angle, 0)
         assert side == -1
         x, slope = exact_slider(angle)
-        assert evaluate_table_output(model, piece, t, 0) == pytest.approx((x, slope), abs=10 * TABLE_ERROR)
+        assert evaluate_table_output(model, piece, t, 0) == pytest.approx((angle, 1.0), abs=TABLE_ERROR)
+        assert evaluate_table_output(model, piece, t, 1) == pytest.approx((x, slope), abs=10 * TABLE_ERROR)
         second = exact_slider_second_derivative(angle)
-        assert evaluate_output_second_derivative(model, piece, t, 0) == pytest.approx(second, abs=1e3 * TABLE_ERROR)  # pieces of 0.1 rad
+        assert evaluate_output_second_derivative(model, piece, t, 1) == pytest.approx(second, abs=1e3 * TABLE_ERROR)  # pieces of 0.1 rad
         force, limit = evaluate_static_force(model, piece, t, np.zeros(N_STATES), 0.0)
         assert force == pytest.approx(-70.0 * (x - 0.3) * slope, rel=1e-9)
         assert limit == 0.0

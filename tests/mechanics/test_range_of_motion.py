@@ -121,7 +121,7 @@ def slide(start):
 def test_an_unbounded_slide_is_traced_up_to_the_maximum_length(rotates):
     mechanism = slide(0.0)
     motion_range = find_range_of_motion(mechanism, rotates_with_spindle=rotates)
-    assert motion_range.high == pytest.approx(5.0, rel=1e-4)
+    assert (motion_range.low, motion_range.high) == pytest.approx((-5.0, 5.0), rel=1e-4)
     assert "followed over a length of 50 length scales" in motion_range.high_message
     assert len(PathContinuation(mechanism, rotates_with_spindle=rotates).find_end(1.0).points) < 100  # the steps grow on a straight path
 
@@ -240,3 +240,15 @@ def test_a_range_in_the_turning_plane_ends_where_a_mass_centre_reaches_the_axis(
     fixed = find_range_of_motion(mechanism, rotates_with_spindle=False)
     assert fixed.ends[0] < motion_range.ends[0]
     assert find_range_of_motion(slide(0.4), rotates_with_spindle=True).ends[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_whole_turns_are_removed_from_the_angle_of_a_line_alone():
+    pendulum = find_range_of_motion(pendulum_between(low=-1.0, high=1.0), rotates_with_spindle=False)
+    values = np.array([0.3, 0.3 + math.tau, 0.3 - 2 * math.tau, 2.0, 1.4, -1.4])
+    np.testing.assert_allclose(pendulum.unwrap_values(values), [0.3, 0.3, 0.3, 2.0, 1.4, -1.4], atol=1e-14)
+    rocker = find_range_of_motion(four_bar(crank=0.3, coupler=0.25, rocker=0.3, ground=0.4), rotates_with_spindle=False)
+    np.testing.assert_array_equal(rocker.unwrap_values(values), values)
+    crank = find_range_of_motion(four_bar(crank=0.1, coupler=0.4, rocker=0.3, ground=0.4), rotates_with_spindle=False)
+    turned = crank.unwrap_values(values)
+    assert np.all((turned >= crank.low) & (turned <= crank.high))
+    np.testing.assert_allclose(np.exp(1j * turned), np.exp(1j * values), atol=1e-14)
