@@ -84,10 +84,10 @@ LIBRARIES = ("hypothesis.strategies", "matplotlib.figure", "pint", "pydantic", "
 """Imported once; the processes of the mutants share them."""
 
 
-TEST_SECONDS = 45.0
+TEST_SECONDS = 30.0
 """CPU time of the tests of a mutant, s, its own and the wider ones each."""
 
-FIRST_SECONDS, SECONDS_RATIO = 20.0, 3.0
+FIRST_SECONDS, SECONDS_RATIO = 15.0, 2.0
 """Limit of the CPU time of a mutant: seconds for imports, and a ratio to what its tests take without one."""
 
 MEMORY_LIMIT = 6 * 2**30

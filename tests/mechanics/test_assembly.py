@@ -122,3 +122,13 @@ def test_from_a_turning_point_of_a_reading_the_first_coordinate_grows(angle):
     )
     (x, y, _), across = PositionSolver(mechanism).solve({"height": -0.2})[0], 0.4 * math.sqrt(1 - 0.5**2)
     assert (x, y) == pytest.approx(-0.2 * up + across * np.array([up[1], -up[0]]), abs=1e-12)
+
+
+@pytest.mark.parametrize("factor", [1e-6, 1e6])
+def test_velocities_are_as_large_as_the_rates_that_they_have(factor):
+    solver = PositionSolver(mechanism_of(PORTER))
+    poses = solver.solve_at_coordinate(0.7)
+    velocities = solver.solve_velocities(poses, {"arm_angle": 1.0})
+    np.testing.assert_allclose(solver.solve_velocities(poses, {"arm_angle": factor}), factor * velocities, atol=1e-12 * factor)
+    with pytest.raises(MechanismError, match="contradict"):
+        solver.solve_velocities(poses, {"arm_angle": factor, "sleeve_lift": factor})

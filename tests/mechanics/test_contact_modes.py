@@ -11,12 +11,22 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.mechanics.contact.input_modes import InputModes
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode
-from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES, evaluate_event_functions, evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.equations_of_motion import (
+    N_ENERGY_STATES,
+    evaluate_event_functions,
+    evaluate_state_derivative,
+    project_state,
+)
 from governor_mechanism.mechanics.dynamics.lowering import make_system, make_system_workspace, with_held_values
 from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.coupling.couplings import GearCoupling
 from governor_mechanism.model.force_elements import Torque
+from governor_mechanism.model.joints import GROUND, Point
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance
+from governor_mechanism.model.part import FIXED_PLANE, Part
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, TableFunction
 
@@ -28,6 +38,12 @@ def disc(*effects) -> Scene:
     return coupled_scene(discs_part("disc", {"wheel": 0.5})).with_changes(effects=effects)
 
 
+HELD_READINGS = (
+    BodyAngle(name="held", quantity="angle", body="ball"),
+    PointDistance(name="held", quantity="length", first=Point(body=GROUND), second=Point(body="ball", x=0.1)),
+    PointCoordinate(name="held", quantity="length", point=Point(body="ball"), direction_x=0.6, direction_y=0.8, zero=-0.2),
+    LineAngle(name="held", quantity="angle", start=Point(body=GROUND), end=Point(body="ball")),
+)
 FRICTION = DryFriction(reading=ANGLE, force=InputFunction(values=(0.7,)))
 STOPS = Stops(reading=ANGLE, low=-0.4, high=0.9)
 
@@ -93,6 +109,23 @@ def test_other_held_values_are_those_of_a_new_system(effects):
     moved = with_held_values(system, [0], modes[1])
     np.testing.assert_array_equal(moved.constraint_rows.table, make_system(scene, modes[1])[0].constraint_rows.table)
     assert np.any(moved.constraint_rows.table != system.constraint_rows.table)
+
+
+@pytest.mark.parametrize("reading", HELD_READINGS, ids=lambda one: type(one).__name__)
+def test_an_output_is_held_at_its_value(reading):
+    """The nearest poses at which the holding row is satisfied have that value."""
+    ball = Body(name="ball", mass=1.0, second_moments=SecondMoments(xx=0.5))
+    mechanism = Mechanism(
+        bodies=(ball,), joints=(), readings=(reading,), coordinate="held", length_scale=1.0, initial_guess=((0.3, -0.4, 0.1),)
+    )
+    part = Part(name="part", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE)
+    scene = coupled_scene(part).with_changes(effects=(DryFriction(reading="held", force=InputFunction(values=(1.0,))),))
+    for held in (0.45, 0.6):
+        system, functions = make_system(scene, ContactMode((held,), (0,)))
+        poses, cubics = np.array([[0.3, -0.4, 0.1]]), stack_local_cubics(functions, np.zeros(1))[0]
+        project_state(system, make_system_workspace(system), cubics, 0.0, poses, np.zeros((1, 3)), 1e-15)
+        assert float(evaluate_output_value(mechanism, "held", poses)) == pytest.approx(held, abs=1e-14)
+        assert np.any(poses != [[0.3, -0.4, 0.1]])
 
 
 def segment_of_table(scene: Scene, current: int, value: float, rate: float, *, is_triggered: bool = False) -> int:

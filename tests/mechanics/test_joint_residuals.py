@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.model.curves import PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import (
@@ -20,9 +22,10 @@ from governor_mechanism.model.joints import (
     RackAndPinion,
     RotationalDriver,
     TranslationalDriver,
+    Weld,
 )
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.output_variables import BodyAngle
+from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate
 from governor_mechanism.model.time_functions import PrescribedMotion
 
 LENGTH_SCALE = 0.4
@@ -81,3 +84,15 @@ def test_joints_of_displacements_and_angles(joint, residual):
     first, second = complex(1, 2) - 0.1 * np.exp(0.5j), complex(1.7, 1.4) + 0.2j * np.exp(0.3j)
     poses = np.array([[first.real, first.imag, 0.5], [second.real, second.imag, 0.3]])
     assert equations_of(joint).residuals(poses, 0.5) == pytest.approx([residual], abs=1e-15)
+
+
+def test_a_weld_of_bodies_that_cannot_rotate_keeps_their_distance_alone():
+    bodies = tuple(Body(name=name, mass=1.0, can_rotate=False) for name in "ab")
+    reading = PointCoordinate(name="x", quantity="length", point=Point(body="a"), direction_x=1.0, direction_y=0.0)
+    weld = Weld(name="j", first=Point(body="a"), second=Point(body="b"))
+    mechanism = Mechanism(
+        bodies=bodies, joints=(weld,), readings=(reading,), coordinate="x", length_scale=1.0, initial_guess=((0.0,) * 3,) * 2
+    )
+    assert ConstraintEquations(mechanism).joint_indices.tolist() == [0, 0]
+    with pytest.raises(MechanismError, match="'j' prescribes a relative angle of two bodies that cannot rotate"):
+        ConstraintEquations(replace(mechanism, joints=(replace(weld, relative_angle=0.1),)))

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from coupled_scenes import coupled_scene, discs_part
 from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.mechanics.dynamics.equations_of_motion import project_state
+from governor_mechanism.mechanics.dynamics.lowering import make_system, make_system_workspace
 from governor_mechanism.mechanics.dynamics.projection import StateProjector
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, stack_local_cubics
+from governor_mechanism.model.joints import GROUND, Point, RotationalDriver
+from governor_mechanism.model.time_functions import Harmonic, PrescribedMotion
 
 NAMES = ["porter_heavy_rods", "slider_crank_torque", "quick_return"]
 
@@ -44,3 +52,26 @@ def test_without_closing_the_joints_only_velocities_change_by_impulses_of_the_jo
     for impulse, rows in zip(impulses[:, moving], jacobian[..., moving], strict=True):
         multipliers = np.linalg.lstsq(rows.T, impulse, rcond=None)[0]
         np.testing.assert_allclose(rows.T @ multipliers, impulse, atol=1e-12 * np.max(np.abs(impulse)))
+
+
+def test_drives_go_on_in_local_time():
+    """The cubics and harmonics of a drive at a time, a little later, are those at the later time."""
+    motion = PrescribedMotion.constant_rate(0.2, 1.5, (Harmonic(amplitude=0.3, frequency=2.0, phase=0.5),))
+    table = PrescribedMotion(times=(0.0, 0.4, 1.1, 1.6), values=(0.2, 0.9, -0.3, 0.4))
+    drives = tuple(
+        RotationalDriver(name=f"drive {k}", first=Point(body=GROUND), second=Point(body=f"disc {k}"), motion=one)
+        for k, one in enumerate((motion, table))
+    )
+    part = discs_part("discs", {"disc 0": 0.5, "disc 1": 0.7})
+    part = replace(part, mechanism=replace(part.mechanism, joints=(*part.mechanism.joints, *drives)))
+    system, functions = make_system(coupled_scene(part))
+    found = []
+    for time, local_time in ((0.5, 0.3), (0.8, 0.0)):
+        poses, velocities = np.zeros((2, 3)), np.zeros((2, 3))
+        cubics = stack_local_cubics(functions, np.array([time]))[0]
+        project_state(system, make_system_workspace(system), cubics, local_time, poses, velocities, 0.0)
+        found.append([poses[:, 2], velocities[:, 2]])
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-12)
+    exact, end = [CubicTimeFunction(one) for one in (motion, table)], np.array([0.8])
+    expected = [[float(one(end)[0]) for one in exact], [float(one.derivative(end)[0]) for one in exact]]
+    np.testing.assert_allclose(found[1], expected, rtol=1e-12)

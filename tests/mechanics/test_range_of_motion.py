@@ -252,3 +252,15 @@ def test_whole_turns_are_removed_from_the_angle_of_a_line_alone():
     turned = crank.unwrap_values(values)
     assert np.all((turned >= crank.low) & (turned <= crank.high))
     np.testing.assert_allclose(np.exp(1j * turned), np.exp(1j * values), atol=1e-14)
+
+
+def test_a_motion_is_traced_up_to_limits_of_other_readings():
+    mechanism = unlimited(pendulum_between(low=-0.1, high=0.3))
+    motion_range = find_range_of_motion(mechanism, rotates_with_spindle=False)
+    assert motion_range.ends == pytest.approx((-math.asin(0.25), math.asin(0.75)), abs=1e-9)
+    assert (motion_range.low_message, motion_range.high_message) == ("the left wall", "the right wall")
+    # Its path has all points that were found, each once.
+    continuation = PathContinuation(mechanism, rotates_with_spindle=False)
+    low_end, high_end = continuation.find_end(-1.0), continuation.find_end(1.0)
+    expected = sorted({point.value for end in (low_end, high_end) for point in end.points})
+    np.testing.assert_array_equal(motion_range.path.values, expected)

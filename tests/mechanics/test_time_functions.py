@@ -48,3 +48,10 @@ def test_rows_of_inputs_without_harmonics_are_filled_with_zeros():
 def test_a_harmonic_has_finite_values_and_a_positive_frequency(wrong):
     with pytest.raises(MechanismError, match=next(reversed(wrong))):
         Harmonic(amplitude=1.0, **wrong)
+
+
+@pytest.mark.parametrize(("times", "values"), [((0.0, 0.0, 1.0), (1.0, 2.0, 4.0)), ((0.0, 1.0, 1.0), (2.0, 4.0, 9.0))])
+def test_a_jump_may_be_the_first_or_the_last_point(times, values):
+    load = CubicTimeFunction(InputFunction(times=times, values=values))
+    np.testing.assert_allclose(load(np.array([0.25, 0.5, 0.75])), [2.5, 3.0, 3.5], rtol=1e-15)
+    np.testing.assert_array_equal(load(np.array([-1.0, 0.0, 1.0, 2.0])), [values[0], 2.0, values[2], values[2]])

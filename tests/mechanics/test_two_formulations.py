@@ -74,6 +74,12 @@ def given_motion(scene: Scene, time: float) -> tuple[float, float]:
     return speed * ratio, rate * ratio + amplitude * spindle.cycles_per_turn * speed**2 * np.cos(phase)
 
 
+def rate_at_start(scene: Scene, name: str) -> float:
+    """Return the rate of a reading at the start of a scene."""
+    poses, velocities = initial_state(scene)
+    return float(evaluate_output(scene.mechanism, name, poses).rate(velocities))
+
+
 def turning_inertia(scene: Scene, poses: np.ndarray) -> float:
     """Return the moment of inertia of all bodies in the turning plane about the spindle."""
     total = 0.0
@@ -104,6 +110,20 @@ def test_loads_of_shipped_scenes(name):
     compare_formulations(scene.with_changes(spindle=ramp, start=replace(scene.start, rates={scene.mechanism.coordinate: -0.3})), time=0.5)
 
 
+def test_loads_and_effects_of_one_part():
+    scene = gm.load("slider_crank_torque")
+    effects = (
+        Dashpot(reading="slider_x", linear=3.0),
+        DryFriction(reading="crank_angle", force=InputFunction(values=(0.2,))),
+        OutputSpring(reading="slider_x", rate=40.0, zero=0.3, one_sided=True),
+    )
+    turning = replace(scene.start, rates={"crank_angle": 4.0})
+    loaded = compare_formulations(scene.with_changes(effects=(*scene.effects, *effects), start=turning))
+    plain = compare_formulations(scene.with_changes(start=turning))
+    assert loaded["dissipation"] == pytest.approx(3.0 * rate_at_start(scene.with_changes(start=turning), "slider_x") ** 2 + 0.2 * 4.0)
+    assert loaded["acceleration"] != plain["acceleration"]
+
+
 def test_effects_along_a_reading_of_a_governor():
     """A slack spring does not act; friction and dashpots oppose the motion."""
     chain = OutputSpring(reading="sleeve_lift", rate=300.0, zero=0.02, one_sided=True)
@@ -117,7 +137,22 @@ def test_effects_along_a_reading_of_a_governor():
         scene = governor_scene(PORTER, speed=Spindle(times=(0.0, 2.0), speeds=(12.0, 14.0)), angle=0.7, rate=0.4 * sign)
         scene = scene.with_changes(effects=(*scene.effects, *effects, *(chain,) * with_chain))
         found = compare_formulations(scene, time=0.5, sliding_sign=sign, is_taut=is_taut)
-        rate = abs(float(evaluate_output(scene.mechanism, "sleeve_lift", *initial_state(scene)).rate(initial_state(scene)[1])))
+        rate = abs(rate_at_start(scene, "sleeve_lift"))
         assert found["dissipation"] == pytest.approx(120.0 * rate**2 + 900.0 * rate**3 + 25.0 * rate, rel=TABLE_ERROR)
         accelerations[sign, is_taut, with_chain] = found["acceleration"]
     assert accelerations[1, False, True] == accelerations[1, False, False] > accelerations[1, True, True]
+
+
+def test_inputs_go_on_in_local_time():
+    """The cubics of the inputs at a time, a little later, are those at the later time."""
+    table = {"times": (0.0, 0.7, 1.5, 2.0), "values": (25.0, 31.0, 28.0, 40.0)}
+    speed = Spindle(times=table["times"], speeds=(12.0, 12.5, 12.4, 14.0), speed_fluctuation=0.1, cycles_per_turn=3.0)
+    scene = governor_scene(PORTER, speed=speed, angle=0.7, rate=0.4)
+    scene = scene.with_changes(effects=(*scene.effects, DryFriction(reading="sleeve_lift", force=InputFunction(**table))))
+    motion = MotionTable(scene, 0.7, initial_state(scene)[0])
+    found = []
+    for time, local_time in ((0.8, 0.5), (1.3, 0.0)):
+        cubics, further_rates = stack_local_cubics(motion.time_functions, np.array([time]))[0], np.empty((N_FURTHER_STATES, 1))
+        model = make_reduced_model(motion.table, motion.forces, cubics, np.array([0, 1]))
+        found.append([evaluate_acceleration(model, 0, -1.0, 0.4, 0.0, 0.0, local_time, True, further_rates, 0), *further_rates[:2, 0]])
+    np.testing.assert_allclose(*found, rtol=1e-12)
