@@ -3,13 +3,15 @@
 A mutant is the package with one small fault: an operator, a comparison, a number, a condition or a statement is changed. It is killed if
 a test fails. Mutants are a random sample of all that a folder has; messages, docstrings, annotations and examples for schemas are not
 changed. A mutant exists in memory alone: the loader of its module compiles the changed syntax tree. Kernels that contain the change are
-interpreted, not compiled, so that a mutant costs seconds. Tests stop at the first failure; those that import the module of the mutant run
-first. A mutant that takes longer than the limit is killed by its time: it loops.
+interpreted, not compiled, so that a mutant costs seconds. Only tests that reach its line run, the shortest first, up to a limit of their
+time (see `mutant_tests`): those of its folder, and then wider ones if the first ones notice nothing. Tests stop at
+the first failure. A mutant that takes much longer than its tests do is killed by its time: it loops.
 
 Tools that write mutants to files (cosmic-ray) would compile all kernels for every mutant; mutmut changes no function with a decorator, and
 every kernel has one.
 
-Usage: python benchmarks/mutants.py [closed_form effects mechanics] [--count 200] [--seed 18] [--only NUMBER ...] [--table mutants.tsv]
+Usage: python benchmarks/mutants.py [closed_form effects mechanics] [--count 200] [--seed 18] [--only NUMBER ...] [--own]
+                                    [--table mutants.tsv] [--reach mutants.reach]
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ import importlib
 import importlib.abc
 import importlib.machinery
 import importlib.util
+import math
 import os
 import random
 import resource
@@ -27,11 +30,13 @@ import shutil
 import signal
 import sys
 import time
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import CodeType
 
+from mutant_tests import ReachRecorder, RecordedTest, read_record, record_place, tests_that_reach
 from mutations import PACKAGE, SOURCE, Mutant, all_mutants, mutated_tree
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -39,57 +44,51 @@ ROOT = Path(__file__).resolve().parents[1]
 
 @dataclass(frozen=True)
 class Tests:
-    """Tests of a folder: files where kernels are compiled, files where they are interpreted, and which tests of these are short enough."""
+    """Test files of a folder: its own, and wider ones for what those do not notice."""
 
-    compiled: tuple[str, ...]
-    interpreted: tuple[str, ...]
-    short: str = ""
+    own: tuple[str, ...]
+    wider: tuple[str, ...] = ()
 
 
-CONTACT_TESTS, IMPACT_TESTS = ("tests/engines/test_effects.py",), "tests/mechanics/test_impacts.py"
-
-MECHANICS_TESTS = ("tests/mechanics", "tests/engines/test_joint_types.py")
-SHORT_MECHANICS_TESTS = (
-    "not impulse and not equilibria and not equilibrium_speed and not traced_range_of_a_governor and not period_ends "
-    "and not agree_with_the_run and not torque_of_a_drive and not elliptic_integral and not table_of_a_parabola"
+ENGINE_TESTS = tuple(
+    f"tests/engines/test_{name}.py"
+    for name in (
+        "combined_effects",
+        "couplings",
+        "effects",
+        "error_scales",
+        "free_spindle",
+        "inertial_frame",
+        "initial_state",
+        "inputs_and_reports",
+        "joint_types",
+        "limit_excursions",
+        "moving_points",
+        "multibody",
+        "reactions",
+        "reduced",
+        "reduced_shaft",
+        "start_on_a_stop",
+    )
 )
 
 TESTS = {
-    "closed_form": Tests(("tests/closed_form",), ("tests/closed_form",)),
-    "effects": Tests(
-        ("tests/effects", "tests/scenes/test_effect_tables.py"),
-        ("tests/effects", *CONTACT_TESTS),
-        "(linear_dashpot_stops and reduced) or (test_descriptions and not governor and not rods and not play and not row)",
-    ),
-    "mechanics/contact": Tests(
-        (*CONTACT_TESTS, IMPACT_TESTS),
-        (*CONTACT_TESTS, IMPACT_TESTS),
-        "test_impacts or (not impulse and "
-        "(reduced_friction or friction_oscillator or elastic_stop or stop_with_friction or one_sided or held_values))",
-    ),
-    "mechanics/reduction": Tests((*MECHANICS_TESTS, "tests/engines/test_reduced_shaft.py"), MECHANICS_TESTS, SHORT_MECHANICS_TESTS),
-    "mechanics/dynamics": Tests(
-        (*MECHANICS_TESTS, "tests/engines/test_reactions.py", *CONTACT_TESTS), MECHANICS_TESTS, SHORT_MECHANICS_TESTS
-    ),
-    "mechanics": Tests(MECHANICS_TESTS, MECHANICS_TESTS, SHORT_MECHANICS_TESTS),
+    "closed_form": Tests(("tests/closed_form",)),
+    "effects": Tests(("tests/effects", "tests/scenes/test_effect_tables.py", "tests/engines/test_effects.py")),
+    "mechanics": Tests(("tests/mechanics",), (*ENGINE_TESTS, "tests/statics", "tests/observables")),
 }
-"""Tests of each folder: its own, and those of the engines that test it directly; the first name that fits a file."""
+"""Tests of each folder."""
 
 
 LIBRARIES = ("hypothesis.strategies", "matplotlib.figure", "pint", "pydantic", "pymunk", "scipy.integrate", "scipy.optimize")
 """Imported once; the processes of the mutants share them."""
 
-FOLDERS = ("closed_form", "effects", "mechanics")
 
+TEST_SECONDS = 30.0
+"""CPU time of the tests of a mutant, s, its own and the wider ones each."""
 
-def tests_of(mutant: Mutant) -> Tests:
-    """Return the tests of a mutant."""
-    place = str(mutant.path.relative_to(SOURCE / PACKAGE))
-    return next(tests for folder, tests in TESTS.items() if place.startswith(folder))
-
-
-SECONDS_LIMIT = 150
-"""Limit of the CPU time of a mutant, s: more than twice what the tests of a folder take."""
+FIRST_SECONDS, SECONDS_RATIO = 15.0, 2.0
+"""Limit of the CPU time of a mutant: seconds for imports, and a ratio to what its tests take without one."""
 
 MEMORY_LIMIT = 6 * 2**30
 """Limit of the memory of a mutant, bytes: a loop that grows an array ends."""
@@ -106,7 +105,7 @@ class _NamedRecords(ast.NodeTransformer):
     def visit_Call(self, node: ast.Call) -> ast.AST:
         self.generic_visit(node)
         if ast.unparse(node.func) == "np.dtype":
-            node.args = [ast.Tuple(elts=[ast.parse("np.record", mode="eval").body, node.args[0]], ctx=ast.Load())]
+            node.args = [ast.Tuple(elts=[ast.parse("__import__('mutations').NamedRecord", mode="eval").body, node.args[0]], ctx=ast.Load())]
         return node
 
 
@@ -149,31 +148,40 @@ class MutantFinder(importlib.abc.MetaPathFinder):
 # --- runs --------------------------------------------------------------------------------------------------------------
 
 
-def ordered_tests(places: Sequence[str], mutant: Mutant | None) -> list[str]:
-    """Return test files, those that import the mutant's module first, then those that import its neighbours."""
-    files = [file for place in places for file in _test_files(ROOT / place)]
-    if mutant is None:
-        return [str(file) for file in files]
-    parent, _, stem = mutant.module.rpartition(".")
-
-    def distance(file: Path) -> tuple[int, int]:
-        text = file.read_text(encoding="utf-8")
-        imports_it = mutant.module in text or f"from {parent} import {stem}" in text
-        return (0 if imports_it else 1 if parent in text else 2), 0 if stem in file.stem else 1
-
-    return [str(file) for file in sorted(files, key=distance)]
+def recorded_tests(folder: str, places: Sequence[str], is_interpreted: bool, base: Path) -> list[RecordedTest]:
+    """Return the tests of a folder that pass, and what they reach; what is not recorded, or older than its test file, is recorded."""
+    found: list[RecordedTest] = []
+    for file in (file for place in places for file in _test_files(ROOT / place)):
+        place = record_place(base, folder, file, is_interpreted)
+        if not place.is_file() or place.stat().st_mtime < file.stat().st_mtime:
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_text("")
+            recorder = ReachRecorder(str(SOURCE / PACKAGE / folder), place)
+            run_tests([str(file)], None, is_interpreted, place.with_suffix(".log"), [recorder])
+            print(f"{place.stem}: {len(read_record(place))} tests recorded", flush=True)
+        found += read_record(place)
+    return found
 
 
 def _test_files(place: Path) -> list[Path]:
     return [place] if place.is_file() else sorted(place.rglob("test_*.py"))
 
 
-def run_tests(tests: Tests, mutant: Mutant | None, is_interpreted: bool, output: Path) -> str:
-    """Return what the tests say of a mutant: killed, timeout or survived. A child process runs them; imports of libraries are shared."""
+def run_tests(
+    tests: Sequence[str],
+    mutant: Mutant | None,
+    is_interpreted: bool,
+    output: Path,
+    plugins: Sequence[object] = (),
+    seconds: float = math.inf,
+) -> str:
+    """Return what tests say of a mutant: killed, timeout or survived. A child process runs them; imports of libraries are shared."""
+    if not tests:
+        return "survived"
     sys.stdout.flush()
     child = os.fork()
     if child == 0:
-        os._exit(_run_in_child(tests, mutant, is_interpreted, output))
+        os._exit(_run_in_child(tests, mutant, is_interpreted, output, plugins, seconds))
     _, status = os.waitpid(child, 0)
     code = os.waitstatus_to_exitcode(status)
     return "survived" if code == 0 else "timeout" if code == -signal.SIGXCPU else "killed"
@@ -186,7 +194,9 @@ def use_kernel_cache_copy(folder: Path) -> None:
     os.environ["NUMBA_CACHE_DIR"] = str(folder)
 
 
-def _run_in_child(tests: Tests, mutant: Mutant | None, is_interpreted: bool, output: Path) -> int:
+def _run_in_child(
+    tests: Sequence[str], mutant: Mutant | None, is_interpreted: bool, output: Path, plugins: Sequence[object], seconds: float
+) -> int:
     import numba.core.config
     import numpy as np
     import pytest
@@ -194,29 +204,18 @@ def _run_in_child(tests: Tests, mutant: Mutant | None, is_interpreted: bool, out
     numba.core.config.DISABLE_JIT = is_interpreted
     if is_interpreted:
         np.seterr(all="ignore")  # as in compiled kernels
-    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS_LIMIT, SECONDS_LIMIT + 5))
+    if math.isfinite(seconds):
+        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 5))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_LIMIT, MEMORY_LIMIT))
     MutantLoader.mutant = mutant
     with output.open("w") as stream:
         os.dup2(stream.fileno(), 1)
         os.dup2(stream.fileno(), 2)
-        options = [
-            "-x",
-            "-q",
-            "-p",
-            "no:cacheprovider",
-            "-p",
-            "no:xdist",
-            "--rootdir",
-            str(ROOT),
-            "--assert=plain",
-            "--durations=8",
-            "--hypothesis-profile=mutants",
-        ]
-        if is_interpreted and tests.short:
-            options += ["-k", tests.short]
+        options = ["-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--assert=plain", "--hypothesis-profile=mutants", f"--rootdir={ROOT}"]
+        if mutant is not None:
+            options.append("-x")
         try:
-            return int(pytest.main([*options, *ordered_tests(tests.interpreted if is_interpreted else tests.compiled, mutant)]))
+            return int(pytest.main([*options, *tests], plugins=list(plugins)))
         except BaseException as error:  # whatever a mutant does, the test run did not pass
             print(f"{type(error).__name__}: {error}", flush=True)
             return 1
@@ -227,43 +226,50 @@ def _run_in_child(tests: Tests, mutant: Mutant | None, is_interpreted: bool, out
 def main(arguments: Sequence[str] | None = None) -> int:
     """Sample, run, and write a table."""
     parser = argparse.ArgumentParser(description="Share of small faults that the tests notice.")
-    parser.add_argument("folders", nargs="*", default=list(FOLDERS))
+    parser.add_argument("folders", nargs="*", default=list(TESTS))
     parser.add_argument("--count", type=int, default=200, help="mutants of each folder")
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--only", type=int, nargs="+", help="numbers of mutants of the sample")
-    parser.add_argument("--trust", action="store_true", help="leave out the run without a mutant")
+    parser.add_argument("--own", action="store_true", help="leave out the wider tests")
     parser.add_argument("--table", type=Path, default=Path("mutants.tsv"))
+    parser.add_argument("--reach", type=Path, default=Path("mutants.reach"), help="folder of the record of the lines that tests reach")
     asked = parser.parse_args(arguments)
-    use_kernel_cache_copy(asked.table.with_suffix(".kernels"))
+    use_kernel_cache_copy(asked.table.with_suffix(".kernels").resolve())
     for library in LIBRARIES:
         importlib.import_module(library)
+    records, output = asked.reach.resolve(), asked.table.with_suffix(".log").resolve()
+    asked.table = asked.table.resolve()
+    os.chdir(ROOT)
     sys.meta_path.insert(0, MutantFinder())
-    output = asked.table.with_suffix(".log")
     for folder in asked.folders:
         everything = all_mutants(folder)
         sample = random.Random(asked.seed).sample(everything, min(asked.count, len(everything)))
         print(f"{folder}: {len(everything)} mutants, sample of {len(sample)}", flush=True)
-        for tests, is_interpreted in {(tests_of(mutant), mutant.is_in_kernels): None for mutant in sample} if not asked.trust else ():
-            begin = time.monotonic()
-            if run_tests(tests, None, is_interpreted, output) != "survived":
-                print(output.read_text(), f"{folder}: the tests fail without a mutant")
-                return 1
-            seconds = time.monotonic() - begin
-            print(f"tests {'with interpreted kernels ' * is_interpreted}take {seconds:.0f} s: {tests.compiled}", flush=True)
-        counts = {"killed": 0, "timeout": 0, "survived": 0}
+        counts: Counter[str] = Counter()
         for number, mutant in enumerate(sample):
             if asked.only and number not in asked.only:
                 continue
             begin = time.monotonic()
-            verdict = run_tests(tests_of(mutant), mutant, mutant.is_in_kernels, output)
+            verdict = judge_mutant(mutant, folder, asked.own, records, output)
             counts[verdict] += 1
             row = f"{folder}\t{number}\t{verdict}\t{mutant.place}\t{mutant.text}\t{time.monotonic() - begin:.1f}"
             with asked.table.open("a") as stream:
                 stream.write(row + "\n")
-            if verdict != "killed":
-                print(row, flush=True)
-        print(folder, counts, flush=True)
+            print(row, flush=True)
+        print(folder, dict(counts), flush=True)
     return 0
+
+
+def judge_mutant(mutant: Mutant, folder: str, own_alone: bool, records: Path, output: Path) -> str:
+    """Return killed or timeout (by the folder's own tests), killed wider or timeout wider, or survived."""
+    for kind, places in (("", TESTS[folder].own), (" wider", () if own_alone else TESTS[folder].wider)):
+        tests = recorded_tests(folder, places, mutant.is_in_kernels, records)
+        chosen = tests_that_reach(mutant, tests, TEST_SECONDS)
+        seconds = FIRST_SECONDS + SECONDS_RATIO * sum(test.seconds for test in chosen)
+        verdict = run_tests([test.name for test in chosen], mutant, mutant.is_in_kernels, output, seconds=seconds)
+        if verdict != "survived":
+            return verdict + kind
+    return "survived"
 
 
 if __name__ == "__main__":

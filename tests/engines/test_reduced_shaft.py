@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from copy import deepcopy
-
 import numpy as np
 import pytest
 
@@ -14,30 +11,10 @@ from governor_mechanism.engines.selection import select_engine
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
 from governor_mechanism.model.trajectory import Outcome
-from governor_mechanism.scenes.parser import parse_scene_document
 from reference import haug_governor, watt_engine
+from shaft_scenes import GEAR, LIFT, LOADS, SPRING, STEADY, STEAM, changed
 
 MODELS = ["haug_governor", "watt_engine_hunting", "watt_engine_stable"]
-
-
-def changed(name: str, changes: Mapping[str, object], duration: str = "3 s"):
-    """Return a shipped scene with entries of its document replaced, each given by its path; None removes the entry."""
-    document = deepcopy(dict(gm.load(name).document))
-    for path, value in {
-        "run.duration": duration,
-        "part.engine.start.crank_rate": 3.27,
-        "part.governor.start.arm_angle": "56 deg",
-        **changes,
-    }.items():
-        *folders, last = path.split(".")
-        table = document
-        for folder in folders:
-            table = table[int(folder)] if isinstance(table, list) else table.setdefault(folder, {})
-        if value is None:
-            del table[last]
-        else:
-            table[last] = value
-    return parse_scene_document(document)
 
 
 def assert_engines_agree(scene, accuracy, allowed=None):
@@ -86,35 +63,6 @@ def test_watt_engine_agrees_with_its_equations(name, motion):
 @pytest.mark.parametrize("name", MODELS)
 def test_auto_chooses_reduced(name):
     assert select_engine("auto", gm.load(name))[0].name == "reduced"
-
-
-GEAR = {"coupling.belt.type": "gear", "part.governor.spindle": {"inertia": "0.3 kg m^2"}}
-STEAM = {"type": "torque", "name": "steam", "body": "flywheel"}
-STEADY = {**STEAM, "moment": "100 N m"}
-DAMPER = {"type": "torsion_damper", "name": "brake", "second": "flywheel", "damping": "5 N m s/rad"}
-SPRING = {"type": "torsion_spring", "name": "coil", "second": "flywheel", "stiffness": "5 N m/rad"}
-LIFT = {"reading": "governor.sleeve_lift", "gain": -2000, "about": "540 mm"}
-SPEED = {"reading": "governor.spindle_speed", "gain": -30, "about": "7 rad/s"}
-LOADS = {
-    "gear": GEAR,
-    "gear against the sense of the engine": {**GEAR, "coupling.belt.ratio": -2},
-    "torsion damper": {**GEAR, "part.engine.force": [STEADY, DAMPER]},
-    "torque of the crank angle": {
-        "part.engine.force": [{**STEAM, "moment": [{"reading": "engine.crank_angle", "harmonics": [[2, "90 N m", "40 N m"]]}, LIFT]}]
-    },
-    "torque of the speed": {**GEAR, "part.engine.force": [{**STEAM, "moment": [SPEED]}]},
-    "factor": {
-        "part.engine.force": [STEADY],
-        "coupling.valve": {"type": "control", "reading": "governor.sleeve_lift", "scales": "engine.steam", "gain": -5},
-    },
-    "friction": {**GEAR, "part.governor.effects.dry_friction": {"sleeve_lift": "15 N"}},
-    "friction of the crank angle": {
-        "part.governor.effects.dry_friction": {"sleeve_lift": "15 N"},
-        "coupling.wear": {"type": "control", "reading": "engine.crank_angle", "sets": "governor.dry_friction.sleeve_lift", "gain": 0.5},
-    },
-    "stops": {**GEAR, "part.governor.effects.stops": {"arm_angle": ["50 deg", "60 deg"], "restitution": 0.4}},
-}
-"""Changes of the scene watt_engine_hunting."""
 
 
 @pytest.mark.parametrize("changes", LOADS.values(), ids=LOADS.keys())

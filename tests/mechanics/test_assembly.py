@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,6 +14,9 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
+from governor_mechanism.model.joints import GROUND, Distance, Point
+from governor_mechanism.model.mechanism import Body, Mechanism
+from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
@@ -101,3 +106,29 @@ def test_no_equilibrium_speed_without_both_effects():
     scene = scene.with_changes(effects=())
     with pytest.raises(MechanismError, match="needs both effects"):
         equilibrium_speed_at(scene, np.array([0.7]))
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, -0.3])
+def test_from_a_turning_point_of_a_reading_the_first_coordinate_grows(angle):
+    """A pendulum of 0.4 m hangs at its lowest point, or lies at the lowest point of a sloping line; it is asked for a height."""
+    up = np.array([-math.sin(angle), math.cos(angle)])
+    mechanism = Mechanism(
+        bodies=(Body(name="ball", mass=1.0, can_rotate=False),),
+        joints=(Distance(name="arm", first=Point(body=GROUND), second=Point(body="ball"), length=0.4),),
+        readings=(PointCoordinate(name="height", quantity="length", point=Point(body="ball"), direction_x=up[0], direction_y=up[1]),),
+        coordinate="height",
+        length_scale=0.4,
+        initial_guess=((*(-0.4 * up).tolist(), 0.0),),
+    )
+    (x, y, _), across = PositionSolver(mechanism).solve({"height": -0.2})[0], 0.4 * math.sqrt(1 - 0.5**2)
+    assert (x, y) == pytest.approx(-0.2 * up + across * np.array([up[1], -up[0]]), abs=1e-12)
+
+
+@pytest.mark.parametrize("factor", [1e-6, 1e6])
+def test_velocities_are_as_large_as_the_rates_that_they_have(factor):
+    solver = PositionSolver(mechanism_of(PORTER))
+    poses = solver.solve_at_coordinate(0.7)
+    velocities = solver.solve_velocities(poses, {"arm_angle": 1.0})
+    np.testing.assert_allclose(solver.solve_velocities(poses, {"arm_angle": factor}), factor * velocities, atol=1e-12 * factor)
+    with pytest.raises(MechanismError, match="contradict"):
+        solver.solve_velocities(poses, {"arm_angle": factor, "sleeve_lift": factor})

@@ -12,7 +12,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import validate_samples
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
-from governor_mechanism.model.joints import GROUND, Point
+from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import ArcPosition, BodyAngle, FollowerHeight, LineAngle, PointCoordinate, PointDistance
 
@@ -235,3 +235,14 @@ def test_arguments_that_are_not_numbers_are_refused(call):
 def test_one_value_that_is_not_finite_among_others_is_refused():
     with pytest.raises(gm.MechanismError, match="must be a list of finite numbers"):
         validate_samples("crank_angle", [0.5, float("nan"), 0.7])
+
+
+def test_a_redundant_joint_changes_nothing():
+    scene = gm.load("slider_crank_torque")
+    (guide,) = (joint for joint in scene.mechanism.joints if isinstance(joint, Slider))
+    doubled = scene.with_changes(mechanism=replace(scene.mechanism, joints=(*scene.mechanism.joints, replace(guide, name="second guide"))))
+    expected, result = (gm.kinematics(one, "crank_angle", [0.4, 1.9, 4.0], rate=3.0, acceleration=-20.0) for one in (scene, doubled))
+    for name in expected.readings:
+        np.testing.assert_allclose(result.readings[name], expected.readings[name], atol=1e-13)
+        np.testing.assert_allclose(result.rates[name], expected.rates[name], atol=1e-12)
+        np.testing.assert_allclose(result.reading_accelerations[name], expected.reading_accelerations[name], atol=1e-11)

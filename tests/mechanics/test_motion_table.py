@@ -8,10 +8,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.reduction.equation_of_motion import (
+    N_STATES,
+    evaluate_output_second_derivative,
+    evaluate_static_force,
+    evaluate_table_output,
+    make_reduced_model,
+)
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
-from governor_mechanism.model.output_variables import Limit
-from governor_mechanism.model.part import Start
+from governor_mechanism.mechanics.reduction.table import find_piece
+from governor_mechanism.model.joints import GROUND, Point
+from governor_mechanism.model.output_variables import Limit, LineAngle
 from governor_mechanism.scenes.parser import parse_scene_document
 
 CRANK, ROD = 0.1, 0.3
@@ -103,16 +112,38 @@ def test_a_table_ends_where_another_reading_reaches_its_limit(limits, side, valu
     assert not table.extend(side)
 
 
-def test_a_table_ends_at_a_turning_point_of_its_coordinate():
-    scene = slider_crank(coordinate="slider_x").with_changes(start=Start(values={"slider_x": 0.35}))
+@pytest.mark.parametrize("limit", [None, Limit(reading="slider_x", low=0.25, high=1.0, low_message="near", high_message="far")])
+def test_a_table_ends_at_a_turning_point_of_its_coordinate(limit):
+    scene = slider_crank(coordinate="slider_x", limits=() if limit is None else (limit,))
     poses = PositionSolver(scene.mechanism).solve({"slider_x": 0.35})
-    table = MotionTable(scene, 0.35, poses)
-    while table.extend(1):
-        pass
+    table = MotionTable(scene, 0.35, poses, fit_tolerance=1e-6)  # pieces become narrower and narrower there
+    extend_to(table, 0.0, 1.0)
     is_at_limit, message = table.end_message(1)
     assert not is_at_limit
     assert "turning point" in message
-    assert table.end_coordinate(1) == pytest.approx(CRANK + ROD, abs=1e-3)  # pieces become narrower and narrower there
+    assert table.end_coordinate(1) == pytest.approx(CRANK + ROD, abs=1e-3)
+    if limit is not None:
+        assert table.end_message(0) == (True, "slider_x: near")
+        assert table.end_coordinate(0) == 0.25
+
+
+def test_a_table_ends_at_a_limit_of_its_coordinate():
+    limit = Limit(reading="crank_angle", low=-0.5, high=0.9, low_message="far back", high_message="far on")
+    line = Limit(reading="slider_x", low=0.1, high=0.9, low_message="near", high_message="far")
+    table = extend_to(start_table(slider_crank(limits=(line, limit))), -2.0, 2.0)
+    assert [table.end_coordinate(side) for side in (0, 1)] == [-0.5, 0.9]
+    assert [table.end_message(side) for side in (0, 1)] == [(True, "crank_angle: far back"), (True, "crank_angle: far on")]
+
+
+@pytest.mark.parametrize("angle", [0.4, 1.7, -1.2])
+def test_a_table_starts_from_a_guess_on_its_branch(angle):
+    scene = slider_crank()
+    guess = PositionSolver(scene.mechanism).solve({"crank_angle": 0.4})
+    table = MotionTable(scene, angle, guess, is_guess=True)
+    assert table.is_started
+    np.testing.assert_allclose(table.evaluate_poses(np.array([angle]))[0][0, 2, 0], exact_slider(angle)[0], atol=TABLE_ERROR)
+    sliding = slider_crank(coordinate="slider_x")
+    assert not MotionTable(sliding, 0.5, guess, is_guess=True).is_started  # farther than crank and rod reach
 
 
 def test_the_poses_of_a_table_close_the_joints():
@@ -121,3 +152,58 @@ def test_the_poses_of_a_table_close_the_joints():
     poses, _ = table.evaluate_poses(np.linspace(0.0, 1.0, 11))
     solver = PositionSolver(scene.mechanism)
     assert np.max(np.abs(solver.equations.residuals(poses))) < TABLE_ERROR
+
+
+LINE = LineAngle(name="line", quantity="angle", start=Point(body=GROUND), end=Point(body="crank", x=CRANK), zero=math.pi / 2)
+"""Direction of the crank from the x axis, from -pi - pi / 2 to pi / 2."""
+
+
+def line_limit(low: float, high: float) -> Limit:
+    return Limit(reading="line", low=low, high=high, low_message="too far back", high_message="too far on")
+
+
+@pytest.mark.parametrize(("side", "ends"), [(0, (-10.0, 0.4)), (1, (0.4, 10.0))])
+def test_the_angle_of_a_line_goes_on_over_a_whole_turn(side, ends):
+    """Its limit lies beyond the half turn at which the angle of a line jumps, and pieces begin on both sides of the jump."""
+    for bound in (2.5, 4.0, 5.5):
+        scene = slider_crank(limits=(line_limit(-bound, bound),))
+        mechanism = replace(scene.mechanism, readings=(*scene.mechanism.readings, LINE))
+        table = extend_to(start_table(scene.with_changes(mechanism=mechanism)), *ends)
+        assert table.end_coordinate(side) == pytest.approx(math.copysign(bound, ends[side]), abs=1e-9)
+        assert table.end_message(side) == (True, "line: too far on" if side else "line: too far back")
+
+
+@pytest.mark.parametrize("angle", [0.4, 0.0])  # there the slider is at its dead centre, and derivatives vanish
+def test_a_table_with_outputs_and_without_inertia_about_a_spindle_closes(angle):
+    scene = slider_crank(limits=(line_limit(-9.0, 9.0), Limit(reading="slider_x", low=0.0, high=1.0, low_message="", high_message="")))
+    table = start_table(scene.with_changes(mechanism=replace(scene.mechanism, readings=(*scene.mechanism.readings, LINE))), angle)
+    while table.extend(1):
+        assert table.end_coordinate(1) < 7.0
+    x, _ = exact_slider(np.array([20.0]))
+    np.testing.assert_allclose(table.evaluate_poses(np.array([20.0]))[0][:, 2, 0], x, atol=TABLE_ERROR)
+
+
+def exact_slider_second_derivative(angles):
+    """Return the second derivative of the position of the slider."""
+    s, c = np.sin(angles), np.cos(angles)
+    root = np.sqrt(ROD**2 - CRANK**2 * s**2)
+    return -CRANK * c - CRANK**2 * (c * c - s * s) / root - CRANK**4 * (s * c) ** 2 / root**3
+
+
+def test_outputs_and_static_force_on_both_sides_of_the_start():
+    springs = [OutputSpring(reading=name, rate=70.0, zero=zero, one_sided=True) for name, zero in (("crank_angle", 0.0), ("slider_x", 0.3))]
+    scene = slider_crank().with_changes(effects=tuple(springs))
+    table = extend_to(start_table(scene), -1.0, 1.5)
+    arrays = table.table
+    model = make_reduced_model(arrays, table.forces, np.zeros((1, 5)), np.array([0, 0, 1]))
+    for angle in (-0.9, 0.2, 0.5, 1.4):
+        piece, t, side = find_piece(arrays.intervals, arrays.neighbours, arrays.periodicity, angle, 0)
+        assert side == -1
+        x, slope = exact_slider(angle)
+        assert evaluate_table_output(model, piece, t, 0) == pytest.approx((angle, 1.0), abs=TABLE_ERROR)
+        assert evaluate_table_output(model, piece, t, 1) == pytest.approx((x, slope), abs=10 * TABLE_ERROR)
+        second = exact_slider_second_derivative(angle)
+        assert evaluate_output_second_derivative(model, piece, t, 1) == pytest.approx(second, abs=1e3 * TABLE_ERROR)  # pieces of 0.1 rad
+        force, limit = evaluate_static_force(model, piece, t, np.zeros(N_STATES), 0.0)
+        assert force == pytest.approx(-70.0 * (x - 0.3) * slope, rel=1e-9)
+        assert limit == 0.0

@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from governor_mechanism.mechanics.kinematics.path_interpolant import PATH_BISECTIONS, PathInterpolant, PathPoint
+from governor_mechanism.mechanics.kinematics.path_interpolant import (
+    MIN_PATH_INTERVALS,
+    PATH_BISECTIONS,
+    PathInterpolant,
+    PathPoint,
+    build_path,
+)
+from governor_mechanism.model.joints import GROUND, Point, Slider
+from governor_mechanism.model.mechanism import Body, Mechanism
+from governor_mechanism.model.output_variables import PointCoordinate
 
 ARCS = np.array([0.0, 0.4, 1.0, 1.7])
 
@@ -58,3 +67,19 @@ def test_a_period_in_front_is_the_path_one_period_earlier():
     assert longer.values[-1] - longer.values[0] == pytest.approx(2 * period, rel=1e-15)
     np.testing.assert_allclose(longer.predict_poses(values), path.predict_poses(values), atol=BISECTION_ERROR)
     np.testing.assert_allclose(longer.predict_poses(values - period), path.predict_poses(values) - increment, atol=BISECTION_ERROR)
+
+
+def test_a_straight_path_needs_no_more_points_than_the_least():
+    """The tangents predict every point of it, so that no step is shortened; the ends and the initial guess are points."""
+    block = Body(name="block", mass=1.0, can_rotate=False)
+    mechanism = Mechanism(
+        bodies=(block,),
+        joints=(Slider(name="bar", first=Point(body=GROUND), second=Point(body="block"), angle=0.0),),
+        readings=(PointCoordinate(name="x", quantity="length", point=Point(body="block"), direction_x=1.0, direction_y=0.0),),
+        coordinate="x",
+        length_scale=0.1,
+        initial_guess=((0.5, 0.0, 0.0),),
+    )
+    path = build_path(mechanism, 0.0, 1.0)
+    np.testing.assert_allclose(path.values, np.linspace(0.0, 1.0, MIN_PATH_INTERVALS + 1), atol=1e-15)
+    np.testing.assert_allclose(path.poses[:, 0, 0], path.values, atol=1e-15)

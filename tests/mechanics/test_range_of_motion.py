@@ -17,7 +17,7 @@ from governor_mechanism.mechanics.kinematics.range_of_motion import RANGE_END_MA
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, Limit, LineAngle, PointCoordinate
-from governor_scenes import governor_scene, random_governor
+from governor_scenes import CROSSED, governor_scene, random_governor
 
 
 def unlimited(mechanism):
@@ -104,20 +104,26 @@ def test_the_range_of_a_parallelogram_ends_at_its_change_points():
     assert "change point" in motion_range.high_message
 
 
-def test_an_unbounded_slide_is_traced_up_to_the_maximum_length():
+def slide(start):
+    """Return a block on a horizontal bar."""
     block = Body(name="block", mass=1.0, can_rotate=False)
-    mechanism = Mechanism(
+    return Mechanism(
         bodies=(block,),
         joints=(Slider(name="bar", first=Point(body=GROUND), second=Point(body="block"), angle=0.0),),
         readings=(PointCoordinate(name="x", quantity="length", point=Point(body="block"), direction_x=1.0, direction_y=0.0),),
         coordinate="x",
         length_scale=0.1,
-        initial_guess=((0.0, 0.0, 0.0),),
+        initial_guess=((start, 0.0, 0.0),),
     )
-    motion_range = find_range_of_motion(mechanism, rotates_with_spindle=False)
-    assert motion_range.high == pytest.approx(5.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("rotates", [False, True])  # a body that starts on the axis may leave it
+def test_an_unbounded_slide_is_traced_up_to_the_maximum_length(rotates):
+    mechanism = slide(0.0)
+    motion_range = find_range_of_motion(mechanism, rotates_with_spindle=rotates)
+    assert (motion_range.low, motion_range.high) == pytest.approx((-5.0, 5.0), rel=1e-4)
     assert "followed over a length of 50 length scales" in motion_range.high_message
-    assert len(PathContinuation(mechanism, rotates_with_spindle=False).find_end(1.0).points) < 100  # the steps grow on a straight path
+    assert len(PathContinuation(mechanism, rotates_with_spindle=rotates).find_end(1.0).points) < 100  # the steps grow on a straight path
 
 
 def test_a_mechanism_without_range_of_motion_is_refused():
@@ -213,3 +219,48 @@ def test_the_path_predicts_the_assembled_poses():
         assembled = solver.solve_at_coordinate(value)
         together = solver.solve_nodes(motion_range.path.predict_poses(np.array([value])), np.array([value]))
         np.testing.assert_allclose(together[0, 0], assembled, atol=1e-12)
+
+
+def test_equilibria_at_both_ends_of_a_period_are_one():
+    turning = find_range_of_motion(four_bar(crank=0.1, coupler=0.4, rocker=0.3, ground=0.4), rotates_with_spindle=False)
+    low, high = turning.low, turning.high
+    extents = [(low, low), (low + 1e-9, low + 2e-9), (0.1, 0.3), (high, high), (high + 1.0, high + 1.0)]
+    assert turning.find_distinct(extents, 1e-8) == [2, 3]  # the second is that of the high end too
+    assert turning.find_distinct(extents, 1e-10) == [1, 2, 3]
+    bounded = find_range_of_motion(pendulum_between(low=-1.0, high=1.0), rotates_with_spindle=False)
+    assert bounded.find_distinct([(-1.6, -1.6), (-1.5, -1.5), (1.4, 1.6), (1.4, 1.7)], 1e-4) == [1, 2]
+
+
+def test_a_range_in_the_turning_plane_ends_where_a_mass_centre_reaches_the_axis():
+    """The balls, not the sleeve, which is always on the axis."""
+    mechanism = unlimited(governor_scene(CROSSED, speed=1.0, angle=0.5).part.mechanism)
+    motion_range = find_range_of_motion(mechanism, rotates_with_spindle=True)
+    assert motion_range.ends[0] == pytest.approx(-math.asin(CROSSED["offset"] / CROSSED["arm"]), abs=1e-9)
+    assert motion_range.low_message == "the mass centre of 'left ball' reaches the spindle axis"
+    fixed = find_range_of_motion(mechanism, rotates_with_spindle=False)
+    assert fixed.ends[0] < motion_range.ends[0]
+    assert find_range_of_motion(slide(0.4), rotates_with_spindle=True).ends[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_whole_turns_are_removed_from_the_angle_of_a_line_alone():
+    pendulum = find_range_of_motion(pendulum_between(low=-1.0, high=1.0), rotates_with_spindle=False)
+    values = np.array([0.3, 0.3 + math.tau, 0.3 - 2 * math.tau, 2.0, 1.4, -1.4])
+    np.testing.assert_allclose(pendulum.unwrap_values(values), [0.3, 0.3, 0.3, 2.0, 1.4, -1.4], atol=1e-14)
+    rocker = find_range_of_motion(four_bar(crank=0.3, coupler=0.25, rocker=0.3, ground=0.4), rotates_with_spindle=False)
+    np.testing.assert_array_equal(rocker.unwrap_values(values), values)
+    crank = find_range_of_motion(four_bar(crank=0.1, coupler=0.4, rocker=0.3, ground=0.4), rotates_with_spindle=False)
+    turned = crank.unwrap_values(values)
+    assert np.all((turned >= crank.low) & (turned <= crank.high))
+    np.testing.assert_allclose(np.exp(1j * turned), np.exp(1j * values), atol=1e-14)
+
+
+def test_a_motion_is_traced_up_to_limits_of_other_readings():
+    mechanism = unlimited(pendulum_between(low=-0.1, high=0.3))
+    motion_range = find_range_of_motion(mechanism, rotates_with_spindle=False)
+    assert motion_range.ends == pytest.approx((-math.asin(0.25), math.asin(0.75)), abs=1e-9)
+    assert (motion_range.low_message, motion_range.high_message) == ("the left wall", "the right wall")
+    # Its path has all points that were found, each once.
+    continuation = PathContinuation(mechanism, rotates_with_spindle=False)
+    low_end, high_end = continuation.find_end(-1.0), continuation.find_end(1.0)
+    expected = sorted({point.value for end in (low_end, high_end) for point in end.points})
+    np.testing.assert_array_equal(motion_range.path.values, expected)

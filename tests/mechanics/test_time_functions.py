@@ -65,3 +65,10 @@ def test_a_motion_of_two_rests_is_a_smooth_step():
     motion = CubicTimeFunction(PrescribedMotion(times=(0.2, 1.2), values=(3.0, -1.0), has_rests=True))
     part = np.clip(INSIDE - 0.2, 0.0, 1.0)
     np.testing.assert_allclose(motion(INSIDE), 3.0 - 4.0 * part**2 * (3.0 - 2.0 * part), atol=1e-14)
+
+
+@pytest.mark.parametrize(("times", "values"), [((0.0, 0.0, 1.0), (1.0, 2.0, 4.0)), ((0.0, 1.0, 1.0), (2.0, 4.0, 9.0))])
+def test_a_jump_may_be_the_first_or_the_last_point(times, values):
+    load = CubicTimeFunction(InputFunction(times=times, values=values))
+    np.testing.assert_allclose(load(np.array([0.25, 0.5, 0.75])), [2.5, 3.0, 3.5], rtol=1e-15)
+    np.testing.assert_array_equal(load(np.array([-1.0, 0.0, 1.0, 2.0])), [values[0], 2.0, values[2], values[2]])

@@ -1,0 +1,141 @@
+"""Rules of contact over arrays: weights and stops whose forces, impulses and states are known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses, resolve_impacts, settle_final_bounces, zeno_time
+from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, select_contact_states
+from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT
+from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, record_hold_changes
+from governor_mechanism.mechanics.dynamics.contacts import CONTACT_DTYPE
+
+LOW, HIGH = -1.0, 2.0
+AT_STOPS = {-1: LOW, 0: 0.5, 1: HIGH}
+MASS, RESTITUTION = 4.0, 0.25
+
+
+def motion(values, rates, accelerations=None, *, compliance=None, friction=None, mobility=None, is_driven=False) -> ContactDynamics:
+    """Return the motion of outputs between two stops; without a compliance, of weights that do not touch each other."""
+    n = len(values)
+    contacts = np.zeros(n, dtype=CONTACT_DTYPE)
+    limits = np.zeros(n) if friction is None else np.array(friction)
+    contacts["low"], contacts["high"], contacts["restitution"], contacts["scale"] = LOW, HIGH, RESTITUTION, 1.0
+    contacts["friction_input"] = np.where(limits > 0.0, 0, -1)
+    return ContactDynamics(
+        contacts=contacts,
+        values=np.array(values, dtype=float),
+        rates=np.array(rates, dtype=float),
+        accelerations=np.zeros(n) if accelerations is None else np.array(accelerations, dtype=float),
+        compliance=np.eye(n) / MASS if compliance is None else np.array(compliance),
+        friction_limits=limits,
+        stretches=np.zeros(0),
+        stretch_rates=np.zeros(0),
+        time_scale=1.0,
+        energy_scale=1.0,
+        mobility=n if mobility is None else mobility,
+        is_driven=is_driven,
+    )
+
+
+def strike(dynamics: ContactDynamics, states) -> tuple[np.ndarray, np.ndarray]:
+    """Return the impulses of a strike, and which contacts have struck."""
+    impulses = np.zeros(len(states))
+    has_struck = resolve_impacts(dynamics, np.array(states), impulses)
+    return impulses, has_struck
+
+
+def test_a_stop_reverses_the_rate_that_leads_into_it_and_no_other():
+    places = [LOW, LOW, LOW, HIGH, HIGH, 0.5]
+    rates = [-3.0, 0.0, 3.0, 2.0, -2.0, 7.0]
+    dynamics = motion(places, rates)
+    impulses, has_struck = strike(dynamics, [0, HELD, 0, 0, 0, 0])
+    assert has_struck.tolist() == [True, False, False, True, False, False]
+    np.testing.assert_array_equal(dynamics.rates, rates)
+    after = dynamics.rates + dynamics.compliance @ impulses
+    np.testing.assert_allclose(after, [3.0 * RESTITUTION, 0.0, 3.0, -2.0 * RESTITUTION, -2.0, 7.0], rtol=1e-15)
+    lost = 0.5 * MASS * (dynamics.rates @ dynamics.rates - after @ after)
+    assert dissipated_by_impulses(dynamics, impulses) == pytest.approx(lost, rel=1e-14)
+
+
+def test_a_strike_passes_through_a_contact_that_rests_and_moves_what_is_free():
+    """Three outputs of two weights: the difference of the places of both is the third; it may not shrink below its stop."""
+    jacobian = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 1.0]])
+    compliance = jacobian @ jacobian.T / MASS
+    weights = np.array([3.0, 3.0])  # both move together, the second one reaches its high stop
+    dynamics = motion([1.0, HIGH, LOW], jacobian @ weights, compliance=compliance, mobility=2)
+    impulses, has_struck = strike(dynamics, [0, 0, HELD])
+    assert has_struck.tolist() == [False, True, False]
+    after = weights + jacobian.T @ impulses / MASS
+    np.testing.assert_allclose(after, -3.0 * RESTITUTION * np.ones(2), rtol=1e-14)  # what rests stays at rest
+    impulses, has_struck = strike(dynamics, [0, 0, 0])
+    # Not held, the lower weight goes on into the upper one, and both strike until nothing approaches anything.
+    assert has_struck.tolist() == [False, True, True]
+    rates = jacobian @ (weights + jacobian.T @ impulses / MASS)
+    assert rates[1] <= 0.0
+    assert rates[2] >= 0.0
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_small_bounces_end_after_the_sum_of_their_times(side):
+    gravity, friction, heights = 9.81, 8.0, np.array([0.5, 2.0]) * MIN_REBOUND_HEIGHT
+    departing, returning = gravity + friction / MASS, gravity - friction / MASS
+    rebounds = np.sqrt(2 * departing * heights)
+    dynamics = motion([AT_STOPS[side]] * 2, -side * rebounds, [side * gravity] * 2, friction=[friction] * 2)
+    impulses, durations = np.zeros(2), np.zeros(2)
+    assert settle_final_bounces(dynamics, np.zeros(2, dtype=np.int64), np.array([True, True]), impulses, durations)
+    np.testing.assert_allclose(impulses, [side * MASS * rebounds[0], 0.0], rtol=1e-14)  # the higher one goes on
+    assert durations[0] == pytest.approx(zeno_time(rebounds[0], departing, returning, RESTITUTION), rel=1e-12)
+    assert durations[1] == 0.0
+    none, struck = np.zeros(2), np.array([False, False])
+    assert not settle_final_bounces(dynamics, np.zeros(2, dtype=np.int64), struck, none, none)
+
+
+def states_of(dynamics: ContactDynamics, *released: int) -> list[int]:
+    states, is_released = np.zeros(len(dynamics.values), dtype=np.int64), np.isin(np.arange(len(dynamics.values)), released)
+    select_contact_states(dynamics, is_released, states)
+    return states.tolist()
+
+
+def test_what_is_at_rest_is_held_within_the_limit_of_friction_and_slides_beyond():
+    accelerations = [0.9, -0.9, 1.1, -1.1, 0.0]  # the friction of 4 N holds 1 m/s2
+    assert states_of(motion([0.5] * 5, [0.0] * 5, accelerations, friction=[MASS] * 5)) == [HELD, HELD, 1, -1, HELD]
+    assert states_of(motion([0.5] * 3, [2.0, -2.0, 2.0], [0.0] * 3, friction=[MASS, MASS, 0.0])) == [1, -1, 0]
+    assert HELD not in states_of(motion([0.5] * 2, [0.0] * 2, [0.5, -0.5], friction=[MASS] * 2), 0, 1)  # they have just been released
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_stop_holds_what_pushes_against_it(side):
+    place, pushes = AT_STOPS[side], np.array([5.0, -5.0]) * side
+    assert states_of(motion([place] * 2, [0.0] * 2, pushes)) == [HELD, 0]
+    assert states_of(motion([place] * 2, [0.0] * 2, pushes, friction=[MASS] * 2)) == [HELD, -side]
+    assert states_of(motion([place] * 2, [0.0] * 2, 0.1 * pushes, friction=[MASS] * 2)) == [HELD, HELD]
+
+
+def test_no_more_is_held_than_can_move():
+    """Two outputs of one weight: the friction of one holds for both, and the sum of both is the limit."""
+    compliance = np.ones((2, 2)) / MASS
+    for acceleration, is_held in ((1.9, True), (-1.9, True), (2.1, False), (-2.1, False)):
+        dynamics = motion([0.5] * 2, [0.0] * 2, [acceleration] * 2, compliance=compliance, friction=[MASS] * 2, mobility=1)
+        states = states_of(dynamics)
+        assert states.count(HELD) == is_held
+        direction = int(math.copysign(1, acceleration))
+        assert [state for state in states if state != HELD] == [direction] * (2 - is_held)
+
+
+def test_events_say_what_comes_to_rest_and_what_leaves_and_where():
+    previous, now = [0, HELD, 1, HELD, HELD, 0], [HELD, 0, HELD, -1, HELD, 0]
+    dynamics = motion([LOW, HIGH, 0.5, 0.5, 0.5, 0.5], [0.0] * 6, friction=[0.0, 0.0, 1.0, 1.0, 1.0, 1.0])
+    log, durations = make_event_log(9), np.array([0.0, 0.0, 0.25, 0.0, 0.0, 0.0])
+    record_hold_changes(dynamics, np.array(previous), np.array(now), 3.0, durations, log)
+    events = [(event.subject, str(event.kind), event.time) for event in make_events(log, list("abcdef"))]
+    assert events == [("a", "rests on its stop", 3.0), ("b", "leaves its stop", 3.0), ("c", "sticks", 3.25), ("d", "slips", 3.0)]
+    # Where one held output stops everything, the others with friction rest too; a driven mechanism goes on.
+    for is_driven, subjects in ((False, ["a", "b"]), (True, ["a"])):
+        dynamics = motion([0.5] * 3, [0.0] * 3, friction=[1.0, 1.0, 0.0], mobility=1, is_driven=is_driven)
+        log = make_event_log(9)
+        record_hold_changes(dynamics, np.array([1, 1, 0]), np.array([HELD, 1, 0]), 3.0, np.zeros(3), log)
+        assert [event.subject for event in make_events(log, list("abc"))] == subjects

@@ -1,0 +1,95 @@
+"""Loads that depend on readings, against their formulas: torques on a disc, which turns as they say."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from coupled_scenes import coupled_scene, discs_part
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, initial_lags
+from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES, evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.inverse_dynamics import compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.lowering import make_system, make_system_workspace
+from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
+from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
+from governor_mechanism.model.force_elements import Torque
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, TableFunction
+
+ANGLE, INERTIA = "wheel_angle", 0.5
+LINEAR = LinearFunction(reading=ANGLE, gain=-3.0, about=0.4)
+WAVES = HarmonicFunction(reading=ANGLE, harmonics=((2.0, 0.9, -0.4), (3.0, 0.1, 0.7)))
+TABLE = TableFunction(reading=ANGLE, positions=(-0.5, 0.2, 1.1), values=(2.0, -1.0, 4.0))
+
+
+def disc(*torques: InputFunction) -> Scene:
+    """Return a disc with torques."""
+    loads = (Torque(name=f"load {k}", second="wheel", moment=torque) for k, torque in enumerate(torques))
+    return coupled_scene(discs_part("disc", {"wheel": INERTIA}, *loads))
+
+
+def torque_on(scene: Scene, angle: float, rate: float = 0.0, lags: tuple[float, ...] = (), mode: ContactMode | None = None) -> float:
+    """Return the torque on the disc at an angle and a rate."""
+    poses, velocities = np.array([[[0.0, 0.0, angle]]]), np.array([[[0.0, 0.0, rate]]])
+    modes = () if mode is None else (mode,)
+    return INERTIA * float(compute_inverse_dynamics(scene, np.zeros(1), poses, velocities, np.array([lags]), modes).accelerations[0, 0, 2])
+
+
+def linear(angle: float) -> float:
+    return -3.0 * (angle - 0.4)
+
+
+def waves(angle: float) -> float:
+    return 0.9 * math.cos(2 * angle) - 0.4 * math.sin(2 * angle) + 0.1 * math.cos(3 * angle) + 0.7 * math.sin(3 * angle)
+
+
+@pytest.mark.parametrize("angle", [-1.3, 0.4, 2.2])
+def test_functions_are_added_and_factors_multiply_the_sum(angle):
+    load = InputFunction(values=(5.0,), functions=(LINEAR, WAVES), factors=(WAVES, LINEAR))
+    expected = (5.0 + linear(angle) + waves(angle)) * waves(angle) * linear(angle)
+    constant = InputFunction(values=(0.3,), functions=(LINEAR,))  # another load behind it has inputs of its own
+    assert torque_on(disc(load, constant), angle) == pytest.approx(expected + 0.3 + linear(angle), rel=1e-14)
+
+
+@pytest.mark.parametrize(("angle", "segment"), [(-0.9, 0), (-0.2, 1), (0.7, 2), (1.9, 3)])
+def test_a_table_is_linear_between_its_points_and_constant_beyond(angle, segment):
+    scene = disc(InputFunction(values=(1.0,), functions=(TABLE,)), InputFunction(functions=(LINEAR,), factors=(TABLE,)))
+    mode = ContactMode(segments=(segment, segment))
+    value = float(np.interp(angle, TABLE.positions, TABLE.values))
+    assert torque_on(scene, angle, mode=mode) == pytest.approx(1.0 + value + value * linear(angle), rel=1e-14)
+    # Its event functions are negative on the segment and vanish at its ends.
+    functions = make_system(scene, mode)[0].event_functions
+    assert np.all(functions["kind"] == EventFunctionKind.VALUE)
+    assert np.all(functions["sign"] * angle < functions["threshold"])
+    ends = [-math.inf, *TABLE.positions, math.inf][segment : segment + 2]
+    assert sorted(functions["sign"] * functions["threshold"]) == sorted(2 * [end for end in ends if math.isfinite(end)])
+    assert sorted(set(functions["contact_index"])) == [0, 1]
+
+
+def test_a_lag_takes_the_place_of_its_function_and_follows_it():
+    lagged = (
+        LinearFunction(reading=ANGLE, gain=-3.0, about=0.4, lag=0.2),
+        HarmonicFunction(reading=ANGLE, harmonics=WAVES.harmonics, lag=0.5),
+    )
+    scene = disc(InputFunction(values=(5.0,), functions=lagged[:1], factors=lagged[1:]), InputFunction(functions=(LINEAR,)))
+    angle, states = 0.9, (0.7, -1.6)
+    assert torque_on(scene, angle, lags=states) == pytest.approx((5.0 + 0.7) * -1.6 + linear(angle), rel=1e-14)
+    system, functions = make_system(scene)
+    state = np.concatenate([[0.0, 0.0, angle, 0.0, 0.0, 2.0], np.zeros(N_ENERGY_STATES), states])
+    derivative, cubics = np.empty_like(state), stack_local_cubics(functions, np.zeros(1))[0]
+    evaluate_state_derivative(system, make_system_workspace(system), cubics, 0.0, state, derivative)
+    expected = [(linear(angle) - 0.7) / 0.2, (waves(angle) + 1.6) / 0.5]
+    np.testing.assert_allclose(derivative[-2:], expected, rtol=1e-14)
+    np.testing.assert_allclose(initial_lags(scene, state[None, :3], state[None, 3:6]), [linear(angle), waves(angle)], rtol=1e-14)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_friction_opposes_the_motion_and_is_never_negative(sign):
+    scene = disc(InputFunction(values=(2.0,)))
+    friction = DryFriction(reading=ANGLE, force=InputFunction(values=(0.5,), functions=(LINEAR,)))
+    scene, mode = scene.with_changes(effects=(friction,)), ContactMode((None,), (sign,))
+    for angle in (0.1, 0.5, 0.7):  # 1.4, 0.2 and, without the bound, -0.4 N m
+        assert torque_on(scene, angle, rate=sign, mode=mode) == pytest.approx(2.0 - sign * max(0.5 + linear(angle), 0.0), rel=1e-14)

@@ -1,0 +1,158 @@
+"""Equations of one coordinate and one shaft, against those of all bodies with the forces in their joints."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.effects.dashpot import Dashpot
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.spring import OutputSpring
+from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.mechanics.dynamics import force_laws
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, one_sided_forces_of
+from governor_mechanism.mechanics.dynamics.inverse_dynamics import compute_inverse_dynamics
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
+from governor_mechanism.mechanics.reduction.equation_of_motion import N_FURTHER_STATES, evaluate_acceleration, make_reduced_model
+from governor_mechanism.mechanics.reduction.motion_table import MotionTable
+from governor_mechanism.mechanics.reduction.shaft import find_shaft_train, parts_with_coordinate
+from governor_mechanism.model.part import Spindle
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.time_functions import InputFunction
+from governor_scenes import PORTER, governor_scene
+from shaft_scenes import LOADS, changed
+
+TABLE_ERROR = 1e-11
+"""Truncation of 1e-13 of a scale in the columns of a table, and the rounding of joint forces."""
+
+
+def compare_formulations(scene: Scene, *, time: float = 0.0, sliding_sign: int = 1, is_taut: bool = True) -> dict[str, float]:
+    """Compare accelerations and power at the start of a scene, and return them."""
+    mechanism, (prefix, part), train = scene.mechanism, parts_with_coordinate(scene)[0], find_shaft_train(scene)
+    (poses, velocities), first = initial_state(scene), mechanism.body_index(prefix + part.mechanism.bodies[0].name)
+    coordinate = evaluate_output(mechanism, prefix + part.mechanism.coordinate, poses, velocities)
+    contacts, springs = contacts_of(scene), one_sided_forces_of(scene)
+    signs = tuple(sliding_sign if contact.friction is not None else 0 for contact in contacts)
+
+    table = MotionTable(scene, float(coordinate.value), poses[first : first + len(part.mechanism.bodies)])
+    mode = np.array([0, *signs, *(is_taut for _ in springs)])
+    model = make_reduced_model(table.table, table.forces, stack_local_cubics(table.time_functions, np.array([time]))[0], mode)
+    shaft = next((mechanism.body_index(name) for name in train.motion), 0)
+    further_rates, rate = np.empty((N_FURTHER_STATES, 1)), float(np.sum(coordinate.gradient * velocities))
+    state = rate, float(poses[shaft, 2]), float(velocities[shaft, 2])
+    acceleration = evaluate_acceleration(model, 0, -1.0, *state, 0.0, True, further_rates, 0)
+    work_rate, dissipated_power, _, shaft_acceleration = further_rates[:, 0]
+
+    arrays = np.array([time]), poses[np.newaxis], velocities[np.newaxis], np.zeros((1, 0))
+    bodies = compute_inverse_dynamics(scene, *arrays, (ContactMode((None,) * len(signs), signs, (is_taut,) * len(springs)),))
+    expected = float(np.sum(coordinate.gradient * bodies.accelerations[0]) + coordinate.quadratic_velocity_term)
+    assert acceleration == pytest.approx(expected, rel=TABLE_ERROR)
+    without_friction = evaluate_acceleration(model, 0, -1.0, *state, 0.0, False, further_rates.copy(), 0)
+    assert (without_friction != acceleration) == any(signs)
+    if train.motion:
+        assert shaft_acceleration == pytest.approx(bodies.accelerations[0, shaft, 2], rel=TABLE_ERROR, abs=TABLE_ERROR)
+    # What a given speed, or one that is followed, puts into the turning bodies is no power of a force.
+    turning_power = 0.0
+    if scene.system.planes and not train.has_reaction:
+        speed, speed_rate = train.spindle_ratio * further_rates[2:, 0] if train.motion else given_motion(scene, time)
+        turning_power = turning_inertia(scene, poses) * speed * speed_rate
+    assert work_rate == pytest.approx(turning_power - bodies.power[0], rel=TABLE_ERROR, abs=TABLE_ERROR)
+    return {"acceleration": acceleration, "shaft": shaft_acceleration, "work": work_rate, "dissipation": dissipated_power}
+
+
+def given_motion(scene: Scene, time: float) -> tuple[float, float]:
+    """Return the speed of a spindle, a ramp with a fluctuation, and its rate."""
+    spindle = scene.spindle
+    rate = (spindle.speeds[-1] - spindle.speeds[0]) / spindle.times[-1]
+    speed, angle = spindle.speeds[0] + rate * time, spindle.speeds[0] * time + 0.5 * rate * time**2
+    amplitude, phase = 0.5 * spindle.speed_fluctuation, spindle.cycles_per_turn * angle
+    ratio = 1.0 + amplitude * np.sin(phase)
+    return speed * ratio, rate * ratio + amplitude * spindle.cycles_per_turn * speed**2 * np.cos(phase)
+
+
+def rate_at_start(scene: Scene, name: str) -> float:
+    """Return the rate of a reading at the start of a scene."""
+    poses, velocities = initial_state(scene)
+    return float(evaluate_output(scene.mechanism, name, poses).rate(velocities))
+
+
+def turning_inertia(scene: Scene, poses: np.ndarray) -> float:
+    """Return the moment of inertia of all bodies in the turning plane about the spindle."""
+    total = 0.0
+    for plane in scene.system.planes:
+        for index in plane.bodies:
+            mass, moments = scene.mechanism.bodies[index].mass, scene.mechanism.bodies[index].second_moments
+            total += force_laws.spindle_inertia(mass, moments.xx, moments.yy, moments.xy, moments.zz, poses[index, 0], poses[index, 2])
+    return total
+
+
+@pytest.mark.parametrize("changes", LOADS.values(), ids=LOADS.keys())
+@pytest.mark.parametrize("sign", [1, -1])
+def test_shafts_and_their_loads(changes, sign):
+    start = {"part.governor.start.arm_rate": 0.3 * sign, "part.engine.start.crank_angle": 0.7}
+    found = compare_formulations(changed("watt_engine_hunting", {**changes, **start}), sliding_sign=sign)
+    assert found["acceleration"] != 0.0
+    assert found["dissipation"] > 0.0
+
+
+@pytest.mark.parametrize("name", ["porter_dashpot", "porter_dry_friction", "porter_heavy_rods", "hartung_corrected", "slider_crank_torque"])
+def test_loads_of_shipped_scenes(name):
+    scene = gm.load(name)
+    if not scene.system.planes:
+        compare_formulations(scene)
+        return
+    speed = scene.spindle.speeds[0]
+    ramp = Spindle(times=(0.0, 2.0), speeds=(speed, 1.1 * speed), speed_fluctuation=0.1, cycles_per_turn=3.0)
+    compare_formulations(scene.with_changes(spindle=ramp, start=replace(scene.start, rates={scene.mechanism.coordinate: -0.3})), time=0.5)
+
+
+def test_loads_and_effects_of_one_part():
+    scene = gm.load("slider_crank_torque")
+    effects = (
+        Dashpot(reading="slider_x", linear=3.0),
+        DryFriction(reading="crank_angle", force=InputFunction(values=(0.2,))),
+        OutputSpring(reading="slider_x", rate=40.0, zero=0.3, one_sided=True),
+    )
+    turning = replace(scene.start, rates={"crank_angle": 4.0})
+    loaded = compare_formulations(scene.with_changes(effects=(*scene.effects, *effects), start=turning))
+    plain = compare_formulations(scene.with_changes(start=turning))
+    assert loaded["dissipation"] == pytest.approx(3.0 * rate_at_start(scene.with_changes(start=turning), "slider_x") ** 2 + 0.2 * 4.0)
+    assert loaded["acceleration"] != plain["acceleration"]
+
+
+def test_effects_along_a_reading_of_a_governor():
+    """A slack spring does not act; friction and dashpots oppose the motion."""
+    chain = OutputSpring(reading="sleeve_lift", rate=300.0, zero=0.02, one_sided=True)
+    effects = (
+        Dashpot(reading="sleeve_lift", linear=120.0, quadratic=900.0),
+        DryFriction(reading="sleeve_lift", force=InputFunction(values=(25.0,))),
+        OutputSpring(reading="arm_angle", rate=7.0, zero=0.3),
+    )
+    accelerations = {}
+    for sign, is_taut, with_chain in ((1, True, True), (1, False, True), (1, False, False), (-1, True, True)):
+        scene = governor_scene(PORTER, speed=Spindle(times=(0.0, 2.0), speeds=(12.0, 14.0)), angle=0.7, rate=0.4 * sign)
+        scene = scene.with_changes(effects=(*scene.effects, *effects, *(chain,) * with_chain))
+        found = compare_formulations(scene, time=0.5, sliding_sign=sign, is_taut=is_taut)
+        rate = abs(rate_at_start(scene, "sleeve_lift"))
+        assert found["dissipation"] == pytest.approx(120.0 * rate**2 + 900.0 * rate**3 + 25.0 * rate, rel=TABLE_ERROR)
+        accelerations[sign, is_taut, with_chain] = found["acceleration"]
+    assert accelerations[1, False, True] == accelerations[1, False, False] > accelerations[1, True, True]
+
+
+def test_inputs_go_on_in_local_time():
+    """The cubics of the inputs at a time, a little later, are those at the later time."""
+    table = {"times": (0.0, 0.7, 1.5, 2.0), "values": (25.0, 31.0, 28.0, 40.0)}
+    speed = Spindle(times=table["times"], speeds=(12.0, 12.5, 12.4, 14.0), speed_fluctuation=0.1, cycles_per_turn=3.0)
+    scene = governor_scene(PORTER, speed=speed, angle=0.7, rate=0.4)
+    scene = scene.with_changes(effects=(*scene.effects, DryFriction(reading="sleeve_lift", force=InputFunction(**table))))
+    motion = MotionTable(scene, 0.7, initial_state(scene)[0])
+    found = []
+    for time, local_time in ((0.8, 0.5), (1.3, 0.0)):
+        cubics, further_rates = stack_local_cubics(motion.time_functions, np.array([time]))[0], np.empty((N_FURTHER_STATES, 1))
+        model = make_reduced_model(motion.table, motion.forces, cubics, np.array([0, 1]))
+        found.append([evaluate_acceleration(model, 0, -1.0, 0.4, 0.0, 0.0, local_time, True, further_rates, 0), *further_rates[:2, 0]])
+    np.testing.assert_allclose(*found, rtol=1e-12)
