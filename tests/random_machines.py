@@ -226,6 +226,36 @@ def draw_slide_valve(random: Random) -> Document:
     return driven_crank_document("slide_valve", dimensions, {}, speed, random)
 
 
+def draw_link_gear(random: Random) -> Document:
+    """Return Stephenson's link motion: open or crossed rods, any suspension, the lever at rest or moving, with masses or without."""
+    half_link, speed = draw_uniform(random, 0.1, 0.2), draw_log_uniform(random, 2.0, 20.0)
+    eccentric = half_link * draw_uniform(random, 0.2, 0.45)
+    dimensions: Document = {
+        "crank": draw_uniform(random, 0.2, 0.4),
+        "connecting_rod": draw_uniform(random, 1.2, 2.0),
+        "eccentric": eccentric,
+        "eccentric_rod": half_link * draw_uniform(random, 6.0, 12.0),
+        "advance": draw_uniform(random, 0.2, 0.8),
+        "rods": draw_choice(random, ("open", "crossed")),
+        "link_radius": half_link * draw_uniform(random, 6.0, 12.0),
+        "half_link": half_link,
+        "pin_setback": half_link * draw_uniform(random, 0.0, 0.5),
+        "suspension": draw_choice(random, ("arc middle", "chord middle", "lower pin", "half-way")),
+        "hanger": half_link * draw_uniform(random, 2.5, 5.0),
+        "outside_lap": eccentric * draw_uniform(random, 0.2, 0.5),
+        "crank_speed": speed,
+        "crank_start": draw_uniform(random, -3.0, 3.0),
+        "reverser": draw_uniform(random, -1.0, 1.0),
+    }
+    if draw_bool(random, 0.5):
+        end = draw_uniform(random, -1.0, 1.0)
+        dimensions["reverser"] = [[0.0, dimensions["reverser"]], [draw_uniform(random, 4.0, 8.0) / speed, end]]
+    effects: Document = {"gravity": True} if draw_bool(random, 0.5) else {}
+    if draw_bool(random, 0.5):
+        effects["link_masses"] = {name: draw_log_uniform(random, 5.0, 60.0) for name in ("link", "eccentric_rod", "valve")}
+    return driven_crank_document("stephenson", dimensions, effects, speed, random)
+
+
 def draw_slider_crank(random: Random) -> Document:
     """Driven steadily, with masses or without."""
     crank, speed = draw_uniform(random, 0.1, 0.4), draw_log_uniform(random, 2.0, 20.0)
@@ -461,6 +491,7 @@ MACHINES: Mapping[str, Callable[[Random], Document]] = {
     "Hartung": draw_hartung,
     "slide valve": draw_slide_valve,
     "slider crank": draw_slider_crank,
+    "link gear": draw_link_gear,
     "free engine": draw_free_engine,
     "four-bar": draw_four_bar,
     "six-bar": draw_six_bar,

@@ -138,7 +138,7 @@ class StephensonDimensions(Machine):
                 where = where.format(math.degrees(CHECKED_ANGLES[np.argmax(is_open)]))
                 yield (
                     f"the link cannot be assembled {where}: hanger ({self.hanger * 1e3:.6g} mm) and eccentric rods "
-                    f"({self.eccentric_rod * 1e3:.6g} mm) do not reach it; make the hanger longer, or eccentric or half_link shorter"
+                    f"({self.eccentric_rod * 1e3:.6g} mm) do not reach it; make hanger or half_link longer, or eccentric shorter"
                 )
                 return
             is_off = np.isnan(self.geometry.locate_die(poses)[0])

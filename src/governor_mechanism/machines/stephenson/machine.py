@@ -36,6 +36,12 @@ ROD_NAMES = ("forward eccentric rod", "backward eccentric rod")
 LEVER, LEVER_GUIDE = "reversing lever", "lifting arm guide"
 
 
+PLACEHOLDER_MASS_RATIO = 1e-3
+"""Mass of a part without mass, relative to the moved masses: the iterative joint solver needs comparable masses. Its weight and inertia
+load the reversing lever by as little.
+"""
+
+
 @dataclass(frozen=True, kw_only=True)
 class StephensonGear(StephensonDimensions):
     """Stephenson's link motion with the engine that it reverses."""
@@ -91,7 +97,7 @@ class _GearBuilder:
     @cached_property
     def _link_element(self) -> MassElement:
         """The link as a thin arc between the points in front of its pins, from the centre of the arc."""
-        mass = (self.masses and self.masses.link) or PLACEHOLDER_MASS
+        mass = (self.masses and self.masses.link) or self._placeholder_mass
         radius, half_angle = self.gear.link_radius, math.asin(self.gear.half_link / self.gear.link_radius)
         return thin_arc(mass, radius, half_angle)
 
@@ -112,23 +118,27 @@ class _GearBuilder:
         x, y, link_angle = link[0].tolist()
         valve_x = float(gear.geometry.locate_die(link)[0][0])
         yield driven_crank.placeholder_crank(gear.crank, self._moved_mass), (0.0, 0.0, angle)
-        yield Body(name=CROSSHEAD, mass=PLACEHOLDER_MASS, can_rotate=False), (-self._crosshead_distance(angle), 0.0, 0.0)
-        valve_mass = (self.masses and self.masses.valve) or PLACEHOLDER_MASS
+        yield Body(name=CROSSHEAD, mass=self._placeholder_mass, can_rotate=False), (-self._crosshead_distance(angle), 0.0, 0.0)
+        valve_mass = (self.masses and self.masses.valve) or self._placeholder_mass
         yield Body(name=VALVE, mass=valve_mass, can_rotate=False), (-valve_x, 0.0, 0.0)
         along, up = rotate_point(-self._centre_setback, 0.0, link_angle)
         element = self._link_element
         yield Body(name=LINK, mass=element.mass, second_moments=element.moments), (-x - along, y + up, -link_angle)
         if isinstance(gear.reverser, PrescribedMotion):
             arm_x, arm_y = gear.geometry.hanger_top(reverser)
-            yield Body(name=LIFTING_ARM, mass=PLACEHOLDER_MASS, can_rotate=False), (-arm_x, arm_y, 0.0)
+            yield Body(name=LIFTING_ARM, mass=self._placeholder_mass, can_rotate=False), (-arm_x, arm_y, 0.0)
         if self.masses and self.masses.eccentric_rod:
             yield from self._rod_bodies(self.masses.eccentric_rod, (x, y, link_angle))
 
     @property
     def _moved_mass(self) -> float:
         """Mass that the crank moves, kg."""
-        given = self.masses.link + 2 * self.masses.eccentric_rod + self.masses.valve if self.masses else 0.0
-        return given or 2 * PLACEHOLDER_MASS
+        return self.masses.link + 2 * self.masses.eccentric_rod + self.masses.valve if self.masses else 2 * PLACEHOLDER_MASS
+
+    @property
+    def _placeholder_mass(self) -> float:
+        """Mass of a part without mass, kg."""
+        return max(PLACEHOLDER_MASS, PLACEHOLDER_MASS_RATIO * self._moved_mass)
 
     @cached_property
     def _hanger_top(self) -> Point:

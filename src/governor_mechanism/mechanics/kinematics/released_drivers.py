@@ -59,15 +59,17 @@ def release_drivers(mechanism: Mechanism, reading: str, start_values: dict[str, 
     drivers = [joint for joint in mechanism.joints if isinstance(joint, RotationalDriver | TranslationalDriver)]
     if len(drivers) < 2:
         return replace(mechanism, joints=tuple(joint for joint in mechanism.joints if joint not in drivers))
-    rates = np.abs(_rates_of_reading(mechanism, reading, start_values))
-    moving = [driver for driver, rate in zip(drivers, rates, strict=True) if rate > MOVED_RATE_RATIO * np.max(rates)]
-    return replace(mechanism, joints=tuple(hold_driver(joint) for joint in mechanism.joints if joint not in moving))
-
-
-def _rates_of_reading(mechanism: Mechanism, reading: str, start_values: dict[str, float]) -> FloatArray:
-    """Return the rate of a reading at unit rate of each driver, at the start."""
     solver = PositionSolver(mechanism)
     poses = solver.solve(start_values)
+    rates = np.abs(_rates_of_reading(solver, poses, reading))
+    moving = [driver for driver, rate in zip(drivers, rates, strict=True) if rate > MOVED_RATE_RATIO * np.max(rates)]
+    held = tuple(hold_driver(joint) for joint in mechanism.joints if joint not in moving)
+    return replace(mechanism, joints=held, initial_guess=tuple((x, y, angle) for x, y, angle in poses.tolist()))
+
+
+def _rates_of_reading(solver: PositionSolver, poses: FloatArray, reading: str) -> FloatArray:
+    """Return the rate of a reading at unit rate of each driver, at poses (bodies, 3)."""
+    mechanism = solver.mechanism
     gradient = evaluate_output(mechanism, reading, poses).gradient
     rates = np.zeros(len(mechanism.joints))
     for row in np.flatnonzero(solver.equations.is_driven):
