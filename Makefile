@@ -43,6 +43,7 @@ benchmark: $(VENV)/installed-test
 	$(BIN)/python benchmarks/effects.py
 	$(BIN)/python benchmarks/film.py
 	$(BIN)/python benchmarks/calls.py
+	$(BIN)/python benchmarks/kinematics.py
 	$(BIN)/python benchmarks/commands.py
 	$(BIN)/python benchmarks/growth.py
 	$(BIN)/python benchmarks/certificates.py
