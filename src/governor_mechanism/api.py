@@ -421,8 +421,9 @@ def stability_limit(scene: SceneSource, key: str, low: float | str, high: float 
     >>> import governor_mechanism as gm
     >>> gm.stability_limit("engine.toml", "effects.dashpot.sleeve", 0.0, 100.0).value  # doctest: +SKIP
     """
+    from governor_mechanism.scenes.changed_document import parse_scene_with
     from governor_mechanism.statics.stability_limit import find_stability_limit
-    from governor_mechanism.studies.sweep.parameters import parse_axes, parse_scene_with
+    from governor_mechanism.studies.sweep.parameters import parse_axes
 
     document = _as_scene(scene).document
     (axis,) = parse_axes(document, {key: [low, high]})

@@ -25,7 +25,7 @@ from governor_mechanism.render.figures.valve_timing.valve_diagram import ValveDi
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.machines.slide_valve.cylinder import valve_magnification
-from governor_mechanism.studies.sweep.parameters import parse_scene_with
+from governor_mechanism.scenes.changed_document import parse_scene_with
 
 CASES = {
     "marks": {},

@@ -13,9 +13,10 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.engines.reduced.batch import ReducedBatch
 from governor_mechanism.render.figures.sweep import sweep_figure
+from governor_mechanism.scenes.changed_document import replace_document_value
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.sweep import workers
-from governor_mechanism.studies.sweep.parameters import MAX_SWEEP_ROWS, parse_axes, replace_document_value
+from governor_mechanism.studies.sweep.parameters import MAX_SWEEP_ROWS, parse_axes
 from governor_mechanism.studies.sweep.quantities import find_reading_units
 from governor_mechanism.studies.sweep.run import SweepTask, compute_row
 from governor_mechanism.units.quantities import QUANTITY_KINDS

@@ -1,6 +1,5 @@
 """Stephenson's link motion against the closure of its rods: valve, die and link over a turn and in motion, valve events, lead."""
 
-import copy
 import math
 
 import numpy as np
@@ -13,7 +12,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.observables import valve_timing as timing
 from governor_mechanism.observables.valve_motion import valve_motion_of
-from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.types import FloatArray
 from governor_mechanism.verification import comparisons
 from governor_mechanism.verification.slider_crank import CHECKED_CRANK_ANGLES, crank_angles
@@ -50,9 +49,7 @@ def scene_in_gear(scene: Scene, gear: float) -> Scene:
     Scene
         The scene in that gear.
     """
-    document = copy.deepcopy(dict(scene.document))
-    document["dimensions"] = {**document["dimensions"], "reverser": gear}
-    return parse_scene_document(document, scene.source)
+    return parse_scene_with(scene.document, [("dimensions.reverser", gear)])
 
 
 def gears_of(scene: Scene) -> list[float]:

@@ -1,6 +1,5 @@
 """Paths of the die block in the link over the range of gears, for the four suspensions of the paper and that of the scene."""
 
-import copy
 import math
 from dataclasses import dataclass
 
@@ -10,7 +9,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.stephenson.dimensions import ANY_POINT, ARC_MIDDLE, CHORD_MIDDLE, HALF_WAY, LOWER_PIN
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.types import FloatArray
 
 PAPER_SUSPENSIONS = {ARC_MIDDLE: "Fig. 2", CHORD_MIDDLE: "Fig. 3", LOWER_PIN: "Fig. 4", HALF_WAY: "Fig. 5"}
@@ -103,7 +102,6 @@ def _trace_suspension(scene: Scene, suspension: str, gears: FloatArray) -> DiePa
 
 def _with_suspension(scene: Scene, suspension: str, gear: float) -> Scene:
     """Return the scene with another suspension, and with its lever at rest."""
-    document = copy.deepcopy(dict(scene.document))
-    kept = {name: value for name, value in document["dimensions"].items() if suspension == ANY_POINT or not name.startswith("suspension_")}
-    document["dimensions"] = {**kept, "suspension": suspension, "reverser": gear}
-    return parse_scene_document(document, scene.source)
+    dimensions = scene.document["dimensions"]
+    kept = {name: value for name, value in dimensions.items() if suspension == ANY_POINT or not name.startswith("suspension_")}
+    return parse_scene_with(scene.document, [("dimensions", {**kept, "suspension": suspension, "reverser": gear})])

@@ -19,11 +19,12 @@ from governor_mechanism.engines.reduced.batch import UncertifiedResult
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
+from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.problems import ProblemCollector
 from governor_mechanism.studies.sweep.checkpoint import RowWriter, SweepFiles
 from governor_mechanism.studies.sweep.cluster import find_computer_problems
-from governor_mechanism.studies.sweep.parameters import AxisGrid, parse_axes, parse_scene_with
+from governor_mechanism.studies.sweep.parameters import AxisGrid, parse_axes
 from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, parse_quantities
 from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.studies.sweep.rows import ROW_FAILED, ROW_OK, ROW_REFUSED, SweepRow, SweepRows

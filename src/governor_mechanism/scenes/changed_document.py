@@ -1,0 +1,48 @@
+"""Scenes of a document in which some values are replaced."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.units.quantities import format_value
+
+
+def replace_document_value(table: Any, key: str, value: Any, table_key: str = "") -> Any:
+    """Return a copy of the table of a document at `table_key` with a value at a dotted key; unchanged tables are shared.
+
+    An item of a list is selected by its name or by its number, counted from 1. Raises MechanismError if the key leads
+    through something that is not a table.
+    """
+    name, dot, remaining_key = key.partition(".")
+    item_key = f"{table_key}.{name}" if table_key else name
+
+    def changed(item: Any) -> Any:
+        return replace_document_value(item, remaining_key, value, item_key) if dot else value
+
+    if isinstance(table, list | tuple):
+        item_index = _find_item(table, name, table_key)
+        return [*table[:item_index], changed(table[item_index]), *table[item_index + 1 :]]
+    if isinstance(table, Mapping):
+        nested = table.get(name, False)
+        return {**table, name: changed({} if nested is False else nested)}  # a key that is switched off may be replaced by a table
+    found = format_value(table)
+    raise MechanismError(f"{item_key} cannot be varied: in this scene {table_key} is {found}, not a table; vary {table_key}")
+
+
+def parse_scene_with(document: Mapping[str, Any], values: Iterable[tuple[str, Any]]) -> Scene:
+    """Return the scene of a document with these values at these keys; raise MechanismError as the parser does."""
+    for key, value in values:
+        document = replace_document_value(document, key, value)
+    return parse_scene_document(document)
+
+
+def _find_item(items: Sequence[Any], name: str, key_path: str) -> int:
+    if name.isdecimal() and 1 <= int(name) <= len(items):
+        return int(name) - 1
+    names = [str(item["name"]) for item in items if isinstance(item, Mapping) and "name" in item]
+    if names.count(name) == 1:
+        return next(k for k, item in enumerate(items) if isinstance(item, Mapping) and item.get("name") == name)
+    known_names = f"named {', '.join(names)}, or " if names else ""
+    raise MechanismError(f"{key_path} has no {format_value(name)}; its items are {known_names}1 to {len(items)}{did_you_mean(name, names)}")
