@@ -5,7 +5,9 @@ crank turns anticlockwise.
 """
 
 import math
+from collections.abc import Iterator
 
+from governor_mechanism.machines.base import unit_hint
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, RotationalDriver, Slider
 from governor_mechanism.model.mechanism import Body, SecondMoments
 from governor_mechanism.model.time_functions import PrescribedMotion
@@ -46,3 +48,12 @@ def rod_joint(name: str, driving: Point, driven: Point, length: float | None) ->
     if length is None:
         return Slider(name=name, first=driven, second=driving, angle=math.pi / 2)
     return Distance(name=name, first=driving, second=driven, length=length)
+
+
+def advance_problems(advance: float) -> Iterator[str]:
+    """Yield a sentence about an angle of advance (rad) that is a right angle or more."""
+    if not abs(advance) < math.pi / 2:
+        yield (
+            f"advance ({math.degrees(advance):.6g} deg) must lie between -90 and 90 deg: it is measured from "
+            f"the right angle to the crank{unit_hint(advance, math.pi, '30 deg')}"
+        )

@@ -13,8 +13,8 @@ from functools import partial
 from typing import ClassVar
 
 from governor_mechanism.machines import driven_crank
-from governor_mechanism.machines.base import Machine, choice_field, dimension_field, optional_field, rotate_point, unit_hint, x_coordinate
-from governor_mechanism.machines.driven_crank import CROSSHEAD, VALVE
+from governor_mechanism.machines.base import Machine, choice_field, dimension_field, optional_field, rotate_point, x_coordinate
+from governor_mechanism.machines.driven_crank import CROSSHEAD, VALVE, advance_problems
 from governor_mechanism.machines.slider_crank import rod_length_problems
 from governor_mechanism.machines.steam_readings import CRANK_END_TRAVEL, VALVE_DISPLACEMENT, piston_readings, port_readings
 from governor_mechanism.model.joints import GROUND, Point, Slider
@@ -85,11 +85,7 @@ class SlideValve(Machine):
 
     def _turning_problems(self) -> Iterator[str]:
         """Yield sentences about a wrong angle of advance and laps larger than the travel of the valve."""
-        if not abs(self.advance) < math.pi / 2:
-            yield (
-                f"advance ({math.degrees(self.advance):.6g} deg) must lie between -90 and 90 deg: it is measured from "
-                f"the right angle to the crank{unit_hint(self.advance, math.pi, '30 deg')}"
-            )
+        yield from advance_problems(self.advance)
         for name, lap in (("outside_lap", self.outside_lap), ("inside_lap", self.inside_lap)):
             if abs(lap) >= self.eccentric:
                 yield (

@@ -7,7 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from governor_mechanism.machines.base import Machine, choice_field, dimension_field, optional_field, unit_hint, values_of
+from governor_mechanism.machines.base import Machine, choice_field, dimension_field, optional_field, values_of
+from governor_mechanism.machines.driven_crank import advance_problems
 from governor_mechanism.machines.slide_valve import rod_field
 from governor_mechanism.machines.slider_crank import rod_length_problems
 from governor_mechanism.machines.stephenson.link_geometry import LinkGeometry, arc_depth
@@ -100,11 +101,7 @@ class StephensonDimensions(Machine):
 
     def _length_problems(self) -> Iterator[str]:
         """Yield sentences about single dimensions that are impossible."""
-        if not abs(self.advance) < math.pi / 2:
-            yield (
-                f"advance ({math.degrees(self.advance):.6g} deg) must lie between -90 and 90 deg: it is measured from "
-                f"the right angle to the crank{unit_hint(self.advance, math.pi, '30 deg')}"
-            )
+        yield from advance_problems(self.advance)
         for name, length in (("link_radius", self.link_radius), ("eccentric_rod", self.eccentric_rod)):
             if not self.half_link < length:
                 yield (
