@@ -26,8 +26,9 @@ def place_points(axes: PoseTuple, points: Iterable[Vec2]) -> tuple[Vec2, ...]:
 
 def arc_points(centre: Vec2, start: float, sweep: float, radius: float, n_segments: int = 8) -> tuple[Vec2, ...]:
     """Return points of an arc from a start angle on by a sweep (rad)."""
-    angles = (start + sweep * k / n_segments for k in range(n_segments + 1))
-    return tuple((centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a)) for a in angles)
+    x, y = centre
+    angles = [start + sweep * k / n_segments for k in range(n_segments + 1)]
+    return tuple([(x + radius * math.cos(a), y + radius * math.sin(a)) for a in angles])
 
 
 def distinct_points(points: Iterable[Vec2], min_distance: float) -> list[Vec2]:

@@ -2,16 +2,18 @@
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
 
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring
 from governor_mechanism.model.joints import ArcSlot, CurveSlot, Distance, Joint, Pin, Point, Slider, TranslationalDriver, Weld
 from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.output_variables import LineAngle, PointCoordinate, PointDistance, Reading
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.render.geometry.outlines import make_box, make_plate_outline, make_wall
 from governor_mechanism.render.geometry.points import axes_to_plane, convex_hull, distinct_points, place_points
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, PoseTuple, Vec2, drawn_ball_radius
 from governor_mechanism.render.machines.generic.joints import STRIP_WIDTH, guide_centreline, spoked_wheel, toothed_bodies
-from governor_mechanism.render.machines.generic.placed_mechanism import PlacedMechanism
+from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents, PlacedMechanism
 
 _BAR_WIDTH = 0.052
 """Width of a bar, as a fraction of the length scale."""
@@ -21,43 +23,82 @@ _MASS_SIDES = (0.22, 0.16)
 """Sides of a mass that hangs on springs, as fractions of the length scale."""
 
 
+class _BodyOutline(NamedTuple):
+    """What of the drawing of a body is the same at every pose.
+
+    Attributes
+    ----------
+    points
+        Points that its plate or bar contains, in body axes, m; fewer than two for a body without one.
+    width
+        Width of the plate, m.
+    has_ball
+        Whether a ball stands at a corner of the plate.
+    has_single_shape
+        Whether a body without plate is drawn at its mass centre.
+    tracers
+        Points that readings follow and no joint holds, in body axes, m.
+    """
+
+    points: Sequence[Vec2]
+    width: float
+    has_ball: bool
+    has_single_shape: bool
+    tracers: Sequence[Vec2]
+
+
+@once_per_object
+def _find_outlines(extents: MechanismExtents) -> Sequence[_BodyOutline]:
+    """Return the outlines of all bodies."""
+    toothed, outlines = toothed_bodies(extents.part.mechanism), []
+    for body in extents.part.mechanism.bodies:
+        points = _outline_points(extents, body)
+        width = (STRIP_WIDTH if _guides_on(extents, body) else _BAR_WIDTH) * extents.length_scale
+        has_ball = len(points) > 1 and _has_end_mass(extents, body, points)
+        has_single_shape = len(points) < 2 and body.name not in toothed and not _is_sliding_block(extents, body)
+        outlines.append(_BodyOutline(points, width, has_ball, has_single_shape, _tracer_points(extents, body)))
+    return outlines
+
+
 def body_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
     """Yield plates, bars, discs, masses and balls."""
-    for body, pose in zip(placed.mechanism.bodies, placed.poses, strict=True):
-        outline = _outline_points(placed, body)
-        if len(outline) > 1:
-            width = (STRIP_WIDTH if _guides_on(placed, body) else _BAR_WIDTH) * placed.unit
-            yield make_plate_outline("plate", place_points(pose, outline), width)
-            if _has_end_mass(placed, body, outline):
-                yield _ball_shape(placed, body, pose)
-        elif body.name not in toothed_bodies(placed.mechanism) and not _is_sliding_block(placed, body):
+    for body, pose, outline in zip(placed.mechanism.bodies, placed.poses, _find_outlines(placed.extents), strict=True):
+        if len(outline.points) > 1:
+            yield make_plate_outline("plate", place_points(pose, outline.points), outline.width)
+        if outline.has_ball:
+            yield _ball_shape(placed, body, pose)
+        if outline.has_single_shape:
             yield from _single_point_shapes(placed, body, pose)
 
 
 def tracer_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
     """Yield the points that readings follow and no joint holds."""
-    tolerance = _COINCIDENCE_DISTANCE * placed.unit
-    for body, pose in zip(placed.mechanism.bodies, placed.poses, strict=True):
-        for point in distinct_points(_reading_points(placed, body), tolerance):
-            if all(math.dist(point, other) > tolerance for other in _joint_and_force_points(placed, body)):
-                yield Circle("tracer", *axes_to_plane(pose, *point), 0.012 * placed.unit)
+    for pose, outline in zip(placed.poses, _find_outlines(placed.extents), strict=True):
+        yield from (Circle("tracer", *axes_to_plane(pose, *point), 0.012 * placed.unit) for point in outline.tracers)
 
 
-def _outline_points(placed: PlacedMechanism, body: Body) -> list[Vec2]:
+def _tracer_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
+    """Return the points of a body that readings follow and no joint holds, in body axes."""
+    tolerance, held = _COINCIDENCE_DISTANCE * extents.length_scale, _joint_and_force_points(extents, body)
+    followed = distinct_points(_reading_points(extents, body), tolerance)
+    return [point for point in followed if all(math.dist(point, other) > tolerance for other in held)]
+
+
+def _outline_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
     """Return the points that the body outline contains, in body axes: joint points, slots, and a point mass."""
-    tolerance = _COINCIDENCE_DISTANCE * placed.unit
-    marked = [*_joint_and_force_points(placed, body), *_reading_points(placed, body), *_slot_points(placed, body)]
+    tolerance = _COINCIDENCE_DISTANCE * extents.length_scale
+    marked = [*_joint_and_force_points(extents, body), *_reading_points(extents, body), *_slot_points(extents, body)]
     points = distinct_points(marked, tolerance)
-    is_wheel = body.name in toothed_bodies(placed.mechanism)
+    is_wheel = body.name in toothed_bodies(extents.part.mechanism)
     if not points or (is_wheel and all(math.hypot(*point) <= tolerance for point in points)):
         return points  # a wheel about its own centre; an eccentric wheel is drawn as a rod with a wheel
-    if len(points) == 1 and not _is_sliding_block(placed, body):
+    if len(points) == 1 and not _is_sliding_block(extents, body):
         distance = math.hypot(*points[0])
         if distance > tolerance:
             # A rod with this radius of gyration extends by this ratio beyond its mass centre.
             extension_ratio = min(math.sqrt(3) * _gyration_radius(body) / distance, 1.0)
             return [points[0], (-extension_ratio * points[0][0], -extension_ratio * points[0][1])]
-    elif _may_have_ball(placed, body) and not _is_inside_hull((0.0, 0.0), points, tolerance):
+    elif _may_have_ball(extents, body) and not _is_inside_hull((0.0, 0.0), points, tolerance):
         return distinct_points([*points, (0.0, 0.0)], tolerance)
     return points
 
@@ -80,37 +121,41 @@ def _points_on(body: Body, elements: Iterable[Joint | ForceElement | Reading]) -
     return [(point.x, point.y) for element in elements for point in _held_points(element) if point.body == body.name]
 
 
-def _joint_and_force_points(placed: PlacedMechanism, body: Body) -> list[Vec2]:
-    return _points_on(body, (*placed.mechanism.joints, *placed.mechanism.force_elements))
+def _joint_and_force_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
+    return _points_on(body, (*extents.part.mechanism.joints, *extents.part.mechanism.force_elements))
 
 
-def _reading_points(placed: PlacedMechanism, body: Body) -> list[Vec2]:
+def _reading_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
     """Return the points of readings on the body, except the mass centre, which is the default of a reading without a point."""
-    return [point for point in _points_on(body, placed.mechanism.readings) if any(point)]
+    return [point for point in _points_on(body, extents.part.mechanism.readings) if any(point)]
 
 
-def _slot_points(placed: PlacedMechanism, body: Body) -> list[Vec2]:
+def _slot_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
     """Return points of the guides on the body, which its plate must contain."""
     points: list[Vec2] = []
-    for joint in _guides_on(placed, body):
+    for joint in _guides_on(extents, body):
         axes = (joint.first.x, joint.first.y, 0.0 if isinstance(joint, ArcSlot) else joint.angle)
-        chain = guide_centreline(joint, placed.extents)
+        chain = guide_centreline(joint, extents)
         points += place_points(axes, chain[:: max(len(chain) // 12, 1)])
     return points
 
 
-def _guides_on(placed: PlacedMechanism, body: Body) -> list[Slider | ArcSlot | CurveSlot]:
-    return [joint for joint in placed.mechanism.joints if isinstance(joint, Slider | ArcSlot | CurveSlot) and joint.first.body == body.name]
+def _guides_on(extents: MechanismExtents, body: Body) -> list[Slider | ArcSlot | CurveSlot]:
+    return [
+        joint
+        for joint in extents.part.mechanism.joints
+        if isinstance(joint, Slider | ArcSlot | CurveSlot) and joint.first.body == body.name
+    ]
 
 
-def _is_sliding_block(placed: PlacedMechanism, body: Body) -> bool:
+def _is_sliding_block(extents: MechanismExtents, body: Body) -> bool:
     """Return whether a sliding block represents the body."""
-    return any(isinstance(joint, Slider) and joint.second.body == body.name for joint in placed.mechanism.joints)
+    return any(isinstance(joint, Slider) and joint.second.body == body.name for joint in extents.part.mechanism.joints)
 
 
-def _may_have_ball(placed: PlacedMechanism, body: Body) -> bool:
+def _may_have_ball(extents: MechanismExtents, body: Body) -> bool:
     """Return whether a mass centre beyond the joints is a ball: of a pendulum, or of any arm of a governor."""
-    return body.can_rotate and (placed.extents.part.turns or not any(body.second_moments.in_plane))
+    return body.can_rotate and (extents.part.turns or not any(body.second_moments.in_plane))
 
 
 def _is_inside_hull(point: Vec2, points: Sequence[Vec2], tolerance: float) -> bool:
@@ -119,10 +164,10 @@ def _is_inside_hull(point: Vec2, points: Sequence[Vec2], tolerance: float) -> bo
     return point not in corners or (len(corners) < 3 and is_between_ends)
 
 
-def _has_end_mass(placed: PlacedMechanism, body: Body, outline: Sequence[Vec2]) -> bool:
+def _has_end_mass(extents: MechanismExtents, body: Body, outline: Sequence[Vec2]) -> bool:
     """Return whether the whole mass is at a corner of the outline, as in a pendulum bob."""
-    tolerance = _COINCIDENCE_DISTANCE * placed.unit
-    return _may_have_ball(placed, body) and any(math.hypot(*corner) < tolerance for corner in convex_hull(outline))
+    tolerance = _COINCIDENCE_DISTANCE * extents.length_scale
+    return _may_have_ball(extents, body) and any(math.hypot(*corner) < tolerance for corner in convex_hull(outline))
 
 
 def _single_point_shapes(placed: PlacedMechanism, body: Body, pose: PoseTuple) -> list[DrawnShape]:
