@@ -19,8 +19,11 @@ from governor_mechanism.mechanics.reduction.equation_of_motion import (
 )
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.table import find_piece
-from governor_mechanism.model.joints import GROUND, Point
-from governor_mechanism.model.output_variables import Limit, LineAngle
+from governor_mechanism.model.joints import GROUND, Pin, Point
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle, Limit, LineAngle
+from governor_mechanism.model.part import FIXED_PLANE, Part
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
 
 CRANK, ROD = 0.1, 0.3
@@ -125,6 +128,39 @@ def test_a_table_ends_at_a_turning_point_of_its_coordinate(limit):
     if limit is not None:
         assert table.end_message(0) == (True, "slider_x: near")
         assert table.end_coordinate(0) == 0.25
+
+
+def test_a_table_ends_before_a_change_point_with_accurate_poses():
+    """A parallelogram may fold there into an antiparallelogram; all its links lie in one line at angles 0 and pi."""
+    crank, ground, start = 0.1, 0.4, 1.3
+    bodies = tuple(Body(name=name, mass=1.0, second_moments=SecondMoments(xx=0.01)) for name in ("crank", "coupler", "rocker"))
+    end = crank * np.array([math.cos(start), math.sin(start)])
+    mechanism = Mechanism(
+        bodies=bodies,
+        joints=(
+            Pin(name="A", first=Point(body=GROUND), second=Point(body="crank")),
+            Pin(name="B", first=Point(body="crank", x=crank), second=Point(body="coupler")),
+            Pin(name="C", first=Point(body="coupler", x=ground), second=Point(body="rocker", x=crank)),
+            Pin(name="D", first=Point(body="rocker"), second=Point(body=GROUND, x=ground)),
+        ),
+        readings=(BodyAngle(name="angle", quantity="angle", body="crank"),),
+        coordinate="angle",
+        length_scale=ground,
+        initial_guess=((0.0, 0.0, start), (*end.tolist(), 0.0), (ground, 0.0, start)),
+    )
+    scene = Scene(title="", parts=(Part(name="linkage", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE),))
+    table = extend_to(MotionTable(scene, start, PositionSolver(mechanism).solve({})), -10.0, 10.0)
+    ends = [table.end_coordinate(side) for side in (0, 1)]
+    assert 0.0 < ends[0] < 0.2
+    assert math.pi - 0.2 < ends[1] < math.pi
+    for side in (0, 1):
+        is_at_limit, message = table.end_message(side)
+        assert not is_at_limit
+        assert "change point" in message
+    angles = np.linspace(*ends, 301)
+    poses, tangents = table.evaluate_poses(angles)
+    np.testing.assert_allclose(poses[:, :, 2], np.stack([angles, 0 * angles, angles], axis=1), atol=TABLE_ERROR)
+    np.testing.assert_allclose(tangents[:, :, 2], np.tile([1.0, 0.0, 1.0], (301, 1)), atol=TABLE_ERROR)
 
 
 def test_a_table_ends_at_a_limit_of_its_coordinate():
