@@ -24,7 +24,7 @@ from mutations import PACKAGE, SOURCE, Mutant
 SECONDS_OF_A_TEST = 10.0
 """Tests with more CPU time are left out, s: interpreted kernels are some hundred times slower than compiled ones."""
 
-SECONDS_OF_A_FILE = 60.0
+SECONDS_OF_A_FILE = 120.0
 """After this CPU time no further tests of a file are recorded, s."""
 
 MAX_TRACED_CALLS = 2_000

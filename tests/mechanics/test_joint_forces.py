@@ -9,6 +9,7 @@ import pytest
 
 import governor_mechanism as gm
 from coupled_scenes import coupled_scene, discs_part
+from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.mechanics.dynamics.inverse_dynamics import compute_inverse_dynamics
@@ -116,3 +117,28 @@ def test_bodies_without_mass_add_nothing_to_the_motion(is_turning):
     np.testing.assert_allclose(result.accelerations[0, 1, :2], length * acceleration * across, rtol=1e-12)
     force = 1.3 * (length * acceleration * across + [0.0, 9.81])  # along the rod
     np.testing.assert_allclose(result.joint_forces[0, 2:4, :2].sum(axis=0), force, rtol=1e-12, atol=1e-12)
+
+
+def test_a_point_mass_on_a_pin_swings_as_a_conical_pendulum():
+    """Its inertia is that about the pin, where its weight and its centrifugal force have a moment."""
+    length, speed, angle = 0.4, 6.0, 0.7
+    mechanism = Mechanism(
+        bodies=(Body(name="bob", mass=1.3),),
+        joints=(Pin(name="pivot", first=Point(body=GROUND), second=Point(body="bob", y=length)),),
+        readings=(BodyAngle(name="angle", quantity="angle", body="bob"),),
+        coordinate="angle",
+        length_scale=length,
+        initial_guess=((length * np.sin(angle), -length * np.cos(angle), angle),),
+    )
+    part = Part(
+        name="pendulum",
+        machine="custom",
+        dimensions={},
+        mechanism=mechanism,
+        effects=(Gravity(), Centrifugal()),
+        spindle=Spindle(speeds=(speed,)),
+    )
+    poses = np.array([mechanism.initial_guess])
+    result = compute_inverse_dynamics(coupled_scene(part), np.zeros(1), poses, np.zeros((1, 1, 3)), np.zeros((1, 0)))
+    expected = -9.81 / length * np.sin(angle) + speed**2 * np.sin(angle) * np.cos(angle)
+    assert result.accelerations[0, 0, 2] == pytest.approx(expected, rel=1e-12)

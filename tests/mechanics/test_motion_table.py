@@ -198,13 +198,13 @@ def line_limit(low: float, high: float) -> Limit:
     return Limit(reading="line", low=low, high=high, low_message="too far back", high_message="too far on")
 
 
-@pytest.mark.parametrize(("side", "ends"), [(0, (-10.0, 0.4)), (1, (0.4, 10.0))])
+@pytest.mark.parametrize(("side", "ends"), [(0, (-10.0, 0.4)), (1, (0.4, 10.0)), (1, (1.5, 10.0))])  # the last one jumps in the first piece
 def test_the_angle_of_a_line_goes_on_over_a_whole_turn(side, ends):
     """Its limit lies beyond the half turn at which the angle of a line jumps, and pieces begin on both sides of the jump."""
     for bound in (2.5, 4.0, 5.5):
         scene = slider_crank(limits=(line_limit(-bound, bound),))
         mechanism = replace(scene.mechanism, readings=(*scene.mechanism.readings, LINE))
-        table = extend_to(start_table(scene.with_changes(mechanism=mechanism)), *ends)
+        table = extend_to(start_table(scene.with_changes(mechanism=mechanism), ends[1 - side]), *ends)
         assert table.end_coordinate(side) == pytest.approx(math.copysign(bound, ends[side]), abs=1e-9)
         assert table.end_message(side) == (True, "line: too far on" if side else "line: too far back")
 
