@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import ast
 import hashlib
+import importlib
 import json
 import random
 import signal
@@ -57,6 +57,11 @@ class ReachRecorder:
     lines: set[tuple[str, int]] = field(default_factory=set)
     calls: Counter[CodeType] = field(default_factory=Counter)
     has_passed: bool = True
+
+    def pytest_sessionstart(self) -> None:
+        """Import the folder, lest the first test seem to reach what runs then."""
+        for path in sorted(Path(self.folder).rglob("*.py")):
+            importlib.import_module(".".join(path.relative_to(SOURCE).with_suffix("").parts))
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         """Mix the tests, so that the time of a file is spent on different ones."""
@@ -135,12 +140,10 @@ def _read_record(place: Path, time_of_change: float) -> tuple[RecordedTest, ...]
 def tests_that_reach(mutant: Mutant, tests: Iterable[RecordedTest], seconds_limit: float) -> list[RecordedTest]:
     """Return the tests that reach the line of a mutant, the shortest first, within a limit of their time in all, s.
 
-    A line outside functions runs before any test: there it is those that reach any line of the file.
+    A line that runs when its module is imported is reached by none: there it is those that reach any line of the file.
     """
-    if _is_in_function(mutant):
-        reaching = [test for test in tests if (str(mutant.path), mutant.line) in test.lines]
-    else:
-        reaching = [test for test in tests if test.reaches(mutant.path)]
+    reaching = [test for test in tests if (str(mutant.path), mutant.line) in test.lines]
+    reaching = reaching or [test for test in tests if test.reaches(mutant.path)]
     chosen: list[RecordedTest] = []
     for test in sorted(reaching, key=lambda one: one.seconds):
         seconds_limit -= test.seconds
@@ -148,8 +151,3 @@ def tests_that_reach(mutant: Mutant, tests: Iterable[RecordedTest], seconds_limi
             break
         chosen.append(test)
     return chosen
-
-
-def _is_in_function(mutant: Mutant) -> bool:
-    nodes = ast.walk(ast.parse(mutant.path.read_text(encoding="utf-8")))
-    return any(isinstance(node, ast.FunctionDef) and node.lineno < mutant.line <= (node.end_lineno or 0) for node in nodes)

@@ -9,13 +9,17 @@ import pytest
 
 import governor_mechanism as gm
 from coupled_scenes import coupled_scene, discs_part
+from governor_mechanism.effects.centrifugal import Centrifugal
+from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.mechanics.dynamics.inverse_dynamics import compute_inverse_dynamics
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.model.force_elements import Spring, Torque
-from governor_mechanism.model.joints import GROUND, Point
-from governor_mechanism.model.part import Spindle
+from governor_mechanism.model.joints import GROUND, Pin, Point, Weld
+from governor_mechanism.model.mechanism import Body, Mechanism
+from governor_mechanism.model.output_variables import BodyAngle
+from governor_mechanism.model.part import FIXED_PLANE, Part, Spindle
 from governor_mechanism.model.time_functions import InputFunction
 from governor_scenes import PORTER, governor_scene
 
@@ -83,3 +87,58 @@ def test_drives_and_given_speeds_of_several_parts_do_not_mix():
     assert power[0] == pytest.approx(power[1] + power[2], rel=1e-12)
     assert abs(power[1]) > 1.0
     assert np.max(np.abs(accelerations[1])) > 1.0
+
+
+@pytest.mark.parametrize("is_turning", [True, False])
+def test_bodies_without_mass_add_nothing_to_the_motion(is_turning):
+    """A ball at the end of a rod without mass, with or without a joint at which it could turn; 0.7 m long."""
+    length, angle = 0.7, 0.6
+    ball = Body(name="ball", mass=1.3, can_rotate=is_turning)
+    rod = Body(name="rod", mass=0.0)
+    end = Point(body="rod", x=0.5 * length)
+    mechanism = Mechanism(
+        bodies=(rod, ball),
+        joints=(
+            Pin(name="pivot", first=Point(body=GROUND), second=Point(body="rod", x=-0.5 * length)),
+            (Weld if is_turning else Pin)(name="end", first=end, second=Point(body="ball")),
+        ),
+        readings=(BodyAngle(name="angle", quantity="angle", body="rod"),),
+        coordinate="angle",
+        length_scale=length,
+        initial_guess=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+    )
+    part = Part(name="pendulum", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE, effects=(Gravity(),))
+    direction = np.array([np.cos(angle), np.sin(angle)])
+    poses = np.array([[[*(0.5 * length * direction), angle], [*(length * direction), angle * is_turning]]])
+    result = compute_inverse_dynamics(coupled_scene(part), np.zeros(1), poses, np.zeros((1, 2, 3)), np.zeros((1, 0)))
+    acceleration = -9.81 * np.cos(angle) / length
+    assert result.accelerations[0, 0, 2] == pytest.approx(acceleration, rel=1e-12)
+    across = np.array([-direction[1], direction[0]])
+    np.testing.assert_allclose(result.accelerations[0, 1, :2], length * acceleration * across, rtol=1e-12)
+    force = 1.3 * (length * acceleration * across + [0.0, 9.81])  # along the rod
+    np.testing.assert_allclose(result.joint_forces[0, 2:4, :2].sum(axis=0), force, rtol=1e-12, atol=1e-12)
+
+
+def test_a_point_mass_on_a_pin_swings_as_a_conical_pendulum():
+    """Its inertia is that about the pin, where its weight and its centrifugal force have a moment."""
+    length, speed, angle = 0.4, 6.0, 0.7
+    mechanism = Mechanism(
+        bodies=(Body(name="bob", mass=1.3),),
+        joints=(Pin(name="pivot", first=Point(body=GROUND), second=Point(body="bob", y=length)),),
+        readings=(BodyAngle(name="angle", quantity="angle", body="bob"),),
+        coordinate="angle",
+        length_scale=length,
+        initial_guess=((length * np.sin(angle), -length * np.cos(angle), angle),),
+    )
+    part = Part(
+        name="pendulum",
+        machine="custom",
+        dimensions={},
+        mechanism=mechanism,
+        effects=(Gravity(), Centrifugal()),
+        spindle=Spindle(speeds=(speed,)),
+    )
+    poses = np.array([mechanism.initial_guess])
+    result = compute_inverse_dynamics(coupled_scene(part), np.zeros(1), poses, np.zeros((1, 1, 3)), np.zeros((1, 0)))
+    expected = -9.81 / length * np.sin(angle) + speed**2 * np.sin(angle) * np.cos(angle)
+    assert result.accelerations[0, 0, 2] == pytest.approx(expected, rel=1e-12)

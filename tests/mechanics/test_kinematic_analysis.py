@@ -11,7 +11,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import validate_samples
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_readings
 from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import ArcPosition, BodyAngle, FollowerHeight, LineAngle, PointCoordinate, PointDistance
@@ -246,3 +246,13 @@ def test_a_redundant_joint_changes_nothing():
         np.testing.assert_allclose(result.readings[name], expected.readings[name], atol=1e-13)
         np.testing.assert_allclose(result.rates[name], expected.rates[name], atol=1e-12)
         np.testing.assert_allclose(result.reading_accelerations[name], expected.reading_accelerations[name], atol=1e-11)
+
+
+def test_all_readings_at_many_states_are_those_at_each_of_them():
+    mechanism, random = gm.load("slider_crank_torque").mechanism, np.random.default_rng(4)
+    poses, velocities = random.normal(size=(5, len(mechanism.bodies), 3)), random.normal(size=(5, len(mechanism.bodies), 3))
+    values, rates = evaluate_readings(mechanism, poses, velocities)
+    for i, k in np.ndindex(len(mechanism.readings), 5):
+        output = evaluate_output(mechanism, mechanism.readings[i].name, poses[k])
+        assert values[i, k] == pytest.approx(float(output.value), rel=1e-14)
+        assert rates[i, k] == pytest.approx(float(output.rate(velocities[k])), rel=1e-13)

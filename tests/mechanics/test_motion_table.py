@@ -19,8 +19,11 @@ from governor_mechanism.mechanics.reduction.equation_of_motion import (
 )
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.table import find_piece
-from governor_mechanism.model.joints import GROUND, Point
-from governor_mechanism.model.output_variables import Limit, LineAngle
+from governor_mechanism.model.joints import GROUND, Pin, Point
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import BodyAngle, Limit, LineAngle
+from governor_mechanism.model.part import FIXED_PLANE, Part
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
 
 CRANK, ROD = 0.1, 0.3
@@ -127,6 +130,39 @@ def test_a_table_ends_at_a_turning_point_of_its_coordinate(limit):
         assert table.end_coordinate(0) == 0.25
 
 
+def test_a_table_ends_before_a_change_point_with_accurate_poses():
+    """A parallelogram may fold there into an antiparallelogram; all its links lie in one line at angles 0 and pi."""
+    crank, ground, start = 0.1, 0.4, 1.3
+    bodies = tuple(Body(name=name, mass=1.0, second_moments=SecondMoments(xx=0.01)) for name in ("crank", "coupler", "rocker"))
+    end = crank * np.array([math.cos(start), math.sin(start)])
+    mechanism = Mechanism(
+        bodies=bodies,
+        joints=(
+            Pin(name="A", first=Point(body=GROUND), second=Point(body="crank")),
+            Pin(name="B", first=Point(body="crank", x=crank), second=Point(body="coupler")),
+            Pin(name="C", first=Point(body="coupler", x=ground), second=Point(body="rocker", x=crank)),
+            Pin(name="D", first=Point(body="rocker"), second=Point(body=GROUND, x=ground)),
+        ),
+        readings=(BodyAngle(name="angle", quantity="angle", body="crank"),),
+        coordinate="angle",
+        length_scale=ground,
+        initial_guess=((0.0, 0.0, start), (*end.tolist(), 0.0), (ground, 0.0, start)),
+    )
+    scene = Scene(title="", parts=(Part(name="linkage", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE),))
+    table = extend_to(MotionTable(scene, start, PositionSolver(mechanism).solve({})), -10.0, 10.0)
+    ends = [table.end_coordinate(side) for side in (0, 1)]
+    assert 0.0 < ends[0] < 0.2
+    assert math.pi - 0.2 < ends[1] < math.pi
+    for side in (0, 1):
+        is_at_limit, message = table.end_message(side)
+        assert not is_at_limit
+        assert "change point" in message
+    angles = np.linspace(*ends, 301)
+    poses, tangents = table.evaluate_poses(angles)
+    np.testing.assert_allclose(poses[:, :, 2], np.stack([angles, 0 * angles, angles], axis=1), atol=TABLE_ERROR)
+    np.testing.assert_allclose(tangents[:, :, 2], np.tile([1.0, 0.0, 1.0], (301, 1)), atol=TABLE_ERROR)
+
+
 def test_a_table_ends_at_a_limit_of_its_coordinate():
     limit = Limit(reading="crank_angle", low=-0.5, high=0.9, low_message="far back", high_message="far on")
     line = Limit(reading="slider_x", low=0.1, high=0.9, low_message="near", high_message="far")
@@ -162,13 +198,13 @@ def line_limit(low: float, high: float) -> Limit:
     return Limit(reading="line", low=low, high=high, low_message="too far back", high_message="too far on")
 
 
-@pytest.mark.parametrize(("side", "ends"), [(0, (-10.0, 0.4)), (1, (0.4, 10.0))])
+@pytest.mark.parametrize(("side", "ends"), [(0, (-10.0, 0.4)), (1, (0.4, 10.0)), (1, (1.5, 10.0))])  # the last one jumps in the first piece
 def test_the_angle_of_a_line_goes_on_over_a_whole_turn(side, ends):
     """Its limit lies beyond the half turn at which the angle of a line jumps, and pieces begin on both sides of the jump."""
     for bound in (2.5, 4.0, 5.5):
         scene = slider_crank(limits=(line_limit(-bound, bound),))
         mechanism = replace(scene.mechanism, readings=(*scene.mechanism.readings, LINE))
-        table = extend_to(start_table(scene.with_changes(mechanism=mechanism)), *ends)
+        table = extend_to(start_table(scene.with_changes(mechanism=mechanism), ends[1 - side]), *ends)
         assert table.end_coordinate(side) == pytest.approx(math.copysign(bound, ends[side]), abs=1e-9)
         assert table.end_message(side) == (True, "line: too far on" if side else "line: too far back")
 
