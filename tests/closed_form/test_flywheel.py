@@ -151,6 +151,29 @@ def test_pressures_are_continuous_where_their_laws_change():
                 assert np.ptp(pressure(engine, crank_angle=sides)) < 1e-6 * engine.supply_pressure  # slopes are below 100 p per rad
 
 
+SMALL_PUMP_CLEARANCE = {"clearance": 0.0, "atmospheric_pressure": 1e5}
+ENGINES_WITH_TWO_MAXIMA = [
+    AirEngine(area=0.05, stroke=1.06, cut_off=0.47, pump_area=0.395, pump_stroke=1.47, pump_clearance=8.75e-4, supply_pressure=3.73e5,
+              back_pressure=1.68e5, load_pressure=5.85e4, **SMALL_PUMP_CLEARANCE),
+    AirEngine(area=0.003, stroke=1.23, cut_off=1.0, pump_area=0.29, pump_stroke=0.786, pump_clearance=4.1e-5, supply_pressure=7.6e5,
+              back_pressure=1.45e5, load_pressure=1.82e5, **SMALL_PUMP_CLEARANCE),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("engine", [CLOSED_ENGINE, ENGINE, *ENGINES_WITH_TWO_MAXIMA])
+def test_the_energy_is_the_largest_rise_of_the_stored_work(engine):
+    """Also of two maxima in a stroke, which the paper holds for impossible; cycles that close or lose work."""
+    equilibria = equilibrium.find_equilibria(engine)
+    assert len(equilibria) == (4 if engine in ENGINES_WITH_TWO_MAXIMA else 2)
+    assert [one.is_slowest for one in equilibria] == [True, False] * (len(equilibria) // 2)
+    extremes = equilibrium.energy_fluctuation(engine)
+    grid = np.sort(np.concatenate([np.linspace(0.0, math.tau, 4001), [extremes.slowest_angle, extremes.fastest_angle]]))
+    work = np.asarray(closed.stored_work(engine, crank_angle=grid))
+    starts = np.flatnonzero(grid < math.pi)
+    rises = [np.max(work[(grid >= grid[i]) & (grid <= grid[i] + math.pi)]) - work[i] for i in starts]
+    assert extremes.energy == pytest.approx(max(rises), abs=1e-12 * engine.full_pressure_work)
+
+
 def test_the_load_at_the_crank_pin():
     assert ENGINE.load_torque / (ENGINE.stroke / 2) == pytest.approx(2 / math.pi * 0.4e5 * 0.05, rel=1e-15)  # (60)
     assert CLOSED_ENGINE.load_torque == pytest.approx(printed.EXAMPLE_LOAD_TORQUE, rel=1e-11)

@@ -40,7 +40,10 @@ class Equilibrium:
 
 @dataclass(frozen=True, kw_only=True)
 class Fluctuation:
-    """The crank angles of lowest and highest speed in a stroke (rad), and the work that the flywheel stores between them (J)."""
+    """The crank angles of lowest and of the next highest speed (rad), and the work that the flywheel stores between them (J).
+
+    fastest_angle is above pi if the highest speed is in the next stroke.
+    """
 
     slowest_angle: float
     fastest_angle: float
@@ -103,12 +106,14 @@ def find_equilibria(engine: AirEngine) -> tuple[Equilibrium, ...]:
 
 
 def energy_fluctuation(engine: AirEngine) -> Fluctuation:
-    """Return the angles of lowest and highest speed in a stroke and the work stored between them.
+    """Return the angles of lowest and highest speed and the work stored between them.
+
+    The paper expects one minimum and one maximum in a stroke. A pump with a very small clearance gives two; the largest rise counts.
 
     Parameters
     ----------
     engine
-        The engine. If its cycle does not close, the angles are those of one stroke, as in the paper.
+        The engine. If its cycle does not close, the rise is that of one stroke, as in the paper.
 
     Returns
     -------
@@ -128,10 +133,16 @@ def energy_fluctuation(engine: AirEngine) -> Fluctuation:
             f"the engine cannot carry the load: the torque of the air, at most {largest:.6g} N m, never exceeds that of the load, "
             f"{engine.load_torque:.6g} N m, and the shaft stalls; reduce load_pressure ({engine.load_pressure:.6g} Pa)"
         )
-    work = {one: float(stored_work(engine, crank_angle=one.angle)) for one in equilibria}
-    slowest = min((one for one in equilibria if one.is_slowest), key=work.__getitem__)
-    fastest = max((one for one in equilibria if not one.is_slowest), key=work.__getitem__)
-    return Fluctuation(slowest_angle=slowest.angle, fastest_angle=fastest.angle, energy=work[fastest] - work[slowest])
+    pairs = [
+        (low.angle, high.angle + math.pi * (high.angle < low.angle))
+        for low in equilibria
+        for high in equilibria
+        if low.is_slowest and not high.is_slowest
+    ]
+    rises = np.diff(stored_work(engine, crank_angle=np.array(pairs)), axis=1)[:, 0]
+    largest_rise = int(np.argmax(rises))
+    slowest, fastest = pairs[largest_rise]
+    return Fluctuation(slowest_angle=slowest, fastest_angle=fastest, energy=float(rises[largest_rise]))
 
 
 def bracket_terms(engine: AirEngine, *, slowest_angle: float, fastest_angle: float) -> tuple[float, ...]:

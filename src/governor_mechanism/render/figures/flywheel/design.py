@@ -90,7 +90,7 @@ def _draw_forces(panel: Panel, design: FlywheelDesign) -> None:
     crank = engine.stroke / 2 * _N_PER_KN
     angles = _angles()
     force, load = np.asarray(closed.gas_torque(engine, crank_angle=angles)) / crank, engine.load_torque / crank
-    inside = (angles >= extremes.slowest_angle) & (angles <= extremes.fastest_angle)
+    inside = np.mod(angles - extremes.slowest_angle, math.pi) <= extremes.fastest_angle - extremes.slowest_angle
     panel.fill_between(np.degrees(angles), load, force, where=inside.tolist(), color=SKY, alpha=0.45, linewidth=0, zorder=2)
     panel.plot(np.degrees(angles), force, color=BLUE, linewidth=2.0, zorder=4)
     panel.axhline(load, color=VERMILLION, linewidth=1.5, zorder=3)
@@ -102,9 +102,10 @@ def _draw_forces(panel: Panel, design: FlywheelDesign) -> None:
     for number, (left, right) in enumerate(pairwise(edges), start=1):
         panel.annotate_point(((left + right) / 2, high + 0.1 * (high - low)), f"{number}", ha="center", color=MUTED, fontsize=10)
     for angle, letter, offset in ((extremes.slowest_angle, "\\alpha", (8, -15)), (extremes.fastest_angle, "\\beta", (9, 6))):
-        panel.plot(math.degrees(angle), load, "o", color=INK, markerfacecolor=PAPER, markersize=6, zorder=6)
-        panel.annotate_point((math.degrees(angle), load), f"${letter}$ = {math.degrees(angle):.4g}°", offset)
-    middle = math.degrees((extremes.slowest_angle + extremes.fastest_angle) / 2)
+        point = math.degrees(angle % math.pi), load
+        panel.plot(*point, "o", color=INK, markerfacecolor=PAPER, markersize=6, zorder=6)
+        panel.annotate_point(point, f"${letter}$ = {point[0]:.4g}°", offset)
+    middle = math.degrees((extremes.slowest_angle + extremes.fastest_angle) / 2 % math.pi)
     text = f"excess work {extremes.energy / 1e3:.4g} kJ\n= {design.bracket:.4f} $ApL$"
     panel.annotate_point((middle, load + 0.35 * (high - load)), text, ha="center", linespacing=1.4)
     panel.annotate_point((178, load), "load", (0, 5), ha="right", color=VERMILLION)
@@ -177,9 +178,9 @@ def _draw_stored_work(panel: Panel, design: FlywheelDesign) -> None:
     panel.plot(np.degrees(angles), np.asarray(closed.stored_work(engine, crank_angle=angles)) / unit, color=BLUE, linewidth=2.0)
     panel.axhline(0.0, color=MUTED, linewidth=0.8, linestyle=CHAIN_DOTTED)
     for angle, letter, offset in ((extremes.slowest_angle, "\\alpha", (8, -16)), (extremes.fastest_angle, "\\beta", (0, 7))):
-        work = float(closed.stored_work(engine, crank_angle=angle)) / unit
-        panel.plot(math.degrees(angle), work, "o", color=INK, markerfacecolor=PAPER, markersize=6)
-        panel.annotate_point((math.degrees(angle), work), f"${letter}$: ${work:.4g}$", offset)
+        point = math.degrees(angle % math.pi), float(closed.stored_work(engine, crank_angle=angle % math.pi)) / unit
+        panel.plot(*point, "o", color=INK, markerfacecolor=PAPER, markersize=6)
+        panel.annotate_point(point, f"${letter}$: ${point[1]:.4g}$", offset)
     low, high = panel.get_ylim()
     panel.set(xlim=(0, 180), ylim=(low - 0.08 * (high - low), high + 0.1 * (high - low)), xticks=range(0, 181, 30))
 
