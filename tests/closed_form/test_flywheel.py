@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 from governor_mechanism.closed_form.flywheel import engine as closed
-from governor_mechanism.closed_form.flywheel import equilibrium, wheel
+from governor_mechanism.closed_form.flywheel import equilibrium, turning_moment, wheel
 from governor_mechanism.closed_form.flywheel.engine import AirEngine
 from governor_mechanism.errors import MechanismError
 from reference import flywheel as printed
@@ -244,7 +244,7 @@ def test_textbook_torque_of_the_second_harmonic():
 
     Printed: 377 kW, 11078 N m (cut off), 3121 kg m2 and 3.044 rad/s2; the last two with a rounded pi, so that they differ by 1e-3.
     """
-    energy = wheel.harmonic_energy(amplitude=math.hypot(9500, 5700), order=2)
+    energy = turning_moment.harmonic_energy(amplitude=math.hypot(9500, 5700), order=2)
     inertia = wheel.inertia_for_coefficient(energy=energy, mean_speed=6 * math.pi, coefficient=0.01)
     assert math.floor(energy) == 11078
     assert energy == pytest.approx(11078.80860020607, rel=1e-12)
@@ -256,7 +256,7 @@ def test_textbook_torque_of_the_second_harmonic():
 
 def test_textbook_torque_of_the_third_harmonic():
     """Khurmi, example 16.13: 5000 + 1500 sin 3t N m, 1000 kg m2, 300 rpm; printed 157.1 kW and 0.1 %."""
-    energy = wheel.harmonic_energy(amplitude=1500.0, order=3)
+    energy = turning_moment.harmonic_energy(amplitude=1500.0, order=3)
     low, high = wheel.speed_limits(inertia=1000.0, energy=energy, mean_speed=10 * math.pi)
     assert energy == pytest.approx(1000.0, rel=1e-15)
     assert 100 * (high - low) / (10 * math.pi) == pytest.approx(0.1013211836423378, rel=1e-11)
@@ -279,7 +279,7 @@ def test_textbook_gas_engine():
     compression, expansion = work / 1.3, 2.3 * work / 1.3
     corners = math.pi * np.array([0, 1, 1.5, 2, 2.5, 3, 4])
     torques = 2 / math.pi * np.array([0, 0, -compression, 0, expansion, 0, 0])
-    energy = wheel.table_energy(angles=corners, torques=torques)
+    energy = turning_moment.table_energy(angles=corners, torques=torques)
     inertia = 32.2 * wheel.inertia_for_coefficient(energy=energy, mean_speed=10 * math.pi, coefficient=0.02)
     assert inertia == pytest.approx(13709.760834025916, rel=1e-12)
     assert round(inertia, -1) == 13710
@@ -287,8 +287,8 @@ def test_textbook_gas_engine():
 
 def test_the_table_and_the_harmonic_agree():
     angles = np.linspace(0.0, math.tau, 20001)
-    found = wheel.table_energy(angles=angles, torques=50 + 7 * np.cos(3 * angles))
-    assert found == pytest.approx(wheel.harmonic_energy(amplitude=7.0, order=3), rel=1e-6)  # (3 h)^2 / 12 of a chord
+    found = turning_moment.table_energy(angles=angles, torques=50 + 7 * np.cos(3 * angles))
+    assert found == pytest.approx(turning_moment.harmonic_energy(amplitude=7.0, order=3), rel=1e-6)  # (3 h)^2 / 12 of a chord
 
 
 @pytest.mark.parametrize(
@@ -336,7 +336,7 @@ def test_loads_and_wheels_that_cannot_be_are_refused():
     with pytest.raises(MechanismError, match=r"energy_ratio must be 0\.5 or more"):
         wheel.coefficient_of_energy_ratio(energy_ratio=0.4)
     with pytest.raises(MechanismError, match="lists of equal length, with at least two ascending angles"):
-        wheel.table_energy(angles=np.array([0.0, 2.0, 1.0]), torques=np.zeros(3))
+        turning_moment.table_energy(angles=np.array([0.0, 2.0, 1.0]), torques=np.zeros(3))
 
 
 def test_numbers_give_floats_and_arrays_broadcast():

@@ -19,7 +19,6 @@ import math
 import numpy as np
 
 from governor_mechanism.closed_form.arguments import as_scalar_or_array, raise_where, validate_argument
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.types import FloatArray, FloatOrArray
 
 
@@ -84,6 +83,29 @@ def coefficient_of_energy_ratio(*, energy_ratio: FloatOrArray) -> FloatOrArray:
     """
     half = 0.5 / validate_argument(energy_ratio, "energy_ratio", "", minimum=0.5)
     return as_scalar_or_array(np.sqrt(1 + half) - np.sqrt(1 - half))
+
+
+def energy_ratio_of_speeds(*, inertia: FloatOrArray, energy: FloatOrArray, lowest: FloatOrArray, highest: FloatOrArray) -> FloatOrArray:
+    """Return the paper's ratio mu of a given flywheel: the mean of its extreme kinetic energies over the work stored between them.
+
+    Parameters
+    ----------
+    inertia
+        Moment of inertia J, kg m2.
+    energy
+        Work E that the flywheel stores between lowest and highest speed, J.
+    lowest
+        Lowest speed, rad/s.
+    highest
+        Highest speed, rad/s.
+
+    Returns
+    -------
+    FloatOrArray
+        The ratio mu.
+    """
+    squares = validate_argument(lowest, "lowest", "rad/s", minimum=0.0) ** 2 + _positive(highest, "highest", "rad/s") ** 2
+    return as_scalar_or_array(_positive(inertia, "inertia", "kg m2") * squares / 4 / _positive(energy, "energy", "J"))
 
 
 def speed_limits(
@@ -170,6 +192,24 @@ def rim_weight(*, energy: FloatOrArray, energy_ratio: FloatOrArray, rim_speed: F
     """
     stored = _positive(energy, "energy", "J") * _positive(energy_ratio, "energy_ratio", "")
     return as_scalar_or_array(2 * gravity * stored / _positive(rim_speed, "rim_speed", "m/s") ** 2)
+
+
+def rim_mass(*, inertia: FloatOrArray, radius: FloatOrArray) -> FloatOrArray:
+    """Return the mass of a thin rim, J / R^2.
+
+    Parameters
+    ----------
+    inertia
+        Moment of inertia J of the rim, kg m2.
+    radius
+        Mean radius R of the rim, m.
+
+    Returns
+    -------
+    FloatOrArray
+        Mass, kg.
+    """
+    return as_scalar_or_array(_positive(inertia, "inertia", "kg m2") / _positive(radius, "radius", "m") ** 2)
 
 
 def rim_stress(*, density: FloatOrArray, rim_speed: FloatOrArray) -> FloatOrArray:
@@ -260,53 +300,3 @@ def arm_major_axis(*, bending_moment: FloatOrArray, stress: FloatOrArray) -> Flo
     """
     moment, allowed = _positive(bending_moment, "bending_moment", "N m"), _positive(stress, "stress", "Pa")
     return as_scalar_or_array(np.cbrt(64 * moment / (math.pi * allowed)))
-
-
-def harmonic_energy(*, amplitude: FloatOrArray, order: FloatOrArray) -> FloatOrArray:
-    """Return the work stored between lowest and highest speed by a torque of one harmonic, 2 A / n.
-
-    Parameters
-    ----------
-    amplitude
-        Amplitude A of the torque, N m.
-    order
-        Its number n of periods in a turn.
-
-    Returns
-    -------
-    FloatOrArray
-        Work, J.
-    """
-    return as_scalar_or_array(2 * _positive(amplitude, "amplitude", "N m") / _positive(order, "order", ""))
-
-
-def table_energy(*, angles: FloatArray, torques: FloatArray) -> float:
-    """Return the work stored between lowest and highest speed by a torque of straight lines, under a constant load.
-
-    Parameters
-    ----------
-    angles
-        Angles (n,) of the corners, rad, ascending; the last one is a period after the first.
-    torques
-        Torques (n,) at the corners, N m; a step has two corners at one angle.
-
-    Returns
-    -------
-    float
-        Work, J.
-
-    Raises
-    ------
-    MechanismError
-        If the angles do not ascend, or the two arrays do not fit.
-    """
-    corners, values = validate_argument(angles, "angles", "rad"), validate_argument(torques, "torques", "N m")
-    steps = np.diff(corners)
-    if corners.ndim != 1 or corners.shape != values.shape or corners.size < 2 or np.any(steps < 0) or not corners[-1] > corners[0]:
-        raise MechanismError("angles and torques must be lists of equal length, with at least two ascending angles")
-    areas = steps * (values[1:] + values[:-1]) / 2
-    surplus = values - float(areas.sum()) / (corners[-1] - corners[0])
-    stored = np.concatenate([[0.0], np.cumsum(steps * (surplus[1:] + surplus[:-1]) / 2)])
-    crossing = np.flatnonzero(surplus[1:] * surplus[:-1] < 0)  # an extremum lies inside these lines
-    inside = surplus[crossing] ** 2 * steps[crossing] / (2 * (surplus[crossing] - surplus[crossing + 1]))
-    return float(np.ptp(np.concatenate([stored, stored[crossing] + inside])))

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from governor_mechanism.closed_form.arguments import as_scalar_or_array
 from governor_mechanism.closed_form.flywheel import wheel as formulas
 from governor_mechanism.closed_form.flywheel.engine import AirEngine, closing_area_ratio, gas_torque, net_work
 from governor_mechanism.closed_form.flywheel.equilibrium import Equilibrium, Fluctuation, energy_fluctuation, find_equilibria
@@ -144,6 +145,7 @@ class FlywheelDesign:
         return plain_record(self)
 
 
+@np.errstate(all="ignore")  # results that are not finite are refused in a sentence
 def design_flywheel(inputs: FlywheelInputs = PAPER_INPUTS) -> FlywheelDesign:
     """Design a flywheel by the procedure of the paper, or find the fluctuation of a given one.
 
@@ -188,7 +190,7 @@ def design_flywheel(inputs: FlywheelInputs = PAPER_INPUTS) -> FlywheelDesign:
         closing_area_ratio=_closing_area_ratio(engine),
         power=engine.load_torque * inputs.speed,
         inertia=inertia,
-        energy_ratio=(highest**2 + lowest**2) / (2 * (highest**2 - lowest**2)),
+        energy_ratio=float(formulas.energy_ratio_of_speeds(inertia=inertia, energy=extremes.energy, lowest=lowest, highest=highest)),
         coefficient=(highest - lowest) / inputs.speed,
         lowest_speed=lowest,
         highest_speed=highest,
@@ -218,7 +220,7 @@ def _closing_area_ratio(engine: AirEngine) -> float | None:
 
 def _wheel(inputs: FlywheelInputs, engine: AirEngine, inertia: float) -> Wheel:
     """Return rim and arms."""
-    mass = inputs.rim_share * inertia / inputs.rim_radius**2
+    mass = float(formulas.rim_mass(inertia=inputs.rim_share * inertia, radius=inputs.rim_radius))
     rim_speed = inputs.speed * inputs.rim_radius
     section = {"mass": mass, "radius": inputs.rim_radius, "density": inputs.density, "width_ratio": inputs.width_ratio}
     thickness = float(formulas.rim_thickness(**section))
@@ -228,7 +230,7 @@ def _wheel(inputs: FlywheelInputs, engine: AirEngine, inertia: float) -> Wheel:
     depth = float(formulas.arm_major_axis(bending_moment=moment, stress=inputs.arm_stress))
     return Wheel(
         rim_mass=mass,
-        rim_weight=mass * GRAVITY,
+        rim_weight=float(as_scalar_or_array(mass * GRAVITY)),
         rim_speed=rim_speed,
         rim_stress=float(formulas.rim_stress(density=inputs.density, rim_speed=rim_speed)),
         rim_thickness=thickness,
