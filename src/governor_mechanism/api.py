@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
     from governor_mechanism.statics.stability_limit import StabilityLimit
     from governor_mechanism.studies.effect_ablation import EffectsStudy
+    from governor_mechanism.studies.flywheel.design import FlywheelDesign
     from governor_mechanism.studies.hard_cases.results import HardCasesReport
     from governor_mechanism.studies.kernel_compilation import KernelCompilation
     from governor_mechanism.studies.sweep.results import Sweep
@@ -674,6 +675,38 @@ def valve_gears(scenes: SceneSource | Sequence[SceneSource] = (), count: int = 4
 
     sources: Sequence[SceneSource] = [scenes] if isinstance(scenes, str | Path | Scene) else scenes
     return compare_valve_gears([_as_scene(scene) for scene in sources or SHIPPED_GEARS], count)
+
+
+def design_flywheel(**inputs: float | str) -> FlywheelDesign:
+    """Design the flywheel of an air-expansion engine by Redtenbacher's procedure, or find the fluctuation of a given one.
+
+    The inputs that are given replace those of the paper: numbers in SI, or texts with a unit. Of the engine area, stroke, cut_off,
+    clearance, pump_area, pump_stroke, pump_clearance, atmospheric_pressure, supply_pressure, back_pressure, load_pressure ("closing": the
+    load with which the cycle closes) and speed; of the requirement one of energy_ratio, coefficient and inertia; of the wheel rim_radius,
+    rim_share, width_ratio, density, rim_stress, arms, hub_radius and arm_stress.
+
+    Returns
+    -------
+    FlywheelDesign
+        The design; it prints as text, and `as_json` returns plain values.
+
+    Raises
+    ------
+    MechanismError
+        If an input is not valid, or the engine cannot carry its load.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> design = gm.design_flywheel(load_pressure="closing", coefficient=0.02)
+    >>> round(design.inertia)
+    3996
+    """
+    from governor_mechanism.studies.design_inputs import change_inputs
+    from governor_mechanism.studies.flywheel.design import design_flywheel as design
+    from governor_mechanism.studies.flywheel.inputs import PAPER_INPUTS
+
+    return design(change_inputs(PAPER_INPUTS, inputs))
 
 
 def _as_rotating_part(scene: SceneSource) -> Scene:

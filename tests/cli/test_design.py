@@ -42,3 +42,25 @@ def test_what_is_no_input_is_told_with_the_nearest_one(tmp_path: Path) -> None:
     assert result.exit_code == 2
     assert "Did you mean 'wire'?" in result.stderr
     assert "--with coil is a length" in result.stderr
+
+
+def test_the_flywheel_of_the_paper_is_designed_with_its_third_term_marked(tmp_path: Path) -> None:
+    result = call("flywheel", "--out", str(tmp_path), "--json")
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    assert "back pressure (66)" in told["paper"]["misprints"]
+    assert [Path(name).name for name in told["files"]] == ["flywheel_design.png"]
+    assert "the cycle does not close" in result.stderr
+    text = call("flywheel", "--no-figure", "--out", str(tmp_path)).stdout
+    assert "this makes the flywheel 28 % too light" in text
+
+
+def test_a_given_flywheel_has_its_fluctuation_computed(tmp_path: Path) -> None:
+    words = ("--with", "load_pressure=closing", "--with", "inertia=4000 kg m^2", "--no-figure", "--out", str(tmp_path))
+    result = call("flywheel", *words)
+    assert result.exit_code == 0, result.output
+    assert "coefficient of speed fluctuation 0.0199793" in result.stdout  # 3155.01221546 J / (4000 kg m2 (2 pi / s)^2)
+    assert "MISPRINT" not in result.stdout
+    refused = call("flywheel", "--with", "load_pressure=9 bar", "--out", str(tmp_path))
+    assert refused.exit_code == 2
+    assert "the shaft stalls; reduce load_pressure" in refused.stderr

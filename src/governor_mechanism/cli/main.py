@@ -1,4 +1,4 @@
-"""The command line: `models`, `compile`, `run`, `equilibria`, `crosscheck`, and the commands of `cli.studies`.
+"""The command line: `models`, `compile`, `run`, `equilibria`, `crosscheck`, and the commands of `cli.studies` and `cli.design`.
 
 Heavy imports are made when a command needs them.
 """
@@ -17,7 +17,8 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.studies import accuracy, design, effects, hard_cases, regulation, sweep, valve_gears
+from governor_mechanism.cli.design import design
+from governor_mechanism.cli.studies import accuracy, effects, hard_cases, regulation, sweep, valve_gears
 from governor_mechanism.files.plain_values import finite_or_none
 
 if TYPE_CHECKING:

@@ -1,14 +1,11 @@
-"""The inputs of a design: from text, such as "wire=14 mm" on the command line, and what makes them invalid."""
+"""The inputs of a design, and what makes them invalid."""
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, field, fields, replace
-from typing import TypeVar
+from dataclasses import dataclass
 
 from governor_mechanism.closed_form.hartung.governor import HartungGovernor
-from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.scenes.problems import ProblemCollector
-from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity, format_value, number_or_text, parse_quantity
+from governor_mechanism.studies.design_inputs import design_input, input_kinds
+from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity
 
 KILOGRAM_FORCE = 9.81
 """One kilogram-force in N, with the paper's value of gravity."""
@@ -16,13 +13,6 @@ TECHNICAL_ATMOSPHERE = KILOGRAM_FORCE * 1e4
 """One technical atmosphere, kgf/cm^2, in Pa."""
 HALF_STROKE_TOLERANCE_RATIO = 0.05
 """Tolerance of half_stroke relative to the geometric value; the paper's rounding is 0.008."""
-
-_Value = TypeVar("_Value")
-
-
-def _input(kind: str, default: _Value) -> _Value:
-    """Return the field of an input with its kind of quantity."""
-    return field(default=default, metadata={"kind": kind})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,22 +23,22 @@ class HartungInputs:
     radial travel from there to the vertical lever. angle and sleeve_arm (of the bell crank) follow from the design if they are None.
     """
 
-    weight_mass: float = _input("mass", 45.0)
-    sleeve_mass: float = _input("mass", 15.0)
-    weight_arm: float = _input("length", 0.115)
-    rest_radius: float = _input("length", 0.092)
-    half_stroke: float = _input("length", 0.030)
-    fulcrum_height: float = _input("length", -0.113)
-    swing: float = _input("angle", math.radians(15.0))
-    slow_speed: float = _input("angular_speed", 204 * math.pi / 30)
-    fast_speed: float = _input("angular_speed", 212 * math.pi / 30)
-    wire: float = _input("length", 0.012)
-    coil: float = _input("length", 0.080)
-    modulus: float = _input("modulus", 750_000 * TECHNICAL_ATMOSPHERE)
-    stress_limit: float = _input("pressure", 4500 * TECHNICAL_ATMOSPHERE)
-    insensitivity: float = _input("ratio", 0.04)
-    angle: float | None = _input("angle", None)
-    sleeve_arm: float | None = _input("length", None)
+    weight_mass: float = design_input("mass", 45.0)
+    sleeve_mass: float = design_input("mass", 15.0)
+    weight_arm: float = design_input("length", 0.115)
+    rest_radius: float = design_input("length", 0.092)
+    half_stroke: float = design_input("length", 0.030)
+    fulcrum_height: float = design_input("length", -0.113)
+    swing: float = design_input("angle", math.radians(15.0))
+    slow_speed: float = design_input("angular_speed", 204 * math.pi / 30)
+    fast_speed: float = design_input("angular_speed", 212 * math.pi / 30)
+    wire: float = design_input("length", 0.012)
+    coil: float = design_input("length", 0.080)
+    modulus: float = design_input("modulus", 750_000 * TECHNICAL_ATMOSPHERE)
+    stress_limit: float = design_input("pressure", 4500 * TECHNICAL_ATMOSPHERE)
+    insensitivity: float = design_input("ratio", 0.04)
+    angle: float | None = design_input("angle", None)
+    sleeve_arm: float | None = design_input("length", None)
 
     @property
     def fulcrum_radius(self) -> float:
@@ -64,39 +54,8 @@ class HartungInputs:
 PAPER_INPUTS = HartungInputs()
 """The inputs of the paper."""
 
-INPUT_KINDS = {one.name: one.metadata["kind"] for one in fields(HartungInputs)}
+INPUT_KINDS = input_kinds(HartungInputs)
 """Kind of quantity of each input."""
-
-
-def parse_inputs(assignments: Iterable[str]) -> HartungInputs:
-    """Return the paper's inputs with the given assignments applied.
-
-    Parameters
-    ----------
-    assignments
-        Texts such as "wire=14 mm"; a number without a unit is in SI.
-
-    Returns
-    -------
-    HartungInputs
-        The inputs.
-
-    Raises
-    ------
-    MechanismError
-        With one sentence per assignment that is not valid.
-    """
-    values: dict[str, float] = {}
-    collector = ProblemCollector()
-    for assignment in assignments:
-        name, sign, value = (part.strip() for part in assignment.partition("="))
-        with collector.at(""):
-            if not sign or name not in INPUT_KINDS:
-                text = f"--with {format_value(assignment)} is not an assignment to an input, such as wire=14 mm"
-                raise MechanismError(f"{text}; inputs: {', '.join(INPUT_KINDS)}.{did_you_mean(name, INPUT_KINDS)}")
-            values[name] = parse_quantity(number_or_text(value), INPUT_KINDS[name], f"--with {name}")
-    collector.raise_if_failed()
-    return replace(PAPER_INPUTS, **values)
 
 
 def find_input_problems(inputs: HartungInputs) -> list[str]:

@@ -16,6 +16,7 @@ from governor_mechanism.closed_form.hartung import design as formulas
 from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, PAPER_INPUTS, TECHNICAL_ATMOSPHERE
+from governor_mechanism.studies.printed_numbers import PrintedNumber
 from governor_mechanism.units.text_table import format_table
 
 PAPER_SPEEDS = (21.363, 22.201)
@@ -35,23 +36,6 @@ PRINTED_SPRING_FORCES = tuple(zip(PRINTED_RADII, PRINTED_LOW_FORCES, PRINTED_HIG
 
 COUNTER_EXAMPLE_FORCES = (189.0, 262.0, 335.0)
 """Static sleeve force (kgf) at low, middle and high position of Pohlhausen's no. 97, a Hartung governor with right angles."""
-
-
-@dataclass(frozen=True)
-class PrintedNumber:
-    """One number of the paper in `unit`, printed and recomputed; misprint describes the error, if there is one."""
-
-    quantity: str
-    unit: str
-    printed: float
-    recomputed: float
-    misprint: str = ""
-
-    @property
-    def cells(self) -> tuple[str, ...]:
-        """The number as a row of a table."""
-        misprint = f"MISPRINT: {self.misprint}" if self.misprint else ""
-        return self.quantity, self.unit, f"{self.printed:.6g}", f"{self.recomputed:.7g}", misprint
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,123 @@
+"""The command `design`: machines designed by the procedures of their papers.
+
+Heavy imports are made when a command needs them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from governor_mechanism.cli import console
+
+if TYPE_CHECKING:
+    from governor_mechanism.studies.hartung.design import HartungDesign
+
+
+class DesignTarget(StrEnum):
+    """Machines that can be designed."""
+
+    HARTUNG = "hartung"
+    FLYWHEEL = "flywheel"
+
+
+def design(
+    machine: Annotated[DesignTarget, typer.Argument(help="The machine to design.")],
+    changes: Annotated[
+        list[str] | None, typer.Option("--with", help='An input that replaces the one of the paper, for example "wire=14 mm". Repeatable.')
+    ] = None,
+    out: console.FigureFolder = console.RESULTS_FOLDER,
+    no_figure: console.NoFigure = False,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Design a machine by the procedure of its paper.
+
+    hartung: bell cranks, springs, stress and sleeve force of a governor, and a scene file that can be run. flywheel: energy, inertia, rim
+    and arms of the flywheel of an air-expansion engine for an allowed energy_ratio or coefficient of speed fluctuation, or the fluctuation
+    of a given inertia; load_pressure=closing takes the load with which the cycle closes.
+
+    Writes figures. With the inputs of the paper, the printed numbers are compared with the recomputed ones and misprints are marked.
+    """
+    console.prepare_folder(out)
+    design_machine = {DesignTarget.HARTUNG: _design_hartung, DesignTarget.FLYWHEEL: _design_flywheel}[machine]
+    result, warnings = design_machine(changes or (), out, with_figure=not no_figure)
+    if as_json:
+        for warning in warnings:  # the text output contains them
+            console.print_to_stderr(warning)
+    return dataclasses.replace(result, values={"machine": machine.value, **result.values})
+
+
+def _design_hartung(changes: Sequence[str], out: Path, *, with_figure: bool) -> tuple[console.CommandResult, tuple[str, ...]]:
+    from governor_mechanism.studies.design_inputs import parse_assignments
+    from governor_mechanism.studies.hartung.design import design_hartung
+    from governor_mechanism.studies.hartung.inputs import PAPER_INPUTS
+    from governor_mechanism.studies.hartung.paper_comparison import compare_with_paper
+
+    inputs = parse_assignments(PAPER_INPUTS, changes)
+    is_paper_design = inputs == PAPER_INPUTS
+    with console.show_status("designing"):
+        hartung_design = design_hartung(inputs)
+        files = [_write_hartung_scene(hartung_design, out)]
+        if with_figure:
+            files += _write_hartung_figures(hartung_design, out, is_paper_design=is_paper_design)
+    values: dict[str, object] = {"design": hartung_design.as_json()}
+    text = hartung_design.summary_lines()
+    if is_paper_design:
+        comparison = compare_with_paper()
+        values["paper"] = comparison.as_json()
+        text = [f"{comparison}\n", *text]
+    return console.CommandResult(text=text, values=values, files=files), hartung_design.warnings
+
+
+def _write_hartung_scene(hartung_design: HartungDesign, out: Path) -> Path:
+    from governor_mechanism.files.atomic_write import atomic_write
+    from governor_mechanism.studies.hartung.scene_export import export_scene_document, format_scene_toml
+
+    comment = "A Hartung governor, designed by the procedure of Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620."
+    path = out / "hartung_design.toml"
+    with atomic_write(path) as temporary:
+        temporary.write_text(format_scene_toml(export_scene_document(hartung_design), comment), encoding="utf-8")
+    return path
+
+
+def _write_hartung_figures(hartung_design: HartungDesign, out: Path, *, is_paper_design: bool) -> list[Path]:
+    """Draw the spring lines and the spread of the sleeve force; with the inputs of the paper, its spring lines at 132 deg."""
+    from governor_mechanism.render.figures.hartung.design import sleeve_force_figure, spring_lines_figure
+    from governor_mechanism.studies.hartung.design import design_hartung
+
+    drawn_design = hartung_design
+    if is_paper_design:
+        drawn_design = design_hartung(dataclasses.replace(hartung_design.inputs, angle=math.radians(132), sleeve_arm=0.170))
+    return [
+        spring_lines_figure(drawn_design, with_printed_points=is_paper_design).save_png(out / "hartung_spring_lines.png"),
+        sleeve_force_figure(hartung_design).save_png(out / "hartung_sleeve_force.png"),
+    ]
+
+
+def _design_flywheel(changes: Sequence[str], out: Path, *, with_figure: bool) -> tuple[console.CommandResult, tuple[str, ...]]:
+    from governor_mechanism.studies.design_inputs import parse_assignments
+    from governor_mechanism.studies.flywheel.design import design_flywheel
+    from governor_mechanism.studies.flywheel.inputs import PAPER_INPUTS
+    from governor_mechanism.studies.flywheel.paper_comparison import compare_with_paper
+
+    inputs = parse_assignments(PAPER_INPUTS, changes)
+    flywheel_design = design_flywheel(inputs)
+    comparison = compare_with_paper() if inputs == PAPER_INPUTS else None
+    files = []
+    if with_figure:
+        from governor_mechanism.render.figures.flywheel.design import draw_flywheel_plate
+
+        with console.show_status("drawing"):
+            files.append(draw_flywheel_plate(flywheel_design, comparison).save_png(out / "flywheel_design.png"))
+    values: dict[str, object] = {"design": flywheel_design.as_json()}
+    text = flywheel_design.summary_lines()
+    if comparison is not None:
+        values["paper"] = comparison.as_json()
+        text = [f"{comparison}\n", *text]
+    return console.CommandResult(text=text, values=values, files=files), flywheel_design.warnings

@@ -1,0 +1,1 @@
+"""Figures of the flywheel of the air-expansion engine."""

@@ -1,0 +1,119 @@
+"""Inputs of a design: a frozen dataclass whose fields have kinds of quantity, and its changes by text such as "wire=14 mm"."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import field, fields, replace
+from typing import Any, TypeVar
+
+from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.scenes.problems import ProblemCollector
+from governor_mechanism.units.quantities import format_value, number_or_text, parse_quantity
+
+_Value = TypeVar("_Value")
+_Inputs = TypeVar("_Inputs", bound=Any)
+
+
+def design_input(kind: str, default: _Value, *, word_for_none: str = "") -> _Value:
+    """Return the field of an input.
+
+    Parameters
+    ----------
+    kind
+        Its kind of quantity, a key of `units.quantities.QUANTITY_KINDS`.
+    default
+        Its default in SI; None: it follows from the others.
+    word_for_none
+        What a user writes for None, if that is not the default.
+
+    Returns
+    -------
+    _Value
+        The field, for a dataclass.
+    """
+    return field(default=default, metadata={"kind": kind, "word_for_none": word_for_none})
+
+
+def input_kinds(inputs: Any) -> dict[str, str]:
+    """Return the kind of quantity of each input.
+
+    Parameters
+    ----------
+    inputs
+        The dataclass or an instance of it.
+
+    Returns
+    -------
+    dict[str, str]
+        Kinds by name.
+    """
+    return {one.name: one.metadata["kind"] for one in fields(inputs)}
+
+
+def change_inputs(defaults: _Inputs, changes: Mapping[str, object], prefix: str = "") -> _Inputs:
+    """Return inputs with some replaced.
+
+    Parameters
+    ----------
+    defaults
+        The inputs to change, an instance of the dataclass.
+    changes
+        New values by name: numbers in SI, or texts with units.
+    prefix
+        What stands before the name of an input in messages.
+
+    Returns
+    -------
+    _Inputs
+        The inputs.
+
+    Raises
+    ------
+    MechanismError
+        With one sentence per change that is not valid.
+    """
+    known = {one.name: one.metadata for one in fields(defaults)}
+    values: dict[str, float | None] = {}
+    collector = ProblemCollector()
+    for name, value in changes.items():
+        with collector.at(""):
+            if name not in known:
+                raise MechanismError(f"{prefix}{name} is not an input; inputs: {', '.join(known)}.{did_you_mean(name, known)}")
+            is_none = isinstance(value, str) and bool(value) and value == known[name]["word_for_none"]
+            values[name] = None if is_none else parse_quantity(value, known[name]["kind"], f"{prefix}{name}")
+    collector.raise_if_failed()
+    changed: _Inputs = replace(defaults, **values)
+    return changed
+
+
+def parse_assignments(defaults: _Inputs, assignments: Iterable[str]) -> _Inputs:
+    """Return inputs with the assignments of the option --with applied.
+
+    Parameters
+    ----------
+    defaults
+        The inputs to change, an instance of the dataclass.
+    assignments
+        Texts such as "wire=14 mm"; a number without a unit is in SI.
+
+    Returns
+    -------
+    _Inputs
+        The inputs.
+
+    Raises
+    ------
+    MechanismError
+        With one sentence per assignment that is not valid.
+    """
+    changes: dict[str, object] = {}
+    collector = ProblemCollector()
+    for assignment in assignments:
+        name, sign, value = (part.strip() for part in assignment.partition("="))
+        with collector.at(""):
+            if not sign:
+                raise MechanismError(f"--with {format_value(assignment)} is not an assignment to an input, such as NAME=14 mm")
+            changes[name] = number_or_text(value)
+    inputs = defaults
+    with collector.at(""):
+        inputs = change_inputs(defaults, changes, "--with ")
+    collector.raise_if_failed()
+    return inputs

@@ -1,0 +1,1 @@
+"""Design of the flywheel of Redtenbacher's air-expansion engine."""

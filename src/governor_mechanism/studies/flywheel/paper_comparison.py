@@ -1,0 +1,186 @@
+"""The numbers that Redtenbacher prints of his flywheel against the results of his formulas, and the misprints.
+
+The seven terms are recomputed twice: at the angles of 3 and 95 deg that the paper rounds to, and at the exact angles.
+
+References
+----------
+F. Redtenbacher, Die Luftexpansions-Maschine (Mannheim 1853), theory of the flywheel.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+from governor_mechanism.closed_form.flywheel import wheel as formulas
+from governor_mechanism.closed_form.flywheel.engine import AirEngine
+from governor_mechanism.closed_form.flywheel.equilibrium import bracket_terms, energy_fluctuation, find_equilibria
+from governor_mechanism.files.plain_values import plain_record
+from governor_mechanism.studies.flywheel.inputs import DEFAULT_ENERGY_RATIO, PAPER_INPUTS, closed_cycle
+from governor_mechanism.studies.printed_numbers import PrintedNumber
+from governor_mechanism.units.text_table import format_table
+
+PAPER_ENGINE = PAPER_INPUTS.engine()
+"""The engine of the paper's calculation."""
+
+PRINTED_ANGLES = (math.radians(3.0), math.radians(95.0))
+"""Angles of lowest and highest speed as the paper rounds them, rad."""
+
+PRINTED_LOAD_CONSTANT = 0.25
+"""The paper's rounding of 2 R / pi times the atmospheric pressure, in its numeric equations (61) to (63)."""
+
+PRINTED_TERMS = (0.1430, 0.3743, -0.2714, -0.1910, 0.0693, 0.0984, -0.0513)
+PRINTED_SUM, PRINTED_COEFFICIENT = 0.1713, 3854.0
+"""The seven terms of the bracket, their sum, and the coefficient of mu N / n in the kinetic energy of the flywheel, kgf m."""
+
+TERM_NAMES = (
+    "expansion (66)",
+    "full pressure (66)",
+    "back pressure (66)",
+    "air before the pump piston (65)",
+    "air left behind it (65)",
+    "atmosphere behind it (65)",
+    "load (67)",
+)
+
+FORMULA_MISPRINTS = (
+    "balance before (61): 2 / pi R times the atmospheric pressure; the area A is meant, as in (60)",
+    "(61) in numbers: 1.05 / (1.05 + (1 - cos phi) / 2); the plus should be a minus, as in (61)",
+    "work before the pump piston, above (65): the factor (m l + 1) should be (m l + l)",
+    "bracket after (68), fifth term: m a L / (A l) should be m a l / (A L)",
+)
+"""Formulas that are misprinted; none of these errors is in the printed numbers."""
+
+_POWER_FACTOR = 30 * 75
+"""75 kgf m/s to a horsepower, and the stroke L = 30 V / n."""
+
+_SIZE_LABELS = ("paper's printed sum", "paper's formula, exact angles", "closed cycle")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ComparedWheel:
+    """A flywheel sized by a value of the bracket: its inertia (kg m2), and how it runs in the closed cycle.
+
+    coefficient is the coefficient of speed fluctuation there, excess its ratio to the allowed one.
+    """
+
+    sized_by: str
+    bracket: float
+    inertia: float
+    coefficient: float
+    excess: float
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The wheel as a row of a table."""
+        return self.sized_by, f"{self.bracket:.6g}", f"{self.inertia:.6g}", f"{self.coefficient:.6g}", f"{self.excess:.5g}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperComparison:
+    """The paper's numbers in order, the terms of its bracket at the exact angles, and flywheels sized by each sum."""
+
+    numbers: tuple[PrintedNumber, ...]
+    terms: tuple[PrintedNumber, ...]
+    exact_terms: tuple[float, ...]
+    exact_coefficient: float
+    wheels: tuple[ComparedWheel, ...]
+
+    @property
+    def misprints(self) -> tuple[PrintedNumber, ...]:
+        """The misprinted numbers in the paper's order."""
+        return tuple(number for number in (*self.numbers, *self.terms) if number.misprint)
+
+    @property
+    def wrong_term(self) -> PrintedNumber:
+        """The term with the largest error; the others differ by slips of the slide rule."""
+        return max(self.terms[: len(self.exact_terms)], key=lambda term: abs(term.printed - term.recomputed))
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the comparison as plain values."""
+        misprints = [number.quantity for number in self.misprints]
+        return plain_record(self, exact_sum=sum(self.exact_terms), misprints=misprints, formula_misprints=FORMULA_MISPRINTS)
+
+    def __str__(self) -> str:
+        """Return tables of the numbers with the misprints marked, of the terms, and of the flywheels."""
+        numbers = format_table(("quantity", "unit", "printed", "recomputed", ""), (number.cells for number in self.numbers), "llrrl")
+        exact = (*self.exact_terms, sum(self.exact_terms), self.exact_coefficient)
+        terms = format_table(
+            ("bracket", "printed", "at 3 and 95 deg", "at exact angles", ""),
+            ((term.cells[0], *term.cells[2:4], f"{value:.7g}", term.cells[4]) for term, value in zip(self.terms, exact, strict=True)),
+            "lrrrl",
+        )
+        wheels = format_table(
+            ("flywheel sized by", "bracket", "kg m2", "fluctuation", "times the allowed"), (wheel.cells for wheel in self.wheels), "lrrrr"
+        )
+        formulas_text = "\n".join(f"MISPRINT: {sentence}" for sentence in FORMULA_MISPRINTS)
+        return f"{numbers}\n\n{terms}\n\n{wheels}\n\n{formulas_text}"
+
+
+def compare_with_paper() -> PaperComparison:
+    """Return all numbers of the paper, recomputed.
+
+    Returns
+    -------
+    PaperComparison
+        The numbers, the terms of the bracket, and the flywheels that follow.
+    """
+    extremes = energy_fluctuation(PAPER_ENGINE)
+    exact_terms = bracket_terms(PAPER_ENGINE, slowest_angle=extremes.slowest_angle, fastest_angle=extremes.fastest_angle)
+    return PaperComparison(
+        numbers=tuple(_compare_angles()),
+        terms=tuple(_compare_terms()),
+        exact_terms=exact_terms,
+        exact_coefficient=_power_coefficient(sum(exact_terms)),
+        wheels=tuple(_compare_wheels(sum(exact_terms))),
+    )
+
+
+def engine_of_printed_load() -> AirEngine:
+    """Return the engine under a load whose 2 R / pi is 0.25 times the atmospheric pressure, as in the paper's numeric equations."""
+    return replace(PAPER_ENGINE, load_pressure=PRINTED_LOAD_CONSTANT * math.pi / 2 * PAPER_ENGINE.atmospheric_pressure)
+
+
+def _compare_angles() -> Iterator[PrintedNumber]:
+    """Compare limits and roots; the roots are those of the numeric equations with their rounded load."""
+    first, second, third = (math.degrees(angle) for angle in PAPER_ENGINE.interval_limits)
+    constant = 2 / math.pi * PAPER_ENGINE.load_pressure / PAPER_ENGINE.atmospheric_pressure
+    yield PrintedNumber("load constant 2 R / pi", "1", PRINTED_LOAD_CONSTANT, constant)
+    yield PrintedNumber("end of the first interval", "deg", 45, first, "its minutes are left out: 45 deg 34'")
+    yield PrintedNumber("end of the second interval", "deg", 75.5, second)
+    yield PrintedNumber("end of the third interval", "deg", 125.5, third, "180 deg - 54 deg 54' is meant, not 54 deg 30'")
+    for (equation, printed), root in zip((("(61)", 3), ("(63)", 95)), find_equilibria(engine_of_printed_load()), strict=True):
+        yield PrintedNumber(f"root of {equation}", "deg", printed, math.degrees(root.angle))
+
+
+def _compare_terms() -> Iterator[PrintedNumber]:
+    """Compare the seven terms at the paper's angles, their sum and the coefficient."""
+    terms = bracket_terms(PAPER_ENGINE, slowest_angle=PRINTED_ANGLES[0], fastest_angle=PRINTED_ANGLES[1])
+    misprints = {
+        0: "a slip of 0.0010; its formula lacks the brackets about 0.375 + 0.05",
+        2: "r/p was taken as 0.5 instead of 1.5 / 4 = 0.375; this makes the flywheel 28 % too light",
+        3: "a slip of 0.0002",
+        4: "it is 0.05 ln 4, without the travel at 3 deg",
+        6: "a slip of 0.0002",
+    }
+    for index, (name, printed, term) in enumerate(zip(TERM_NAMES, PRINTED_TERMS, terms, strict=True)):
+        yield PrintedNumber(name, "1", printed, term, misprints.get(index, ""))
+    yield PrintedNumber("sum of the bracket", "1", PRINTED_SUM, sum(terms), "the terms add up, but the third is wrong")
+    yield PrintedNumber("coefficient of mu N / n", "kgf m", PRINTED_COEFFICIENT, _power_coefficient(sum(terms)), "follows from the sum")
+
+
+def _power_coefficient(bracket: float) -> float:
+    """Return the kinetic energy of the flywheel (kgf m) divided by mu N / n, with N in PS and n in rpm: 30 * 75 (p / R) B."""
+    return _POWER_FACTOR * PAPER_ENGINE.supply_pressure / PAPER_ENGINE.load_pressure * bracket
+
+
+def _compare_wheels(exact_bracket: float) -> Iterator[ComparedWheel]:
+    """Compare how flywheels sized by each sum run under the load with which the cycle closes."""
+    closed_energy = energy_fluctuation(closed_cycle(PAPER_ENGINE)).energy
+    work, mean_speed = PAPER_ENGINE.full_pressure_work, PAPER_INPUTS.speed
+    allowed = float(formulas.coefficient_of_energy_ratio(energy_ratio=DEFAULT_ENERGY_RATIO))
+    for label, bracket in zip(_SIZE_LABELS, (PRINTED_SUM, exact_bracket, closed_energy / work), strict=True):
+        inertia = float(formulas.inertia_for_energy_ratio(energy=bracket * work, mean_speed=mean_speed, energy_ratio=DEFAULT_ENERGY_RATIO))
+        lowest, highest = formulas.speed_limits(inertia=inertia, energy=closed_energy, mean_speed=mean_speed, mean_energy=True)
+        coefficient = float(highest - lowest) / mean_speed
+        yield ComparedWheel(sized_by=label, bracket=bracket, inertia=inertia, coefficient=coefficient, excess=coefficient / allowed)
