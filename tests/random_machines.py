@@ -491,7 +491,6 @@ MACHINES: Mapping[str, Callable[[Random], Document]] = {
     "Hartung": draw_hartung,
     "slide valve": draw_slide_valve,
     "slider crank": draw_slider_crank,
-    "link gear": draw_link_gear,
     "free engine": draw_free_engine,
     "four-bar": draw_four_bar,
     "six-bar": draw_six_bar,

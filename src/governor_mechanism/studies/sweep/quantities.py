@@ -217,8 +217,9 @@ def _make_function_quantity(name: str, function: Callable[[Trajectory], float]) 
 
 def _has_driven_valve(scene: Scene) -> bool:
     """Return whether a scene of one part has a valve, and a driver that turns its crank."""
-    mechanism = scene.part.mechanism
-    return len(scene.parts) == 1 and mechanism.valve is not None and any(isinstance(one, RotationalDriver) for one in mechanism.joints)
+    if len(scene.parts) > 1 or scene.part.mechanism.valve is None:
+        return False
+    return any(isinstance(joint, RotationalDriver) for joint in scene.part.mechanism.joints)
 
 
 def _evaluate_valve_rule(rule: str, scene: Scene) -> float:
