@@ -109,6 +109,7 @@ def test_multibody_replaces_reduced_at_a_turning_point_of_its_coordinate():
     assert run.outcome is Outcome.DONE
     assert run.cost.engine == "multibody"
     assert run.cost.reason.startswith("reduced could not complete the run: 'slider_x' is at a turning point")
+    assert re.search(r"; about [0-9.]+ m?s$", run.cost.reason)
 
 
 @pytest.mark.parametrize("name", ENGINES)

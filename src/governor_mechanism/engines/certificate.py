@@ -64,7 +64,7 @@ RUNS_PER_CERTIFICATE = 2
 or as one where the step limit ends the motion in any case.
 """
 
-REQUEST_TO_FIRST_RUN_RATIO = 4.0
+REQUEST_TO_FIRST_RUN_RATIO = 4.5
 """Expected work of a request relative to that of its first run: 2 if the second run confirms it, 11 after two refinements."""
 
 

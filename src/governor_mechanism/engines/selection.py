@@ -32,10 +32,10 @@ class ReducedWithFallback(ReducedEngine):
         try:
             reduced_result = super()._run(scene, request)
         except MechanismError as error:
-            return MultibodyEngine().run(scene, **vars(request) | {"reason": str(error)})
+            return MultibodyEngine().run(scene, **vars(request) | {"reason": partial(_explain_fallback, str(error))})
         if reduced_result.outcome not in FALLBACK_OUTCOMES:
             return reduced_result
-        fallback_reason = f"reduced could not complete the run: {reduced_result.message}"
+        fallback_reason = partial(_explain_fallback, f"reduced could not complete the run: {reduced_result.message}")
         multibody_result = MultibodyEngine().run(scene, **vars(request) | {"reason": fallback_reason})
         is_worse = (multibody_result.error_estimate or 1.0) > (reduced_result.error_estimate or 1.0)
         return reduced_result if multibody_result.outcome is Outcome.ACCURACY_MISSED and is_worse else multibody_result
@@ -92,6 +92,11 @@ def _explain_choice(
         times = ", ".join(_expect_time(engine, scene, accuracy, work) for engine in others)
         reason = f"the cheapest: about {format_seconds(work.time)}" + (f" ({times})" if times else "")
     return reason + (f"; {missing} cannot model this scene" if missing else "")
+
+
+def _explain_fallback(cause: str, work: ExpectedWork | None) -> str:
+    """Return why multibody runs in place of reduced, with its expected time if the first run of a certificate shows its work."""
+    return cause if work is None else f"{cause}; about {format_seconds(work.time)}"
 
 
 def _expect_time(engine: AnyEngine, scene: Scene, accuracy: float, work: ExpectedWork) -> str:
