@@ -19,7 +19,6 @@ from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.film.frame_data import FrameData, ShownParts, find_parts
 from governor_mechanism.render.film.frame_painter import FramePainter
-from governor_mechanism.render.film.frame_stream import stream_frames
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette, RgbaPixels
 from governor_mechanism.render.film.layout import ELEVATION_RECT, HEADER_RULE_Y, REFERENCE_SIZE
 from governor_mechanism.render.geometry.primitives import Vec2, round_step
@@ -144,9 +143,9 @@ def write_film(
         times, delays = schedule(*time_span, frames_per_second, slow_factor)
         frame_data = [[FrameData(one, shown, time_span, times, slow_factor) for shown in find_parts(one, part)] for one in runs]
         painter = SideBySidePainter(runs, titles, frame_data, size)
-        with open_encoder(temporary, painter, len(delays), frames_per_second) as add_frame, stream_frames(painter, len(delays)) as frames:
-            for k, (pixels, delay) in enumerate(zip(frames, delays, strict=True)):
-                add_frame(pixels, delay)
+        with open_encoder(temporary, painter, len(delays), frames_per_second) as add_frame:
+            for k, delay in enumerate(delays):
+                add_frame(painter.draw(k), delay)
                 if progress is not None:
                     progress(k + 1, len(delays))
     return target
