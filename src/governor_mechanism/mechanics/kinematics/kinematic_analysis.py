@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from governor_mechanism.types import FloatArray
 TIME_VARIABLE = "time"
 """Name of the independent variable of drivers."""
 
+
+KEPT_STARTS = 16
+"""Number of mechanisms whose start is kept: studies follow one of them again and again."""
 
 MAX_REGULAR_SLOPE = 1e6
 """Largest derivative of a pose by the reading, in scales of both, of a configuration that is not almost singular."""
@@ -91,17 +95,10 @@ def solve_kinematics(
     samples = validate_samples(over, values, rate, acceleration)
     # Alone, a part is studied without the shaft of a free spindle.
     mechanism = scene.part.mechanism if len(scene.parts) == 1 else scene.mechanism
-    driving_readings, start_values, reason = list[str](), dict[str, float](), "over 'time' the drivers must determine the motion"
-    if over != TIME_VARIABLE:
-        mechanism.reading(over)
-        driving_readings, reason = [over], f"over {over!r} one reading must determine the motion"
-        start_values = {name: float(value) for name, value in scene.start.values.items() if isinstance(value, float | int)}
-        mechanism = release_drivers(mechanism, over, start_values)
-    position_solver, required = PositionSolver(mechanism), len(driving_readings)
-    poses = position_solver.solve(start_values)
-    degrees_of_freedom = position_solver.count_degrees_of_freedom(poses)
-    if degrees_of_freedom != required:
-        raise MechanismError(f"a kinematic analysis needs {required} degrees of freedom: {reason}; this mechanism has {degrees_of_freedom}")
+    driving_readings = [] if over == TIME_VARIABLE else [over]
+    given = {name: float(value) for name, value in scene.start.values.items() if isinstance(value, float | int)}
+    mechanism, poses = _find_start(mechanism, over, tuple(given.items()) if driving_readings else ())
+    position_solver = PositionSolver(mechanism)
     followed = None if over == TIME_VARIABLE else _follow_reading(replace(mechanism, coordinate=over), poses, samples, rate, acceleration)
     if followed is None:
         states = list[tuple[FloatArray, FloatArray, FloatArray]]()
@@ -122,6 +119,26 @@ def solve_kinematics(
         rates={name: rates for name, (_, rates, _) in motions.items()},
         reading_accelerations={name: second for name, (_, _, second) in motions.items()},
     )
+
+
+@lru_cache(maxsize=KEPT_STARTS)
+def _find_start(mechanism: Mechanism, over: str, start_values: tuple[tuple[str, float], ...]) -> tuple[Mechanism, FloatArray]:
+    """Return the mechanism without the drivers that move a reading, and its poses (bodies, 3) at the start; over "time" all drivers stay.
+
+    Raises MechanismError if the reading, or time, does not determine the motion.
+    """
+    required, reason = 0, "over 'time' the drivers must determine the motion"
+    if over != TIME_VARIABLE:
+        mechanism.reading(over)
+        required, reason = 1, f"over {over!r} one reading must determine the motion"
+        mechanism = release_drivers(mechanism, over, dict(start_values))
+    position_solver = PositionSolver(mechanism)
+    poses = position_solver.solve(dict(start_values))
+    degrees_of_freedom = position_solver.count_degrees_of_freedom(poses)
+    if degrees_of_freedom != required:
+        raise MechanismError(f"a kinematic analysis needs {required} degrees of freedom: {reason}; this mechanism has {degrees_of_freedom}")
+    poses.flags.writeable = False
+    return mechanism, poses
 
 
 def _follow_reading(
