@@ -2,6 +2,7 @@
 
 import os
 import tomllib
+from contextlib import suppress
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
@@ -77,12 +78,14 @@ def load_scene(scene: str | Path) -> Scene:
     """
     if not isinstance(scene, str | Path):
         raise MechanismError(f"a scene is a path or the name of a shipped scene, or what load returns; found {format_value(scene)}")
-    known = shipped_scenes()
     if isinstance(scene, Path) or any(mark in scene for mark in (".", "/", os.sep)):
-        return read_scene_file(scene, known_names=known)
-    if scene in known:
-        state = known[scene].stat()
-        return _read_once(known[scene], state.st_mtime_ns, state.st_size)
+        return read_scene_file(scene, known_names=shipped_scenes())
+    shipped, state = models_folder() / f"{scene}.toml", None
+    with suppress(OSError, ValueError):  # ValueError: a null character in the name
+        state = shipped.stat()
+    if state:
+        return _read_once(shipped, state.st_mtime_ns, state.st_size)
+    known = shipped_scenes()
     hint = suggest_name(scene, {name: name for name in known})
     if os.path.isfile(scene):
         hint = f" To read the file of that name in this folder write {'./' + scene!r}."
