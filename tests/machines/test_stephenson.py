@@ -13,11 +13,12 @@ from scipy.interpolate import PchipInterpolator
 import governor_mechanism as gm
 from crank_scenes import link_gear_scene
 from governor_mechanism.closed_form import stephenson as closed
-from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
+from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.mass_elements import thin_arc
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.observables.valve_timing import find_event_angles
+from governor_mechanism.render.figures.registry import write_machine_figures
 from governor_mechanism.scenes.parser import parse_scene_document
 from random_machines import draw_link_gear
 from reference import stephenson as printed
@@ -211,3 +212,23 @@ REFUSED = [
 def test_what_cannot_be_built_is_refused_in_a_sentence(changes, sentence):
     with pytest.raises(MechanismError, match=sentence):
         gm.run(link_gear_scene(changes))
+
+
+def test_a_free_crank_swings_on_alike_in_all_engines(tmp_path):
+    """With masses and without friction; the valve has no events, and plates that need them are left out."""
+    masses = {"link_masses": {"link": "25 kg", "eccentric_rod": "15 kg", "valve": "60 kg", "shaft_inertia": "5 kg m^2"}}
+    free = link_gear_scene({"crank_speed": None, "reverser": 0.5, "crank_start": "20 deg"}, masses, duration=0.3)
+    scene = parse_scene_document({**free.document, "start": {"crank_rate": "300 rpm"}})
+    runs = [engine.run(scene) for engine in (ReducedEngine(), MultibodyEngine(), ImpulseEngine())]
+    for run in runs:
+        assert run.outcome is Outcome.DONE
+        for name in run.readings:
+            difference = np.max(np.abs(run.readings[name] - runs[1].readings[name])) / run.scales[name]
+            assert difference <= run.error_estimate + runs[1].error_estimate
+    # The kinetic energy of the masses, about 100 J of 2.5 kJ, comes from the shaft and returns to it.
+    speeds, energy = runs[1].rates["crank_angle"], runs[1].energy.kinetic
+    assert 0.1 < np.ptp(speeds) < 2.0
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-6)
+    assert write_machine_figures(runs[1], tmp_path, "free") == []
+    with pytest.raises(MechanismError, match="the crank is not driven"):
+        gm.valve_timing(scene)

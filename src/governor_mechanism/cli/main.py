@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from governor_mechanism.model.scene import Scene
     from governor_mechanism.model.trajectory import Trajectory
     from governor_mechanism.statics.speed_curve import SpeedCurve
+    from governor_mechanism.studies.valve_timing import ValveTiming
 
 COLLECTION_THRESHOLD = 100_000
 """Number of new objects after which unreachable ones are searched for; what is imported stays, and searching it takes longer than a run."""
@@ -111,8 +112,7 @@ def run(
         require_video_writer()
     console.prepare_folder(out)
     loaded_scene = gm.load(scene)
-    has_valve = len(loaded_scene.parts) == 1 and loaded_scene.part.mechanism.valve is not None
-    valve_timing = gm.valve_timing(loaded_scene) if has_valve else None
+    valve_timing = _valve_timing_of(loaded_scene)
     with console.show_status("simulating"):
         result = gm.run(loaded_scene, engine=engine, accuracy=accuracy)
     files = _write_results(result, out, Path(result.scene.source).stem or "scene", None if no_film else film)
@@ -124,6 +124,15 @@ def run(
         console.print_to_stderr(result.message)
     text.append("wrote " + ", ".join(map(str, files)))
     return console.CommandResult(text=text, values={**values, "files": files}, ok=result.outcome.ok)
+
+
+def _valve_timing_of(scene: Scene) -> ValveTiming | None:
+    """Return the timing of the valve of a scene, or None if it has no valve events."""
+    if all(part.mechanism.valve is None for part in scene.parts):
+        return None
+    from governor_mechanism.observables.valve_motion import has_valve_events
+
+    return gm.valve_timing(scene) if has_valve_events(scene) else None
 
 
 def _format_gears(scene: Scene) -> str:

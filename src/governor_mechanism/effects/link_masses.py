@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from governor_mechanism.errors import MechanismError, require_not_negative
+from governor_mechanism.errors import MechanismError, require_not_negative, require_positive
 from governor_mechanism.model.effect import Effect, scene_key
 
 
@@ -18,6 +18,8 @@ class LinkMasses(Effect):
         Mass of each eccentric rod, kg; a slender uniform rod.
     valve
         Mass of the valve with its spindle and the die block, kg.
+    shaft_inertia
+        Moment of inertia of the shaft with crank and eccentrics, kg m2; None for a massless shaft.
     """
 
     key = "link_masses"
@@ -26,9 +28,12 @@ class LinkMasses(Effect):
     link: float = scene_key("mass", sign="not negative", examples=("25 kg",), default=0.0)
     eccentric_rod: float = scene_key("mass", sign="not negative", examples=("15 kg",), default=0.0)
     valve: float = scene_key("mass", sign="not negative", examples=("60 kg",), default=0.0)
+    shaft_inertia: float | None = scene_key("moment_of_inertia", default=None)
 
     def __post_init__(self) -> None:
         for name in ("link", "eccentric_rod", "valve"):
             require_not_negative(getattr(self, name), "kg", f"link_masses.{name}")
-        if self.link == self.eccentric_rod == self.valve == 0.0:
-            raise MechanismError("link_masses need link, eccentric_rod or valve; leave the effect out if there are none")
+        if self.shaft_inertia is not None:
+            require_positive(self.shaft_inertia, "kg m2", "link_masses.shaft_inertia")
+        if self.link == self.eccentric_rod == self.valve == 0.0 and self.shaft_inertia is None:
+            raise MechanismError("link_masses need link, eccentric_rod, valve or shaft_inertia; leave the effect out if there are none")

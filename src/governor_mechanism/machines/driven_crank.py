@@ -39,7 +39,11 @@ def crank_joints(speed: float | None, start_angle: float, mass_centre: float = 0
 
 def placeholder_crank(radius: float, moved_mass: float) -> Body:
     """Return a crank of placeholder mass centred on the shaft; it moves the mass moved_mass (kg) at its radius (m)."""
-    inertia = PLACEHOLDER_INERTIA_RATIO * moved_mass * radius**2
+    return shaft_with_crank(PLACEHOLDER_INERTIA_RATIO * moved_mass * radius**2)
+
+
+def shaft_with_crank(inertia: float) -> Body:
+    """Return a crank of placeholder mass centred on the shaft, with a moment of inertia (kg m2)."""
     return Body(name=CRANK, mass=PLACEHOLDER_MASS, second_moments=SecondMoments(xx=inertia / 2, yy=inertia / 2))
 
 

@@ -45,6 +45,24 @@ class ValveKinematics(NamedTuple):
     second_derivatives: Mapping[str, FloatArray]
 
 
+def has_valve_events(scene: Scene) -> bool:
+    """Return whether a scene has one part, whose mechanism has a valve and a driver that turns a body.
+
+    Parameters
+    ----------
+    scene
+        Any scene.
+
+    Returns
+    -------
+    bool
+        Whether the valve may have events; a valve of a free crank has none.
+    """
+    if len(scene.parts) > 1 or scene.part.mechanism.valve is None:
+        return False
+    return any(isinstance(joint, RotationalDriver) for joint in scene.part.mechanism.joints)
+
+
 def valve_of(scene: Scene) -> Valve:
     """Return the valve of a scene.
 

@@ -117,7 +117,7 @@ class _GearBuilder:
         link = gear.geometry.solve_poses(np.array([angle]), reverser)
         x, y, link_angle = link[0].tolist()
         valve_x = float(gear.geometry.locate_die(link)[0][0])
-        yield driven_crank.placeholder_crank(gear.crank, self._moved_mass), (0.0, 0.0, angle)
+        yield self._crank_body(), (0.0, 0.0, angle)
         yield Body(name=CROSSHEAD, mass=self._placeholder_mass, can_rotate=False), (-self._crosshead_distance(angle), 0.0, 0.0)
         valve_mass = (self.masses and self.masses.valve) or self._placeholder_mass
         yield Body(name=VALVE, mass=valve_mass, can_rotate=False), (-valve_x, 0.0, 0.0)
@@ -130,10 +130,17 @@ class _GearBuilder:
         if self.masses and self.masses.eccentric_rod:
             yield from self._rod_bodies(self.masses.eccentric_rod, (x, y, link_angle))
 
+    def _crank_body(self) -> Body:
+        """Return the crank. Without a given inertia a driven one may have any; a free one must not have more than its parts."""
+        if self.masses and self.masses.shaft_inertia is not None:
+            return driven_crank.shaft_with_crank(self.masses.shaft_inertia)
+        return driven_crank.placeholder_crank(self.gear.crank, self._moved_mass if self.gear.is_driven else 2 * PLACEHOLDER_MASS)
+
     @property
     def _moved_mass(self) -> float:
         """Mass that the crank moves, kg."""
-        return self.masses.link + 2 * self.masses.eccentric_rod + self.masses.valve if self.masses else 2 * PLACEHOLDER_MASS
+        given = self.masses.link + 2 * self.masses.eccentric_rod + self.masses.valve if self.masses else 0.0
+        return given or 2 * PLACEHOLDER_MASS
 
     @property
     def _placeholder_mass(self) -> float:

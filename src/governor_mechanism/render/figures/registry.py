@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.observables.valve_motion import has_valve_events
 from governor_mechanism.render.figures.page import Plate
 
 
@@ -38,7 +39,7 @@ def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path
         plates["zeuner"] = zeuner_plate.draw_zeuner_plate(diagram)
         if not diagram.eccentric.has_infinite_rod:
             plates["marks"] = marks_plate.draw_marks_plate(diagram)
-    elif part and part.mechanism.valve:
+    elif part and part.mechanism.valve and has_valve_events(run.scene):
         from governor_mechanism.render.figures.valve_timing import valve_diagram, zeuner_plate
 
         plates["zeuner"] = zeuner_plate.draw_zeuner_plate(valve_diagram.ValveDiagram(run.scene))

@@ -17,10 +17,9 @@ from governor_mechanism.engines.reduced.batch import UncertifiedResult
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
-from governor_mechanism.model.joints import RotationalDriver
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.observables.valve_motion import valve_motion_of
+from governor_mechanism.observables.valve_motion import has_valve_events, valve_motion_of
 from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, find_event_angles
 from governor_mechanism.scenes.problems import ProblemCode, ProblemCollector
 from governor_mechanism.types import FloatArray
@@ -121,7 +120,7 @@ def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool)
     Raises MechanismError with a message for each quantity that is unknown, occurs twice, or cannot be sent to a process.
     """
     reading_units = find_reading_units(scene)
-    has_valve = _has_driven_valve(scene)
+    has_valve = has_valve_events(scene)
     if requested is None and has_valve:
         requested = [*VALVE_RULES, *([f"span {SLIP_READING}"] if SLIP_READING in reading_units else [])]
     elif requested is None:
@@ -213,13 +212,6 @@ def _make_function_quantity(name: str, function: Callable[[Trajectory], float]) 
             f"quantity {name!r}: the function cannot be sent to another process; define the function with def at module level"
         ) from error
     return RunQuantity(name=name, function=function)
-
-
-def _has_driven_valve(scene: Scene) -> bool:
-    """Return whether a scene of one part has a valve, and a driver that turns its crank."""
-    if len(scene.parts) > 1 or scene.part.mechanism.valve is None:
-        return False
-    return any(isinstance(joint, RotationalDriver) for joint in scene.part.mechanism.joints)
 
 
 def _evaluate_valve_rule(rule: str, scene: Scene) -> float:
