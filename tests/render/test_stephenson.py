@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -100,3 +101,12 @@ def test_the_plate_of_all_gears_shows_their_leads_and_crests():
     crest_line = next(line for line in polar.lines if line.get_linestyle() == "--" or len(line.get_xdata()) == 5)
     largest = [timing.largest_openings[0] + 0.024 for timing in gear.timings]
     np.testing.assert_allclose(np.hypot(*crest_line.get_data()), 1e3 * np.array(largest), rtol=1e-4)  # at the nearest of 361 angles
+
+
+def test_the_steam_of_a_crank_that_turns_back_expands_where_the_piston_recedes():
+    """In the same position of crank and valve, expansion and compression change places with the sense of rotation."""
+    drawing = drawing_of(MultibodyEngine().run(link_gear_scene({"reverser": 0.5}, duration=0.7)), link_gear_scene({"reverser": 0.5}).part)
+    ahead = drawing.position(drawing.poses[0])
+    closed = replace(ahead, crank_angle=2.0, valve_displacement=0.01)  # within the steam lap, beyond the exhaust lap of the head end
+    phases = [drawing.steam_phase(replace(closed, sense=sense), 1.0) for sense in (1.0, -1.0)]
+    assert phases == ["expanding steam", "pressed steam"]

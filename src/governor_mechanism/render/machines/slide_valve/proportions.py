@@ -15,7 +15,7 @@ STEAM_PHASES = ("live steam", "expanding steam", "spent steam", "pressed steam")
 
 @dataclass(frozen=True, kw_only=True)
 class ValveGearPosition:
-    """Valve gear at a pose: crank angle (rad), valve displacement away from the shaft (m), piston position (m).
+    """Valve gear at a pose: crank angle (rad), valve displacement away from the shaft (m), piston position (m), sense of rotation.
 
     The piston position along the stroke is -crank at the head end (left) to crank at the crank end (right).
     """
@@ -23,6 +23,7 @@ class ValveGearPosition:
     crank_angle: float
     valve_displacement: float
     piston_position: float
+    sense: float = 1.0
 
 
 class ValveGearProportions(MachineDrawing, ABC):
@@ -62,4 +63,4 @@ class ValveGearProportions(MachineDrawing, ABC):
         if -port_displacement > self.inside_lap:
             return exhaust
         # In the first half of a turn the piston moves away from the crank end.
-        return expansion if side * math.sin(position.crank_angle) > 0 else compression
+        return expansion if side * position.sense * math.sin(position.crank_angle) > 0 else compression

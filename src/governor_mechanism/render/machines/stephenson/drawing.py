@@ -1,7 +1,10 @@
 """Drawing of Stephenson's link motion: the gear above, the cylinder in section, below it lever and Zeuner's diagram of the last turn."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property
+
+import numpy as np
 
 from governor_mechanism.machines.driven_crank import CRANK, VALVE
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
@@ -33,7 +36,7 @@ class StephensonDrawing(LinkGearProportions):
 
     def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
         """Yield all parts that crank and lever move."""
-        position = self.position(pose)
+        position = replace(self.position(pose), sense=self._sense(time))
         yield from self._gear_view.moving_shapes(pose)
         yield from cylinder.cylinder_moving_shapes(self, position)
         yield from lever.lever_shapes(self._scaled(_LEVER_PIVOT), _LEVER_LENGTH * self.crank, self._reverser(pose))
@@ -54,6 +57,12 @@ class StephensonDrawing(LinkGearProportions):
         """Displacement of the valve at the reported times, m."""
         positions: FloatArray = -self.poses[:, self.part.mechanism.body_index(VALVE), 0] - self.centre
         return positions
+
+    def _sense(self, time: float) -> float:
+        """Return 1 if the crank turns forward at a time (s), -1 if it turns back."""
+        angles = self.poses[:, self.part.mechanism.body_index(CRANK), 2]
+        k = min(int(np.searchsorted(self.run.times, time)), len(angles) - 1)
+        return -1.0 if angles[k] < angles[max(k - 1, 0)] else 1.0
 
     def _reverser(self, pose: FloatArray) -> float:
         """Return the position of the reversing lever at a pose (bodies, 3)."""
