@@ -1,14 +1,18 @@
 """Times that `auto` expects, as its reason states them, against the times that runs take.
 
-Each scene runs once to warm up, and then as often as fits into a second, each time loaded anew; the shortest run counts, and what its own
+Each scene runs once to warm up, and then as often as fits into a second, loaded again each time; the shortest run counts, and what its own
 reason states. The times of the engines that are not chosen are measured too. A bound is right if it is at most three times too long.
 
-Usage: python benchmarks/predicted_times.py [scene file ...]     (in addition to the shipped scenes)
+With --new-processes each scene runs once, in a process of its own. What the reason states of the chosen engine is compared with the time
+that the run reports, as a command prints both.
+
+Usage: python benchmarks/predicted_times.py [--new-processes] [scene file ...]     (in addition to the shipped scenes)
 """
 
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -65,13 +69,27 @@ def compare_times(path: Path) -> Iterator[Prediction]:
         yield Prediction(path.stem, engine, not name, word == "at least", stated, time_of_engine)
 
 
+def compare_in_new_process(path: Path) -> Iterator[Prediction]:
+    """Yield what the reason of the first run of a process states of its engine, and the time that the run reports."""
+    script = "import sys, governor_mechanism as gm; cost = gm.run(gm.load(sys.argv[1])).cost; "
+    script += "print(cost.engine, cost.wall_time + cost.setup_time, cost.reason)"
+    done = subprocess.run([sys.executable, "-c", script, str(path)], capture_output=True, text=True)
+    if done.returncode:
+        raise gm.MechanismError(done.stderr.strip().splitlines()[-1])
+    engine, measured, reason = done.stdout.split(" ", 2)
+    for name, _, number, unit in STATED_TIME.findall(reason):
+        if not name:
+            yield Prediction(path.stem, engine, True, False, float(number) * (1e-3 if unit == "ms" else 1.0), float(measured))
+
+
 def main() -> None:
     """Print the table and the shares."""
-    predictions = list[Prediction]()
+    predictions, arguments = list[Prediction](), sys.argv[1:]
+    compare = compare_in_new_process if "--new-processes" in arguments else compare_times
     print("| scene | engine | | stated, ms | measured, ms | stated / measured |\n|---|---|---|---|---|---|")
-    for path in [*shipped_scenes().values(), *map(Path, sys.argv[1:])]:
+    for path in [*shipped_scenes().values(), *(Path(one) for one in arguments if one != "--new-processes")]:
         try:
-            for row in compare_times(path):
+            for row in compare(path):
                 predictions.append(row)
                 kind = "chosen" if row.is_chosen else "at least" if row.is_bound else "about"
                 print(

@@ -110,7 +110,7 @@ def test_no_equilibrium_speed_without_both_effects():
 
 @pytest.mark.parametrize("angle", [0.0, 0.3, -0.3])
 def test_from_a_turning_point_of_a_reading_the_first_coordinate_grows(angle):
-    """A pendulum of 0.4 m hangs at its lowest point, or lies at the lowest point of a sloping line; it is asked for a height."""
+    """A pendulum of 0.4 m hangs at its lowest point, or lies at the lowest point of a sloping line; a height is requested."""
     up = np.array([-math.sin(angle), math.cos(angle)])
     mechanism = Mechanism(
         bodies=(Body(name="ball", mass=1.0, can_rotate=False),),

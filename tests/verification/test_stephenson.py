@@ -22,7 +22,7 @@ def test_every_form_agrees_in_both_engines(form, engine):
     report = gm.crosscheck(link_gear_scene(FORMS[form], engine=engine, duration=0.65))
     assert report.passed, str(report)
     gears = 2 if form == "moving lever" else 1
-    assert len(report.rows) == 11 * gears + 4
+    assert len(report.rows) == 12 * gears + 4
     assert sum("Zeuner's first-order law gives" in note for note in report.notes) == gears
 
 

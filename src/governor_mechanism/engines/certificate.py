@@ -187,7 +187,7 @@ class CertifiedRunner(Runner):
         """Return the expected work of the request after its first run, which took a time (s)."""
         n_evaluations = self.count_work()[2]["equations of motion"]
         ratio, n_reported = REQUEST_TO_FIRST_RUN_RATIO, len(self.request.times)
-        return ExpectedWork(time=ratio * first_run_time, n_evaluations=ratio * n_evaluations, n_reported=n_reported)
+        return ExpectedWork(first_run_time=first_run_time, n_evaluations=ratio * n_evaluations, n_reported=n_reported)
 
     def _with_rounding(self, result: RunResult, n_steps: float) -> RunResult:
         """Return a result whose errors are at least the roundings of readings and times over its steps, which add up like a random walk."""

@@ -10,15 +10,15 @@ class ExpectedWork:
 
     Attributes
     ----------
-    time
-        Time, s.
+    first_run_time
+        Time of the first run, s. In a new process it includes what runs only once.
     n_evaluations
         Number of evaluations of the equations of motion.
     n_reported
         Number of reported times.
     """
 
-    time: float
+    first_run_time: float
     n_evaluations: float
     n_reported: int
 

@@ -89,6 +89,7 @@ def _check_gear(scene: Scene, link_gear: closed.LinkGear, gear: float) -> compar
         ("valve_displacement", np.asarray(exact.valve) - centre, link_gear.radius, "m"),
         ("die_slip", exact.die_offset, link_gear.radius, "m"),
         ("link_angle", -np.asarray(exact.link_angle), 1.0, "rad"),
+        ("reverser", np.full(len(CHECKED_CRANK_ANGLES), gear), 1.0, "1"),
     ):
         text, allowed = f"{label}{name.replace('_', ' ')}", comparisons.ALGEBRAIC_TOLERANCE * scale
         yield comparisons.compare_largest_deviation(text, readings[name], expected, places, allowed, unit, reason)
