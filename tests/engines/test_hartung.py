@@ -23,7 +23,7 @@ from governor_mechanism.model.joints import GROUND, Point, TranslationalDriver
 from governor_mechanism.model.part import FreeSpindle, Spindle, Start
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.model.trajectory import Outcome
-from governor_mechanism.observables.static_forces import evaluate_derived_forces
+from governor_mechanism.observables.static_forces import evaluate_static_forces
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.verification.comparisons import measure_period
 from hartung_scenes import (
@@ -191,7 +191,7 @@ def test_a_sleeve_locked_at_standstill_is_held_with_the_static_force(dimensions:
     assert run.readings["lever_angle"][-1] == pytest.approx(angle, abs=1e-12)
     np.testing.assert_allclose(run.reactions["lock"].force[:, 1], float(static), rtol=1e-9)  # asked
     # What statics tell of the same poses, from virtual work and no reaction.
-    np.testing.assert_allclose(evaluate_derived_forces(locked, run.poses)["static_sleeve_force"], float(static), rtol=1e-9)
+    np.testing.assert_allclose(evaluate_static_forces(locked, run.poses)["static_sleeve_force"], float(static), rtol=1e-9)
 
 
 @pytest.mark.parametrize("engine", NAMES)

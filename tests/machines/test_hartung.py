@@ -21,7 +21,7 @@ from governor_mechanism.effects.stops import Stops
 from governor_mechanism.machines.hartung.machine import HartungGovernor
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.part import FreeSpindle
-from governor_mechanism.observables.static_forces import compute_static_force, evaluate_derived_forces
+from governor_mechanism.observables.static_forces import compute_static_force, evaluate_static_forces
 from governor_mechanism.scenes.parser import parse_scene_document
 from hartung_scenes import PAPER_DIMENSIONS, build_closed_form_governor, hartung_scene, spring_force_at
 from reference import hartung
@@ -43,7 +43,7 @@ def test_statics_know_the_table_of_vertical_hangers(row: tuple[float, ...]) -> N
     assert rest.frequency == pytest.approx(frequency, rel=1e-9)
     along = SingleDofReduction(scene).evaluate([math.radians(row[0])])
     square = float((2 * along.potential_derivative / along.spindle_inertia_derivative)[0])
-    found = evaluate_derived_forces(scene, along.poses)
+    found = evaluate_static_forces(scene, along.poses)
     own = float((along.potential_second_derivative - 0.5 * square * along.spindle_inertia_second_derivative)[0])
     whole = hartung.SPINDLE_INERTIA + float(along.spindle_inertia[0])
     freely = (own + square * float(along.spindle_inertia_derivative[0]) ** 2 / whole) / float(along.inertia[0])

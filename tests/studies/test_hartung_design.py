@@ -11,7 +11,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.observables.static_forces import evaluate_derived_forces
+from governor_mechanism.observables.static_forces import evaluate_static_forces
 from governor_mechanism.render.figures.hartung.design import sleeve_force_figure, spring_lines_figure
 from governor_mechanism.studies.hartung.design import build_hartung_layout, design_hartung
 from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, TECHNICAL_ATMOSPHERE, HartungInputs
@@ -171,7 +171,7 @@ def test_the_scene_of_a_design_runs_and_is_the_design(tmp_path: Path) -> None:
     swept = np.ptp(run.readings["lever_angle"])
     assert swept > 0.9 * 2 * design.inputs.swing
     poses, _ = initial_state(scene)
-    found = evaluate_derived_forces(scene, poses[np.newaxis])
+    found = evaluate_static_forces(scene, poses[np.newaxis])
     order = np.argsort(design.layout.levers)
     lever = run.readings["lever_angle"][0]
     for name, curve in (("spring_force", design.layout.spring_forces), ("static_sleeve_force", design.layout.static_forces)):

@@ -88,6 +88,8 @@ class ErrorControlSettings:
         Step limit from a monitor time to a time before the next one: a handful suffices, except into a change point.
     max_stagnant_runs
         Successive refinements without improvement after which the best run is accepted; a single one may be chance.
+    max_exit_bisections
+        Bisections between two monitor times to locate where a motion leaves its range: to rounding.
     max_step_work
         Default of `max_steps`, times the number of joints plus `JOINTS_OF_FIXED_WORK`: a certified run ends within some 20 s.
     """
@@ -98,6 +100,7 @@ class ErrorControlSettings:
     monitor_interval_ratio: float = 0.25
     max_interpolation_steps: int = 100
     max_stagnant_runs: int = 4
+    max_exit_bisections: int = 40
     max_step_work: float = 1e6
 
 

@@ -26,3 +26,5 @@ class IntegrationStatus(IntEnum):
     """The table cannot be extended to where the motion leads."""
     ENDLESS_EVENTS = 9
     """Events follow each other at one time without end."""
+    TURNED_BACK = 10
+    """A shaft that must not turn back does."""

@@ -14,7 +14,7 @@ from governor_mechanism.model.joints import Point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Limit, PointCoordinate
 from governor_mechanism.model.part import EQUILIBRIUM, TURNING_PLANE
-from governor_mechanism.model.time_functions import PrescribedMotion
+from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.types import Vector2
 
 MIN_DIMENSION, MAX_DIMENSION = 1e-9, 1e9
@@ -39,14 +39,16 @@ def dimension_field(
     max_size: float = MAX_DIMENSION,
     omission_word: str = "",
     is_program: bool = False,
+    is_load: bool = False,
 ) -> Any:
     """Declare a dimension of a machine: its kind of quantity ('length', 'mass', ...) and its meaning.
 
     A `signed` dimension may be zero or negative; the others are positive. A default makes it optional. `omission_word` stands
     for "left out" in a scene file. `max_size` (SI) is the largest plausible magnitude. `is_program`: it may change with time.
+    `is_load`: it may change with time and readings.
     """
     metadata = {"kind": kind, "meaning": meaning, "signed": signed, "most": max_size, "omission_word": omission_word}
-    metadata["is_program"] = is_program
+    metadata |= {"is_program": is_program, "is_load": is_load}
     return dataclasses.field(default=default, metadata=metadata)
 
 
@@ -145,9 +147,9 @@ class Machine(ABC):
         return {name: math.inf if value is None else values_of(value)[0] for name, value in values.items()}
 
 
-def values_of(dimension: float | PrescribedMotion) -> tuple[float, ...]:
+def values_of(dimension: float | PrescribedMotion | InputFunction) -> tuple[float, ...]:
     """Return the values that a dimension has in the course of time."""
-    return dimension.values if isinstance(dimension, PrescribedMotion) else (dimension,)
+    return dimension.values if isinstance(dimension, PrescribedMotion | InputFunction) else (dimension,)
 
 
 def unit_hint(angle: float, max_angle: float, example: str) -> str:

@@ -1,6 +1,7 @@
 """Registry of machines. `MACHINES` maps the names in scene files to classes."""
 
 from governor_mechanism.machines.base import Machine
+from governor_mechanism.machines.flywheel_engine.machine import FlywheelEngine
 from governor_mechanism.machines.hartung.machine import HartungGovernor
 from governor_mechanism.machines.parabolic import ParabolicGovernor
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
@@ -9,5 +10,6 @@ from governor_mechanism.machines.slider_crank import SliderCrank
 from governor_mechanism.machines.stephenson.machine import StephensonGear
 
 MACHINES: dict[str, type[Machine]] = {
-    machine.name: machine for machine in (PendulumGovernor, ParabolicGovernor, HartungGovernor, SlideValve, SliderCrank, StephensonGear)
+    machine.name: machine
+    for machine in (PendulumGovernor, ParabolicGovernor, HartungGovernor, SlideValve, SliderCrank, StephensonGear, FlywheelEngine)
 }

@@ -160,9 +160,8 @@ class OutputEffect(Effect):
         return {}
 
 
-@dataclass(frozen=True, kw_only=True)
-class OutputForce(OutputEffect, ABC):
-    """An effect along one reading with a force law.
+class ForceLaw(ABC):
+    """A force along an output variable as a function of its value and rate.
 
     The law either has a potential and depends on the value alone, or it dissipates all its power.
 
@@ -191,28 +190,13 @@ class OutputForce(OutputEffect, ABC):
         value
             Value of the reading, m or rad.
         rate
-            Its rate, m/s or rad/s; 0 for a law with a potential.
+            Its rate, m/s or rad/s; 0 for a law with a potential. For a force element with an argument, the value of that output instead.
 
         Returns
         -------
         Any
             Force, N, or moment, N m, positive toward larger values.
         """
-
-    @property
-    @abstractmethod
-    def coefficients(self) -> tuple[float, ...]:
-        """Coefficients of the force law, four at most."""
-
-    @property
-    def linear_coefficients(self) -> tuple[float, ...]:
-        """Coefficients of the law for small motions about a rest; those of terms of second order in the rate are zero."""
-        return self.coefficients
-
-    @property
-    def slack_below(self) -> float:
-        """Value of the reading below which the effect exerts no force, m or rad; the force is zero there."""
-        return -math.inf
 
     @staticmethod
     def potential(coefficients: Any, value: Any) -> tuple[Any, Any, Any]:
@@ -233,6 +217,26 @@ class OutputForce(OutputEffect, ABC):
             Energy and derivatives; the first is the negative force.
         """
         return 0.0 * value, 0.0 * value, 0.0 * value
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputForce(OutputEffect, ForceLaw):
+    """An effect along one reading with a force law."""
+
+    @property
+    @abstractmethod
+    def coefficients(self) -> tuple[float, ...]:
+        """Coefficients of the force law, eight at most."""
+
+    @property
+    def linear_coefficients(self) -> tuple[float, ...]:
+        """Coefficients of the law for small motions about a rest; those of terms of second order in the rate are zero."""
+        return self.coefficients
+
+    @property
+    def slack_below(self) -> float:
+        """Value of the reading below which the effect exerts no force, m or rad; the force is zero there."""
+        return -math.inf
 
     def evaluate(self, value: Any, rate: Any) -> Any:
         """Return the force at values and rates of the reading, N or N m; 0 where the effect is slack.

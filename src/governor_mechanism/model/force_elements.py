@@ -1,4 +1,4 @@
-"""Force elements between bodies: springs, dampers, applied forces and torques. Frozen values; the laws are in `mechanics.dynamics`."""
+"""Force elements between bodies: springs, dampers, gas in cylinders, applied forces and torques. Frozen values without force laws."""
 
 from dataclasses import dataclass
 
@@ -30,6 +30,11 @@ class ForceElement:
     def displacements(self) -> tuple[Reading, ...]:
         """Outputs along which the force or its components act."""
         raise NotImplementedError
+
+    @property
+    def argument(self) -> Reading | None:
+        """Output on which the force depends beside its displacement, in place of the rate of that; None for most."""
+        return None
 
     @property
     def loads(self) -> tuple[InputFunction, ...]:
@@ -190,3 +195,69 @@ class Force(ForceElement):
             PointCoordinate(name=self.name, quantity="length", point=self.point, direction_x=1.0 - k, direction_y=float(k)) for k in (0, 1)
         )
         return x, y
+
+
+@dataclass(frozen=True, kw_only=True)
+class CylinderGas(ForceElement):
+    """The gas on one face of a double-acting piston that a crank moves; both faces change their parts at every dead centre.
+
+    Its pressure is constant before or after a travel and follows an isotherm on the other side of it; see `effects.gas_pressure`.
+
+    Attributes
+    ----------
+    body
+        Body on which the gas acts: the piston, or without one the crank.
+    travel
+        Travel of the piston, m, 0 at the crank angle 0.
+    crank_angle
+        Crank angle, rad; its multiples of pi are the dead centres.
+    area
+        Area of the piston, m2; negative if the gas resists the stroke.
+    pressure
+        Constant pressure, Pa.
+    volume
+        Volume at the beginning of a stroke, relative to the swept volume.
+    change
+        Its change over the stroke: 1 or -1.
+    switch_travel
+        Travel, relative to the stroke, at which isotherm and constant pressure meet.
+    begins_constant
+        Whether the constant pressure comes first.
+    back_pressure
+        Pressure on the other face, Pa.
+    stroke
+        Stroke, m.
+    """
+
+    body: str
+    travel: Reading
+    crank_angle: BodyAngle
+    area: float = measured("m2")
+    pressure: float = measured("Pa")
+    volume: float = measured("")
+    change: float = measured("")
+    switch_travel: float = measured("")
+    begins_constant: bool
+    back_pressure: float = measured("Pa", default=0.0)
+    stroke: float = measured("m", positive=True)
+
+    @property
+    def bodies(self) -> tuple[str, str]:
+        """The ground and the body on which the gas acts."""
+        return GROUND, self.body
+
+    @property
+    def displacements(self) -> tuple[Reading]:
+        """Travel of the piston."""
+        return (self.travel,)
+
+    @property
+    def argument(self) -> BodyAngle:
+        """The crank angle."""
+        return self.crank_angle
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """Coefficients of the force law."""
+        cycle = self.area, self.pressure, self.volume, self.change, self.switch_travel, float(self.begins_constant)
+        return (*cycle, self.back_pressure, self.stroke)

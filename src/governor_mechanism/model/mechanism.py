@@ -8,7 +8,7 @@ from functools import cached_property
 from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_not_negative, require_positive
 from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Joint, RotationalDriver, TranslationalDriver
-from governor_mechanism.model.output_variables import DerivedForce, Limit, Reading
+from governor_mechanism.model.output_variables import DerivedReading, Limit, Reading, StallLimit
 from governor_mechanism.model.valve import Valve
 
 
@@ -111,12 +111,14 @@ class Mechanism:
         One pose (x, y, angle) per body; the assembly starts from it.
     limits
         Ranges of validity.
+    stall_limits
+        Angles that must not turn back.
     internal_outputs
         Output variables that only the limits refer to.
     force_elements
         Force elements, in addition to the effects of a scene.
-    derived_forces
-        Forces that follow from the configuration.
+    derived_readings
+        Readings that follow from the state, and along which nothing acts.
     notes
         Sentences for the user about the dimensions.
     reading_scales
@@ -132,9 +134,10 @@ class Mechanism:
     length_scale: float
     initial_guess: tuple[tuple[float, float, float], ...]
     limits: tuple[Limit, ...] = ()
+    stall_limits: tuple[StallLimit, ...] = ()
     internal_outputs: tuple[Reading, ...] = ()
     force_elements: tuple[ForceElement, ...] = ()
-    derived_forces: tuple[DerivedForce, ...] = ()
+    derived_readings: tuple[DerivedReading, ...] = ()
     notes: tuple[str, ...] = ()
     reading_scales: Mapping[str, float] = field(default_factory=dict, hash=False)
     valve: Valve | None = None

@@ -1,6 +1,7 @@
 """Output variables of a mechanism: readings, derived forces and limits of validity. Frozen values without mathematics."""
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from governor_mechanism.model.joints import GROUND, Point
 
@@ -148,20 +149,24 @@ class FollowerHeight(Reading):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DerivedForce:
-    """Base class of a named force (N) that follows from the configuration. No force acts along it.
+class DerivedReading:
+    """Base class of a named value that follows from the state of the mechanism. No force acts along it, and nothing depends on it.
 
     Attributes
     ----------
     name
-        Name of the force.
+        Name of the reading.
+    unit
+        Its unit.
     """
+
+    unit: ClassVar[str] = "N"
 
     name: str
 
 
 @dataclass(frozen=True, kw_only=True)
-class SpringForce(DerivedForce):
+class SpringForce(DerivedReading):
     """Force in a spring of the mechanism, N, positive in tension.
 
     Attributes
@@ -174,7 +179,7 @@ class SpringForce(DerivedForce):
 
 
 @dataclass(frozen=True, kw_only=True)
-class StaticForce(DerivedForce):
+class StaticForce(DerivedReading):
     """Fraction of the static force of springs and weights along a reading at zero speed, N.
 
     It is the force along the reading, a length, that holds a mechanism with one degree of freedom. It is infinite at a turning point
@@ -190,6 +195,70 @@ class StaticForce(DerivedForce):
 
     reading: str
     fraction: float = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftSpeed(DerivedReading):
+    """Rate of an angle, rad/s.
+
+    Attributes
+    ----------
+    reading
+        Name of the angle.
+    """
+
+    unit: ClassVar[str] = "rad/s"
+
+    reading: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class AppliedTorque(DerivedReading):
+    """Torque of force elements along an angle by virtual work, N m.
+
+    Attributes
+    ----------
+    reading
+        Name of the angle, the coordinate of the mechanism.
+    elements
+        Names of the force elements.
+    sign
+        Factor on the torque; -1 for a torque that is positive against the angle.
+    """
+
+    unit: ClassVar[str] = "N m"
+
+    reading: str
+    elements: tuple[str, ...]
+    sign: float = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class CylinderPressure(DerivedReading):
+    """Absolute pressure of the gas on one face of a piston, Pa. It jumps at dead centres, where the faces change their parts.
+
+    Attributes
+    ----------
+    element
+        Name of the gas.
+    reading
+        Name of the crank angle.
+    scale
+        Scale of the pressure, Pa.
+    """
+
+    unit: ClassVar[str] = "Pa"
+
+    element: str
+    reading: str
+    scale: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredWork(DerivedReading):
+    """Kinetic energy of the mechanism less that at the start, J."""
+
+    unit: ClassVar[str] = "J"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -211,3 +280,22 @@ class Limit:
     high: float
     low_message: str
     high_message: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class StallLimit:
+    """An angle that must not turn back: a run ends where its rate falls below zero.
+
+    Attributes
+    ----------
+    reading
+        Name of the angle.
+    body
+        Body whose angle it is.
+    message
+        Sentence on what happens there.
+    """
+
+    reading: str
+    body: str
+    message: str

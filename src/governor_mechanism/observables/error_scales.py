@@ -6,6 +6,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import loading_rate, time_scale
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
+from governor_mechanism.model.output_variables import CylinderPressure
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
@@ -72,7 +73,9 @@ class MotionScales:
         energy_scale = self._energy_scale(rate)
         scales = {reading.name: mechanism.output_scale(reading.name) for reading in mechanism.readings}
         scales |= {name_of_rate(name): rate * scales[name] for name in rates}
-        scales |= {output.name: energy_scale / mechanism.length_scale for output in mechanism.derived_forces}
+        unit_scales = {"N": energy_scale / mechanism.length_scale, "N m": energy_scale, "J": energy_scale, "rad/s": rate}
+        for output in mechanism.derived_readings:
+            scales[output.name] = output.scale if isinstance(output, CylinderPressure) else unit_scales[output.unit]
         spindle_scales = {SPINDLE_SPEED: self.spindle_rate(readings), SPINDLE_TORQUE: energy_scale, SPINDLE_ANGLE: 1.0}
         for plane in self._planes:
             named_scales = {f"{plane.prefix}{name}": scale for name, scale in spindle_scales.items()}

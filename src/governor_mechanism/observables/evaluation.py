@@ -1,5 +1,6 @@
 """Evaluate observables from states, for every engine: readings, rates, energies, joint gaps, and the trajectory of a run."""
 
+import math
 from collections.abc import Iterator
 from functools import cached_property, partial
 from typing import Any
@@ -8,23 +9,30 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_forces_of
-from governor_mechanism.mechanics.dynamics.force_elements import spring_potential_energy as spring_potential
+from governor_mechanism.mechanics.dynamics.force_elements import element_potential_energy
 from governor_mechanism.mechanics.dynamics.force_laws import gravitational_energy
 from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes, mobility_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
-from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output_value, evaluate_readings, unwrap_output
+from governor_mechanism.mechanics.kinematics.output_variables import (
+    READING_UNITS,
+    evaluate_output,
+    evaluate_output_value,
+    evaluate_readings,
+    unwrap_output,
+)
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
-from governor_mechanism.model.force_elements import Spring, TorsionSpring
+from governor_mechanism.model.force_elements import CylinderGas, Spring, TorsionSpring
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import CylinderPressure, StallLimit
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
+from governor_mechanism.observables.derived_readings import evaluate_derived_readings
 from governor_mechanism.observables.error_scales import JOINT_GAP, MotionScales, name_of_rate
 from governor_mechanism.observables.rotation import plane_rotations
 from governor_mechanism.observables.run_result import DeferredMotionAnalysis, Observables, RunResult, StateHistory
-from governor_mechanism.observables.static_forces import evaluate_derived_forces
 from governor_mechanism.observables.work import integrate_work
 from governor_mechanism.types import FloatArray
 
@@ -83,8 +91,8 @@ class ReadingEvaluator:
         names = [reading.name for reading in mechanism.readings]
         readings = {one.name: unwrap_output(one, value) for one, value in zip(mechanism.readings, values, strict=True)}
         units = {reading.name: READING_UNITS[reading.quantity] for reading in mechanism.readings}
-        readings |= evaluate_derived_forces(self.scene, history.poses)
-        units |= {output.name: "N" for output in mechanism.derived_forces}
+        readings |= evaluate_derived_readings(self.scene, history)
+        units |= {output.name: output.unit for output in mechanism.derived_readings}
         for name, unit, spindle_values in self._evaluate_spindles(history):
             readings[name], units[name] = spindle_values, unit
         rates = dict(zip(names, rates_of_values, strict=True))
@@ -157,7 +165,8 @@ class ReadingEvaluator:
         It is integrated from their power between the times of the history; None if nothing does such work.
         """
         has_drives = bool(self._constraint_equations.is_driven.any())
-        has_nonconservative_loads = any(not isinstance(load, Spring | TorsionSpring) for load in self.mechanism.force_elements)
+        conservative_types = Spring | TorsionSpring | CylinderGas
+        has_nonconservative_loads = any(not isinstance(load, conservative_types) for load in self.mechanism.force_elements)
         if not (has_drives or has_nonconservative_loads) or len(history.times) < 2:
             return None
         return -integrate_work(self.scene, history, contact_modes)
@@ -172,11 +181,18 @@ class ReadingEvaluator:
         return largest
 
     def compare_observables(self, better: Observables, worse: Observables) -> dict[str, float]:
-        """Return the largest difference of each reading and rate (see `name_of_rate`) and the largest joint gap, in SI."""
-        pairs = {name: (values, worse.readings[name]) for name, values in better.readings.items()}
-        pairs |= {name_of_rate(name): (values, worse.rates[name]) for name, values in better.rates.items()}
-        pairs[JOINT_GAP] = better.joint_gap, np.zeros_like(better.joint_gap)
-        return {name: float(np.max(np.abs(first - second), initial=0.0)) for name, (first, second) in pairs.items()}
+        """Return the largest difference of each reading and rate (see `name_of_rate`) and the largest joint gap, in SI.
+
+        At a dead centre pressures jump: where only one of the motions has passed it, they are not compared.
+        """
+        differences = {name: values - worse.readings[name] for name, values in better.readings.items()}
+        differences |= {name_of_rate(name): values - worse.rates[name] for name, values in better.rates.items()}
+        differences[JOINT_GAP] = better.joint_gap
+        for output in self.mechanism.derived_readings:
+            if isinstance(output, CylinderPressure):
+                strokes, others = (np.floor(one.readings[output.reading] / np.pi) for one in (better, worse))
+                differences[output.name] = differences[output.name] * (strokes == others)
+        return {name: float(np.max(np.abs(values), initial=0.0)) for name, values in differences.items()}
 
     def to_relative_error(self, errors: dict[str, float], observables: Observables) -> float:
         """Return the largest error relative to its scale in this motion, and at least the rounding error that all runs share."""
@@ -191,6 +207,20 @@ class ReadingEvaluator:
                 if is_outside.any():
                     exits.append((int(np.argmax(is_outside)), f"{limit.reading}: {message}"))
         return min(exits) if exits else None
+
+    def find_first_stall(self, poses: FloatArray, velocities: FloatArray) -> tuple[int, str] | None:
+        """Return the index of the first state in which a shaft that must not turn back does, and what happens there, or None."""
+        stalls = []
+        for limit in self.mechanism.stall_limits:
+            if (turns_back := evaluate_output(self.mechanism, limit.reading, poses).rate(velocities) < 0.0).any():
+                index = int(np.argmax(turns_back))
+                stalls.append((index, self.describe_stall(limit, poses[index])))
+        return min(stalls) if stalls else None
+
+    def describe_stall(self, limit: StallLimit, poses: FloatArray) -> str:
+        """Return what happens where a shaft turns back at poses (bodies, 3), with its angle."""
+        angle = float(evaluate_output_value(self.mechanism, limit.reading, poses))
+        return f"{limit.message}, at {limit.reading} = {math.degrees(angle):.4f} deg"
 
     def count_model_size(self) -> dict[str, int]:
         """Return the number of bodies, constraint equations, force elements, contacts and so on; only those that are not zero."""
@@ -212,7 +242,7 @@ class ReadingEvaluator:
         weights, inertias = self._energy_coefficients
         n_times = len(history.times)
         kinetic = (history.velocities**2).reshape(n_times, inertias.size) @ inertias.ravel()
-        potential = history.poses[:, :, 1] @ weights + spring_potential(self.mechanism, history.poses)
+        potential = history.poses[:, :, 1] @ weights + element_potential_energy(self.mechanism, history.poses)
         for effect in output_forces_of(self.scene):
             value = evaluate_output_value(self.mechanism, effect.reading, history.poses)
             potential += np.where(value < effect.slack_below, 0.0, effect.potential(effect.coefficients, value)[0])

@@ -1,4 +1,4 @@
-"""Forces that follow from the configuration of a mechanism: spring forces and static forces."""
+"""Spring forces and static forces of a mechanism."""
 
 from dataclasses import replace
 from functools import cache, partial
@@ -18,20 +18,21 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
 
-def evaluate_derived_forces(scene: Scene, poses: FloatArray) -> dict[str, FloatArray]:
-    """Return the derived forces (n,), N, by name at poses (n, bodies, 3) that close the joints. Raise as `compute_static_force` does."""
+def evaluate_static_forces(scene: Scene, poses: FloatArray) -> dict[str, FloatArray]:
+    """Return the spring forces and static forces (n,), N, by name at poses (n, bodies, 3) that close the joints.
+
+    Raise as `compute_static_force` does.
+    """
     mechanism = scene.mechanism
 
     static_force = cache(partial(compute_static_force, scene, poses=poses))
     forces: dict[str, FloatArray] = {}
-    for output in mechanism.derived_forces:
+    for output in mechanism.derived_readings:
         match output:
             case SpringForce():
                 forces[output.name] = _spring_force(mechanism, output.spring, poses)
             case StaticForce():
                 forces[output.name] = output.fraction * static_force(output.reading)
-            case _:
-                raise TypeError(f"no equation is known for derived forces of type {type(output).__name__}")
     return forces
 
 

@@ -169,11 +169,18 @@ def dimensions_table_model(machine: type[Machine]) -> type[SceneFileTable]:
             continue
         hint = f"; leave {field.name} out if there is none" if field.default is None else ""
         sign = "any" if field.metadata["signed"] else "positive"
-        validator = _or_program(kind, sign) if field.metadata["is_program"] else _or_word(field.metadata["omission_word"], kind, sign, hint)
+        validator = _dimension_validator(field, kind, sign, hint)
         kind_name = QUANTITY_KINDS[kind].name.split(" ", 1)[1] if kind in QUANTITY_KINDS else kind
         default = ... if field.default is dataclasses.MISSING else None
         fields[field.name] = (Annotated[Any, validator], Field(default, description=f"the {kind_name} {description}"))
     return create_model("DimensionsTable", __base__=SceneFileTable, **fields)
+
+
+def _dimension_validator(field: dataclasses.Field[Any], kind: str, sign: str, hint: str) -> PlainValidator:
+    """Return the validator of a dimension: a quantity, one that changes with time, or a load."""
+    if field.metadata["is_load"]:
+        return input_function(kind, field.name)
+    return _or_program(kind, sign) if field.metadata["is_program"] else _or_word(field.metadata["omission_word"], kind, sign, hint)
 
 
 def _or_word(word: str, kind: str, sign: str = "any", hint: str = "", *, value_of_word: str | None = None) -> PlainValidator:

@@ -88,7 +88,7 @@ def _check_statics_over_stroke(scene: Scene, governor: closed.HartungGovernor, s
 
 def _check_astatic_spring_force(scene: Scene, governor: closed.HartungGovernor, lever_angles: FloatArray) -> comparisons.Checks:
     """Yield the spring force that balances the weights at one speed, from the reduction of a governor without springs."""
-    reduction = SingleDofReduction(scene.with_changes(mechanism=replace(scene.part.mechanism, force_elements=(), derived_forces=())))
+    reduction = SingleDofReduction(scene.with_changes(mechanism=replace(scene.part.mechanism, force_elements=(), derived_readings=())))
     coefficients = reduction.evaluate(lever_angles)
     speed = SpindleSpeedFunction(scene.spindle).start_speed
     # Virtual work: both springs against weights and centrifugal load.

@@ -14,7 +14,7 @@ from governor_mechanism.mechanics.contact.tolerances import STICTION_RATE_TOLERA
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of, initial_mode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES
 from governor_mechanism.mechanics.dynamics.lowering import from_mass_centres, to_mass_centres
-from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION, EventFunctionKind
+from governor_mechanism.mechanics.dynamics.output_forces import GAS_KINKS, SLIDING_FRICTION, EventFunctionKind
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import EventKind
 
@@ -90,8 +90,8 @@ class ContactModeTracker:
         self._crossings = list[OutputCrossing]()
         for record in system.event_functions:
             kind, index = record["kind"], int(record["contact_index"])
-            if kind == EventFunctionKind.FORCE:
-                continue  # the constraint that holds the output decides when it is released
+            if kind == EventFunctionKind.FORCE or kind in GAS_KINKS:
+                continue  # the constraint that holds the output decides when it is released; steps are short enough for kinks
             event_kind = EventKind.STICK if kind == EventFunctionKind.RATE else EventKind.IMPACT if index < n_contacts else EventKind.TAUT
             output, sign, threshold = int(record["source_index"]), float(record["sign"]), float(record["threshold"])
             self._crossings.append(OutputCrossing(event_kind, index, output, sign, threshold))

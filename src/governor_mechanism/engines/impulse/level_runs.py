@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,8 +31,13 @@ MAX_FLIGHT_DIFFERENCE_RATIO = 0.2
 Steps of a quarter of the time scale follow a flight to a few hundredths. An instability grows by another factor in each run.
 """
 
-RangeExit = tuple[int, str]
-"""Index of the first monitor time outside the limits, or with a body too far away, and the sentence that describes it."""
+
+class RangeExit(NamedTuple):
+    """First monitor time outside the limits, with a body too far away or a shaft that turns back, and the sentence that describes it."""
+
+    time_index: int
+    message: str
+    outcome: Outcome = Outcome.LEFT_RANGE
 
 
 @dataclass(frozen=True)
@@ -68,7 +74,7 @@ class LevelRuns:
             self._run_missing(level)
             runs = [self.solutions[one] for one in self.levels_from(level)]
             n_times = min([len(self._times), *(len(run.raw_poses) for run in runs if run.reached_limit)])
-            exits = [self._find_first_exit(run.raw_poses[:n_times]) for run in runs]
+            exits = [self._find_first_exit(run, n_times) for run in runs]
             is_open = self._has_open_joints(runs, n_times, exits)
             # Shorter steps, rather than more iterations, resolve many events in a step: the step is halved first.
             has_chatter = any(run.has_chatter for run in runs) and level < MAX_OPEN_JOINT_HALVINGS
@@ -76,21 +82,26 @@ class LevelRuns:
                 break
         if is_open:
             return self._end_with_open_joints(runs, n_times)
-        first_exit = min((range_exit for range_exit in exits if range_exit is not None), default=None)
+        first_exit = min((range_exit for range_exit in exits if range_exit is not None), key=lambda one: one[:2], default=None)
         if first_exit is not None:
-            index, message = first_exit
-            detail = f"{message}, at about t = {self._times[index]:.6g} s"
-            return Termination(index, Outcome.LEFT_RANGE, detail, message == FLIGHT_DETAIL)
+            detail = f"{first_exit.message}, at about t = {self._times[first_exit.time_index]:.6g} s"
+            return Termination(first_exit.time_index, first_exit.outcome, detail, first_exit.message == FLIGHT_DETAIL)
         if n_times < len(self._times) or not self._is_complete:
             detail = f"max_steps = {self._budget.limit}, for all runs together, is reached at t = {self._times[n_times - 1]:.6g} s"
             return Termination(n_times, Outcome.STEP_LIMIT, detail)
         return Termination(n_times)
 
-    def _find_first_exit(self, poses: FloatArray) -> RangeExit | None:
-        """Return where a run leaves the limits, or where a body flies away if that is earlier."""
-        n_near, limit_exit = self._count_near_times(poses), self._evaluator.find_first_out_of_range(poses)
-        flight = (n_near, FLIGHT_DETAIL) if n_near < len(poses) else None
-        return min((one for one in (limit_exit, flight) if one is not None), default=None)
+    def _find_first_exit(self, run: FixedStepSolution, n_times: int) -> RangeExit | None:
+        """Return where a run leaves the limits or a shaft turns back, or where a body flies away if that is earlier."""
+        poses, velocities = run.raw_poses[:n_times], run.states.velocities[:n_times]
+        n_near, exits = self._count_near_times(poses), list[RangeExit]()
+        if (limit_exit := self._evaluator.find_first_out_of_range(poses)) is not None:
+            exits.append(RangeExit(*limit_exit))
+        if (stall := self._evaluator.find_first_stall(poses, velocities)) is not None:
+            exits.append(RangeExit(*stall, Outcome.SHAFT_STALLED))
+        if n_near < len(poses):
+            exits.append(RangeExit(n_near, FLIGHT_DETAIL))
+        return min(exits, key=lambda one: one[:2], default=None)
 
     def _count_near_times(self, poses: FloatArray) -> int:
         """Return the number of monitor times before a body is too far away."""

@@ -54,8 +54,8 @@ def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int, 
         if np.max(np.abs(poses[:, :2])) > max_distance:
             break  # it flies away, or its joints are torn
         if len(states) % LIMIT_CHECK_INTERVAL == 0:
-            recent_poses = np.array([row[0] for row in states[-LIMIT_CHECK_INTERVAL:]])
-            if evaluator.find_first_out_of_range(recent_poses) is not None:
+            recent_poses, recent_velocities = (np.array([row[k] for row in states[-LIMIT_CHECK_INTERVAL:]]) for k in (0, 1))
+            if evaluator.find_first_out_of_range(recent_poses) or evaluator.find_first_stall(recent_poses, recent_velocities):
                 break
     n_steps = int(step_counts[: len(states) - 1].sum()) + stepper.n_split_steps
     raw_poses, velocities, work, spindle_angle, dissipated_energy = (np.array(column) for column in zip(*states, strict=True))

@@ -10,6 +10,7 @@ import numpy as np
 from governor_mechanism.effects.registry import EFFECT_TYPES, FORCE_LAWS
 from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine, describe_end
+from governor_mechanism.engines.exit_location import describe_stall, locate_exit
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.run import ConstrainedIntegrator, IntegrationResult, MultibodySettings
 from governor_mechanism.integrators.status import IntegrationStatus
@@ -20,7 +21,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.limit_excursions import find_first_excursion
-from governor_mechanism.observables.run_result import RunResult
+from governor_mechanism.observables.run_result import RunResult, StateHistory
 
 
 @final
@@ -86,6 +87,9 @@ class MultibodyRunner(CertifiedRunner):
         if excursion is not None:
             n_kept, outcome = excursion[0], Outcome.LEFT_RANGE
             detail = f"{excursion[1]}, at about t = {history.times[n_kept]:.6g} s"
+        if status == IntegrationStatus.TURNED_BACK:
+            n_kept, detail = self._find_stall(integration, tolerance, history)
+            outcome = Outcome.SHAFT_STALLED
         reported_indices = time_grid.truncate(n_kept).reported_indices
         reported_states = history.at(reported_indices)
         return RunResult(
@@ -106,17 +110,25 @@ class MultibodyRunner(CertifiedRunner):
         integrator, times = self.integrator, self.integrator.time_grid.monitor_times
         if exit_index == 0 or integrator.is_stiff or integrator.scene_contacts:
             return f"about t = {times[exit_index]:.6g} s"
-        time_inside, time_outside = float(times[exit_index - 1]), float(times[exit_index])
-        for _ in range(integrator.settings.max_exit_bisections):
-            middle = 0.5 * (time_inside + time_outside)
-            motion = integrator.integrate_between(integration, tolerance, exit_index - 1, middle)
-            if motion is None:
-                return f"about t = {time_outside:.6g} s"
-            if self.evaluator.find_first_out_of_range(motion[0][np.newaxis]) is None:
-                time_inside = middle
-            else:
-                time_outside = middle
-        return f"t = {time_outside:.9g} s"
+
+        def is_inside(time: float) -> bool | None:
+            motion = integrator.integrate_between(integration, tolerance, exit_index - 1, time)
+            return None if motion is None else self.evaluator.find_first_out_of_range(motion[0][np.newaxis]) is None
+
+        inside, outside = float(times[exit_index - 1]), float(times[exit_index])
+        time = locate_exit(is_inside, inside, outside, integrator.settings.max_exit_bisections)
+        return f"t = {time:.9g} s" if time is not None else f"about t = {outside:.6g} s"
+
+    def _find_stall(self, integration: IntegrationResult, tolerance: float, history: StateHistory) -> tuple[int, str]:
+        """Return the number of monitor times before a shaft stalls, and how and when it does."""
+        integrator, times = self.integrator, self.integrator.time_grid.monitor_times
+        found = self.evaluator.find_first_stall(history.poses, history.velocities)
+        n_moving = found[0] if found else len(history.times)
+        if not n_moving:
+            return 0, f"{found[1] if found else ''}, at t = 0 s"
+        motion_at = partial(integrator.integrate_between, integration, tolerance, n_moving - 1)
+        span, poses = (float(times[n_moving - 1]), float(times[n_moving])), history.poses[n_moving - 1]
+        return n_moving, describe_stall(self.evaluator, motion_at, span, poses, integrator.settings.max_exit_bisections)
 
     def complete_result(self, best: RunResult) -> RunResult:
         """Remove the dense output of a stiff motion, and events after the end of the motion."""

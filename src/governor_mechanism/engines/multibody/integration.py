@@ -5,18 +5,19 @@ from typing import NamedTuple
 from governor_mechanism.integrators.dop853 import (
     NEAR_SINGULAR_QUALITY,
     OUT_OF_RANGE,
+    TURNED_BACK,
     EquationFunctions,
     StepBuffers,
     StepLimits,
     make_dop853,
 )
-from governor_mechanism.integrators.event_location import EventStep
+from governor_mechanism.integrators.event_location import LAST_SAMPLE, EventStep
 from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics import equations_of_motion
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
-from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
+from governor_mechanism.mechanics.dynamics.output_forces import GAS_KINKS, EventFunctionKind
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.hermite import quintic_hermite_jit
@@ -42,6 +43,8 @@ class MultibodyEquation(NamedTuple):
         Largest constraint violation left by the projection, m.
     max_distance
         Distance from the origin beyond which a body has flown away, m.
+    shafts
+        Indices of the bodies that must not turn back.
     derivative
         Buffer; shape (components,).
     projected_state
@@ -55,6 +58,7 @@ class MultibodyEquation(NamedTuple):
     input_cubics: FloatArray
     constraint_tolerance: float
     max_distance: float
+    shafts: IntArray
     derivative: FloatArray
     projected_state: FloatArray
     counts: IntArray
@@ -98,6 +102,9 @@ def _finish_step(equation: MultibodyEquation, local_time: float, quality: float,
     for k in range(equation.system.bodies.size):
         if not abs(stages.next_state[3 * k]) + abs(stages.next_state[3 * k + 1]) <= equation.max_distance:
             return OUT_OF_RANGE
+    for i in range(equation.shafts.size):
+        if stages.next_state[3 * (equation.system.bodies.size + equation.shafts[i]) + 2] < 0.0:
+            return TURNED_BACK
     return quality
 
 
@@ -147,6 +154,19 @@ _integrate_to_event = jit_in_place(make_dop853(_EQUATION, has_event_functions=Tr
 
 
 @jit_in_place
+def _disarm_kinks(equation: MultibodyEquation, buffers: StepBuffers, local_time: float, state: FloatArray) -> None:
+    """Let the event functions of kinks that are not negative wait until they are: those of the kink at which the integration goes on.
+
+    Before they rise again there is a dead centre, at which they are armed.
+    """
+    event_functions, is_armed, values = equation.system.event_functions, equation.workspace.is_armed, buffers.event_values[LAST_SAMPLE]
+    is_armed[:] = True
+    _evaluate_events(equation, local_time, state, values)
+    for i in range(event_functions.size):
+        is_armed[i] = values[i] < 0.0 or event_functions[i].kind not in GAS_KINKS
+
+
+@jit_in_place
 def integrate_multibody_to_event(
     equation: MultibodyEquation,
     buffers: StepBuffers,
@@ -157,7 +177,31 @@ def integrate_multibody_to_event(
     states: FloatArray,
 ) -> tuple[IntegrationStatus, float, int, float]:
     """Integrate as `integrate_multibody` does, up to the first event."""
+    _disarm_kinks(equation, buffers, 0.0, state)
     return _integrate_to_event(equation, buffers, span, span[0], state, limits, times, states)
+
+
+@jit_in_place
+def integrate_multibody_over_kinks(
+    equation: MultibodyEquation,
+    buffers: StepBuffers,
+    span: tuple[float, float],
+    times: FloatArray,
+    state: FloatArray,
+    limits: StepLimits,
+    states: FloatArray,
+) -> tuple[IntegrationStatus, float, int, float]:
+    """Integrate as `integrate_multibody` does; steps end at kinks of the forces, which event functions locate."""
+    (time, end), step, n_reached = span, limits.step, 0
+    while True:
+        _disarm_kinks(equation, buffers, time - span[0], state)
+        next_limits = StepLimits(limits.tolerance, step, limits.max_step, limits.max_steps, limits.min_stiff_steps)
+        status, step, n_new, time = _integrate_to_event(
+            equation, buffers, (time, end), span[0], state, next_limits, times[n_reached:], states[n_reached:]
+        )
+        n_reached += n_new
+        if status != IntegrationStatus.EVENT:
+            return status, step, n_reached, time
 
 
 @jit_in_place

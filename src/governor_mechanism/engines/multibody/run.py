@@ -10,7 +10,12 @@ import numpy as np
 
 from governor_mechanism.engines.certificate import ErrorControlSettings, speed_jump_work
 from governor_mechanism.engines.initial_state import Motion
-from governor_mechanism.engines.multibody.integration import MultibodyEquation, integrate_multibody, integrate_multibody_to_event
+from governor_mechanism.engines.multibody.integration import (
+    MultibodyEquation,
+    integrate_multibody,
+    integrate_multibody_over_kinks,
+    integrate_multibody_to_event,
+)
 from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits, make_step_buffers
 from governor_mechanism.integrators.radau import RadauIntegrator
 from governor_mechanism.integrators.stages import StepCounter
@@ -21,7 +26,7 @@ from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.dynamics import lowering
 from governor_mechanism.mechanics.dynamics.characteristic_scales import loading_rate, max_step_scale
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts, initial_lags, output_forces_of
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts, has_kinks, initial_lags, output_forces_of
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES, project_state
 from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
@@ -58,8 +63,6 @@ class MultibodySettings(ErrorControlSettings):
         Distance from the origin, in length scales, beyond which a body has flown away: rounding exceeds the accuracy there.
     implicit_step_cost
         Number of explicit steps that take as long as an implicit one, in the count of `max_steps`.
-    max_exit_bisections
-        Bisections between two monitor times to locate where a motion leaves its range: to rounding.
     restart_step_ratio
         Largest step size after an event, as a fraction of the largest step.
     event_time_tolerance
@@ -71,7 +74,6 @@ class MultibodySettings(ErrorControlSettings):
     constraint_tolerance_ratio: float = 1e-14
     max_distance_ratio: float = 1e6
     implicit_step_cost: float = 100.0
-    max_exit_bisections: int = 40
     restart_step_ratio: float = 0.04
     event_time_tolerance: float = 1e-13
     max_simultaneous_events: int = 30
@@ -109,6 +111,8 @@ class ConstrainedIntegrator:
         """Evaluations of output forces by law, as in `count_output_forces`."""
         self.constraint_tolerance = settings.constraint_tolerance_ratio * evaluator.mechanism.length_scale
         self.max_distance = settings.max_distance_ratio * evaluator.mechanism.length_scale
+        mechanism = self.scene.mechanism
+        self.shafts = np.array([mechanism.body_index(limit.body) for limit in mechanism.stall_limits], dtype=np.int64)
         self.scene_contacts = (
             SceneContacts(self.scene, evaluator.time_scale, self.constraint_tolerance) if has_contacts(self.scene) else None
         )
@@ -129,7 +133,9 @@ class ConstrainedIntegrator:
     @property
     def integration_kernel(self) -> Callable[..., tuple[IntegrationStatus, float, int, float]]:
         """The compiled integration: without contacts nothing interrupts it."""
-        return integrate_multibody if self.scene_contacts is None else integrate_multibody_to_event
+        if self.scene_contacts is not None:
+            return integrate_multibody_to_event
+        return integrate_multibody_over_kinks if has_kinks(self.scene) else integrate_multibody
 
     @property
     def is_stiff(self) -> bool:
@@ -140,7 +146,8 @@ class ConstrainedIntegrator:
         """Return arguments of the compiled integration, of which only the types matter."""
         buffers = make_step_buffers(1, 1, np.ones(1), np.zeros(0), self.counters)
         cubics, vector = self.input_cubics(0.0), np.zeros(1)
-        equation = MultibodyEquation(*self.model, cubics, self.constraint_tolerance, self.max_distance, vector, vector, self.counters)
+        gap, max_distance = self.constraint_tolerance, self.max_distance
+        equation = MultibodyEquation(*self.model, cubics, gap, max_distance, self.shafts, vector, vector, self.counters)
         return equation, buffers, (0.0, 0.0), vector, vector, StepLimits(1.0, 1.0, 1.0, 1, 1.0), np.zeros((0, 1))
 
     def compile_kernels(self) -> None:
@@ -325,11 +332,12 @@ class ExplicitRun:
     ) -> tuple[IntegrationStatus, set[int]]:
         """Integrate up to a time (s) or to the first event; return the status and the contacts of event functions that are positive."""
         context, n_evaluations, rows = self._context, int(self.counts[StepCounter.EVALUATIONS]), self.rows_until(end)
-        max_step = self._limits.max_step * (context.settings.event_step_ratio if system.event_functions.size else 1.0)
+        has_contact_events = context.scene_contacts is not None and system.event_functions.size > 0
+        max_step = self._limits.max_step * (context.settings.event_step_ratio if has_contact_events else 1.0)
         n_states, event_tolerances = len(self.state), system.event_functions["tolerance"].copy()
         buffers = make_step_buffers(n_states, n_states, context.error_scale, event_tolerances, self.counts)
         cubics, gap = context.input_cubics(self.time), context.constraint_tolerance
-        equation = MultibodyEquation(system, workspace, cubics, gap, context.max_distance, *self._buffers, self.counts)
+        equation = MultibodyEquation(system, workspace, cubics, gap, context.max_distance, context.shafts, *self._buffers, self.counts)
         limits, outputs = self._limits._replace(step=self.step, max_step=max_step), self.states[rows]
         status, self.step, n_reached, self.time = context.integration_kernel(
             equation, buffers, (self.time, end), self._output_times[rows], self.state, limits, outputs

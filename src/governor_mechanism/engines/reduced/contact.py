@@ -14,14 +14,15 @@ from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, fi
 from governor_mechanism.mechanics.contact.tolerances import REST_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import EventLog, make_transition
 from governor_mechanism.mechanics.dynamics.lowering import EVENT_ROUNDING_RATIO
+from governor_mechanism.mechanics.dynamics.output_forces import travel_in_stroke
 from governor_mechanism.mechanics.reduction import equation_of_motion
 from governor_mechanism.mechanics.reduction.equation_of_motion import StateIndex
-from governor_mechanism.mechanics.reduction.lowering import ForceParameter, ReducedForces
+from governor_mechanism.mechanics.reduction.lowering import ForceParameter, OutputForceColumn, ReducedForces
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, IntArray
 
 
 class ReducedState(NamedTuple):
@@ -96,7 +97,8 @@ def apply_transition(
     """Update contact mode and state after events; `is_released`: the force exceeds what can be held."""
     piece, t, _ = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
     n_contacts = model.contacts.shape[0]
-    states, segments = model.mode[1 : 1 + n_contacts], model.mode[1 + n_contacts :]
+    first_spring = 1 + n_contacts
+    states, segments = model.mode[1:first_spring], model.mode[first_spring : first_spring + model.one_sided_springs.shape[0]]
     released = np.full(n_contacts, is_released)
     change_contact_states(ReducedState(model, piece, t, local_time, state), states, segments, released, time, log)
     is_held = np.any(states == HELD)
@@ -106,17 +108,63 @@ def apply_transition(
 
 
 def make_event_tolerances(forces: ReducedForces) -> FloatArray:
-    """Return the rounding of the event functions; none without contacts and one-sided springs.
+    """Return the rounding of the event functions; none without contacts, one-sided springs and gas in cylinders.
 
     Each contact has its rate, its high and its low stop; each one-sided spring its elongation; two more are the static force
-    upwards and downwards minus the friction limit.
+    upwards and downwards minus the friction limit. Behind them are the kinks of gas: the switch of each, and both dead centres.
     """
-    if not len(forces.contacts) and not len(forces.one_sided_springs):
+    n_kinks = count_kinks(forces.output_forces)
+    if not len(forces.contacts) and not len(forces.one_sided_springs) and not n_kinks:
         return np.zeros(0)
     scales, parameters = forces.contacts["scale"], forces.parameters
     contact_scales = np.column_stack([scales / parameters[ForceParameter.TIME_SCALE], scales, scales]).ravel()
     force_scales = np.full(2, parameters[ForceParameter.FORCE_SCALE])
-    return EVENT_ROUNDING_RATIO * np.concatenate([contact_scales, forces.one_sided_springs[:, 2], force_scales])
+    return EVENT_ROUNDING_RATIO * np.concatenate([contact_scales, forces.one_sided_springs[:, 2], force_scales, np.ones(n_kinks)])
+
+
+@jit_in_place
+def count_kinks(output_forces: FloatArray) -> int:
+    """Return the number of event functions of kinks: one for each gas, and two for the dead centres if there is any."""
+    n_gases = 0
+    for i in range(output_forces.shape[0]):
+        n_gases += int(output_forces[i, OutputForceColumn.TAKES_COORDINATE])
+    return n_gases + 2 if n_gases > 0 else 0
+
+
+def make_mode(forces: ReducedForces) -> IntArray:
+    """Return a contact mode in which nothing is held, every one-sided spring is slack and every kink is armed."""
+    n_kinks = count_kinks(forces.output_forces)
+    return np.array([0] * (1 + len(forces.contacts) + len(forces.one_sided_springs)) + [1] * n_kinks, dtype=np.int64)
+
+
+@jit_in_place
+def _evaluate_kinks(model: equation_of_motion.ReducedModel, piece: int, t: float, coordinate: float, event_values: FloatArray) -> None:
+    """Fill the event functions of the kinks that are armed, the last ones."""
+    n_kinks = count_kinks(model.output_forces)
+    if n_kinks == 0:
+        return
+    k = event_values.size - n_kinks
+    for i in range(model.output_forces.shape[0]):
+        force = model.output_forces[i]
+        if force[OutputForceColumn.TAKES_COORDINATE] != 0.0:
+            travel = equation_of_motion.evaluate_table_output(model, piece, t, force[OutputForceColumn.OUTPUT])[0]
+            switch, stroke = force[OutputForceColumn.FIRST_COEFFICIENT + 4], force[OutputForceColumn.FIRST_COEFFICIENT + 7]
+            if 0.0 < switch < 1.0:
+                event_values[k] = travel_in_stroke(1.0 / stroke, travel, coordinate) - switch
+            k += 1
+    event_values[k], event_values[k + 1] = math.sin(coordinate), -math.sin(coordinate)
+    for i in range(1, n_kinks + 1):
+        if model.mode[-i] == 0:
+            event_values[-i] = INACTIVE_EVENT_VALUE
+
+
+@jit_in_place
+def is_any_positive(event_values: FloatArray) -> bool:
+    """Return whether any of some event functions is positive."""
+    is_positive = False
+    for i in range(event_values.size):
+        is_positive = is_positive or event_values[i] > 0.0
+    return is_positive
 
 
 @jit_in_place
@@ -140,6 +188,7 @@ def evaluate_reduced_event_functions(
     if side >= 0:
         return
     n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
+    _evaluate_kinks(model, piece, t, state[0], event_values)
     if model.mode[equation_of_motion.MODE_HELD] != 0:
         force, resistance = equation_of_motion.evaluate_static_force(model, piece, t, state, local_time)
         up_blocked, down_blocked = find_blocked_directions(model, piece, t)
@@ -161,3 +210,19 @@ def evaluate_reduced_event_functions(
             equation_of_motion.evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])[0] - model.one_sided_springs[i, 1]
         )
         event_values[3 * n_contacts + i] = -elongation if model.mode[1 + n_contacts + i] != 0 else elongation
+
+
+@jit_in_place
+def disarm_kinks(
+    model: equation_of_motion.ReducedModel, state: FloatArray, local_time: float, piece_guess: int, event_values: FloatArray
+) -> None:
+    """Let the event functions of kinks that are not negative wait until they are: those of the kink at which the integration goes on.
+
+    Before they rise again there is a dead centre, at which they are armed. The event values are overwritten.
+    """
+    n_kinks = count_kinks(model.output_forces)
+    for i in range(1, n_kinks + 1):
+        model.mode[-i] = 1
+    evaluate_reduced_event_functions(model, state, local_time, piece_guess, event_values)
+    for i in range(1, n_kinks + 1):
+        model.mode[-i] = event_values[-i] < 0.0

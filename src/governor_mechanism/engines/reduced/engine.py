@@ -12,14 +12,16 @@ from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.registry import EFFECT_TYPES, FORCE_LAWS
 from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine
+from governor_mechanism.engines.exit_location import describe_stall
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.reduced.integration import integration_kernel, make_integration_arguments
 from governor_mechanism.engines.reduced.passage import describe_passage_end
-from governor_mechanism.engines.reduced.run import ReducedRun
+from governor_mechanism.engines.reduced.run import ReducedRun, ReducedSolution
 from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import divide_intervals, make_time_grid
-from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, ContactMode, has_contacts, reading_functions_of
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, ContactMode, reading_functions_of
 from governor_mechanism.mechanics.dynamics.inputs import output_of_reading
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
@@ -30,7 +32,7 @@ from governor_mechanism.model.force_elements import Torque, TorsionDamper
 from governor_mechanism.model.joints import GROUND, JOINT_TYPES, Gear, Joint
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import TableFunction
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.numerics.parallel_compilation import compiled_beside
 from governor_mechanism.observables.evaluation import ReadingEvaluator
@@ -100,7 +102,7 @@ class ReducedRunner(CertifiedRunner):
 
     def compile_kernels(self) -> None:
         """Compile or load the kernels, once in a process, so that no measured time includes it."""
-        kernel: Any = integration_kernel(has_contacts(self.scene))
+        kernel: Any = integration_kernel(self.scene)
         if not kernel.is_loaded:
             warn_before_compiling(kernel, 20)
             with compiled_beside(kernel, partial(make_integration_arguments, self.scene)):
@@ -132,6 +134,9 @@ class ReducedRunner(CertifiedRunner):
         outcome, detail = describe_passage_end(
             self.scene, reduced_run.motion_table, solution.status, solution.end_time, solution.side, self.max_steps
         )
+        if solution.status == IntegrationStatus.TURNED_BACK:
+            n_moving, detail = self._find_stall(reduced_run, solution, reported_states, tolerance)
+            outcome, reported_states = Outcome.SHAFT_STALLED, reported_states.at(slice(n_moving))
         return RunResult(
             reported_states=reported_states,
             monitor_states=partial(self._make_monitor_states, reduced_run, tolerance, solution.times[-1:]),
@@ -143,6 +148,17 @@ class ReducedRunner(CertifiedRunner):
             reported_indices=slice(None),
             contact_events=solution.events,
         )
+
+    def _find_stall(self, reduced_run: ReducedRun, solution: ReducedSolution, states: StateHistory, tolerance: float) -> tuple[int, str]:
+        """Return the number of reported times before a shaft stalls, and how and when it does, located by bisection."""
+        found = self.evaluator.find_first_stall(states.poses, states.velocities)
+        n_moving = found[0] if found else len(states.times)
+        inside, outside = (float(states.times[n_moving - 1]) if n_moving else 0.0), solution.end_time
+        if not n_moving:
+            return 0, f"{found[1] if found else ''}, at t = 0 s"
+        motion_at, span = partial(reduced_run.integrate_from_row, solution, tolerance, n_moving - 1), (inside, outside)
+        poses, max_bisections = states.poses[n_moving - 1], self.settings.max_exit_bisections
+        return n_moving, describe_stall(self.evaluator, motion_at, span, poses, max_bisections)
 
     def _make_monitor_states(
         self, reduced_run: ReducedRun, tolerance: float, end: FloatArray

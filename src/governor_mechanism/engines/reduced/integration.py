@@ -7,7 +7,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from governor_mechanism.engines.certificate import TOLERANCE_SAFETY_FACTOR
-from governor_mechanism.engines.reduced.contact import apply_transition, evaluate_reduced_event_functions, make_event_tolerances
+from governor_mechanism.engines.reduced.contact import (
+    apply_transition,
+    count_kinks,
+    disarm_kinks,
+    evaluate_reduced_event_functions,
+    is_any_positive,
+    make_event_tolerances,
+    make_mode,
+)
 from governor_mechanism.integrators import dop853
 from governor_mechanism.integrators.event_location import LAST_SAMPLE, EventStep
 from governor_mechanism.integrators.stages import END_STAGE, Stages, StepCounter, make_take_step
@@ -15,7 +23,7 @@ from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import FIRST_NONZERO_STAGE, STAGES
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import EventLog, make_event_log
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts
+from governor_mechanism.mechanics.dynamics.contacts import has_contacts, has_kinks
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.mechanics.reduction import equation_of_motion
 from governor_mechanism.mechanics.reduction.equation_of_motion import StateIndex
@@ -178,7 +186,7 @@ def _take_conservative_step(equation: ReducedEquation, h: float, state: FloatArr
 def _finish_step(equation: ReducedEquation, local_time: float, quality: float, stages: Stages) -> float:
     for i in range(stages.errors.shape[1]):
         stages.next_state[i], stages.next_derivative[i, 0] = stages.end[i], stages.derivatives[i, END_STAGE]
-    return quality
+    return quality if stages.next_state[1] >= equation.model.parameters[ForceParameter.MIN_RATE] else dop853.TURNED_BACK
 
 
 @jit_in_place
@@ -257,9 +265,9 @@ def integrate_reduced(
     return integrate_without_contacts(equation, buffers, span, times, state, limits, states)
 
 
-def integration_kernel(has_contacts: bool) -> Callable[..., tuple[int, float, int, float]]:
-    """Return the kernel that `integrate_reduced` calls for a scene with or without contacts and one-sided springs."""
-    return integrate_with_contacts if has_contacts else integrate_without_contacts
+def integration_kernel(scene: Scene) -> Callable[..., tuple[int, float, int, float]]:
+    """Return the kernel that `integrate_reduced` calls for a scene."""
+    return integrate_with_contacts if has_contacts(scene) or has_kinks(scene) else integrate_without_contacts
 
 
 def make_integration_arguments(scene: Scene) -> tuple[Any, ...]:
@@ -267,12 +275,12 @@ def make_integration_arguments(scene: Scene) -> tuple[Any, ...]:
     arrays, forces, inputs = lower_reduced_scene(scene)
     table = allocate_table(arrays, 1, 0.0, np.zeros((len(arrays.lagrangian.bodies), 3)))
     input_cubics = stack_local_cubics(inputs, np.zeros(1))[0]
-    mode, counts = np.zeros(1, dtype=np.int64), np.zeros(len(StepCounter), dtype=np.int64)
+    mode, counts = make_mode(forces), np.zeros(len(StepCounter), dtype=np.int64)
     equation = make_reduced_equation(table, forces, input_cubics, mode, counts, 1.0)
     state, states = np.zeros(equation_of_motion.N_STATES), np.zeros((0, equation_of_motion.N_STATES))
     limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)
     arguments = (equation, make_reduced_buffers(forces, counts), (0.0, 0.0), np.zeros(0), state, limits, states)
-    return (*arguments, mode[np.newaxis], make_event_log(0)) if has_contacts(scene) else arguments
+    return arguments if integration_kernel(scene) is integrate_without_contacts else (*arguments, mode[np.newaxis], make_event_log(0))
 
 
 @jit_in_place
@@ -306,16 +314,19 @@ def integrate_with_contacts(
     modes: IntArray,
     event_log: EventLog,
 ) -> tuple[int, float, int, float]:
-    """Integrate a model with contacts or one-sided springs, as `integrate_reduced` does."""
+    """Integrate a model with contacts, one-sided springs or kinks, as `integrate_reduced` does."""
     model, counts, (time, end), step, n_reached = equation.model, buffers.stages.counts, span, limits.step, 0
     parameters, mode = model.parameters, model.mode
     is_conservative, time_scale = parameters[ForceParameter.IS_CONSERVATIVE] != 0.0, parameters[ForceParameter.TIME_SCALE]
     is_load_steady = parameters[ForceParameter.FLUCTUATION_AMPLITUDE] == 0.0 and model.input_terms.size == 0
+    n_kinks = count_kinks(model.output_forces)
     while True:
         is_held, n_steps = mode[equation_of_motion.MODE_HELD] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
         max_step = limits.max_step * (HELD_STEP_FACTOR if is_held and is_load_steady else 1.0)
         min_stiff_steps = math.inf if is_conservative or is_held else 0.0
         segment_limits = dop853.StepLimits(limits.tolerance, step, max_step, limits.max_steps, min_stiff_steps)
+        if n_kinks > 0:
+            disarm_kinks(model, state, time - span[0], equation.piece[0], buffers.event_values[LAST_SAMPLE])
         status, step, n_new, segment_end = _integrate_to_event(
             equation, buffers, (time, end), span[0], state, segment_limits, times[n_reached:], states[n_reached:]
         )
@@ -329,8 +340,10 @@ def integrate_with_contacts(
         event_log.counts[1] = event_log.counts[1] + 1 if segment_end - time <= SIMULTANEITY_TOLERANCE * time_scale else 0
         if event_log.counts[1] >= MAX_SIMULTANEOUS_REDUCED_EVENTS:
             return IntegrationStatus.ENDLESS_EVENTS, step, n_reached, time
-        time, values = segment_end, buffers.event_values[LAST_SAMPLE]
-        is_released = is_held and max(values[-2], values[-1]) > 0.0
+        time, values, n_contact_events = segment_end, buffers.event_values[LAST_SAMPLE], buffers.event_tolerances.size - n_kinks
+        if n_kinks > 0 and not is_any_positive(values[:n_contact_events]):
+            continue
+        is_released = is_held and max(values[n_contact_events - 2], values[n_contact_events - 1]) > 0.0
         apply_transition(model, time, time - span[0], equation.piece[0], is_released, state, event_log)
         step = min(step, POST_EVENT_STEP_RATIO * limits.max_step)
 

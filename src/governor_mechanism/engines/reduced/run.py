@@ -9,6 +9,7 @@ import numpy as np
 from governor_mechanism.engines.certificate import speed_jump_work
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.reduced import integration
+from governor_mechanism.engines.reduced.contact import make_mode
 from governor_mechanism.engines.reduced.passage import integrate_passage
 from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.integrators.dop853 import StepLimits
@@ -83,7 +84,7 @@ class ReducedRun:
         """Integrate through times (n,) s, with a factor on the largest step."""
         motion_table, settings, time_scale = self.motion_table, self.settings, self.evaluator.time_scale
         max_step, state = step_factor * self._max_step, self.start.copy()
-        mode = np.zeros(1 + len(self.contacts) + len(self.one_sided_springs), dtype=np.int64)
+        mode = make_mode(motion_table.forces)
         states, modes = np.zeros((len(times), N_STATES)), np.zeros((len(times), len(mode)), dtype=np.int64)
         event_log, counts = make_event_log(event_capacity * self.has_contacts), np.zeros(len(StepCounter), dtype=np.int64)
         buffers = integration.make_reduced_buffers(motion_table.forces, counts)
@@ -177,5 +178,6 @@ class ReducedRun:
         for index, (is_held, *states) in enumerate(solution.modes.tolist()):
             held_values = tuple(float(value[index]) if state == HELD else None for value, state in zip(values, states, strict=False))
             sliding_signs = tuple(0 if state == HELD else state for state in states[:n_contacts])
-            contact_modes.append(ContactMode(held_values, sliding_signs, tuple(map(bool, states[n_contacts:])), bool(is_held)))
+            taut = tuple(map(bool, states[n_contacts : n_contacts + len(self.one_sided_springs)]))
+            contact_modes.append(ContactMode(held_values, sliding_signs, taut, bool(is_held)))
         return tuple(contact_modes)

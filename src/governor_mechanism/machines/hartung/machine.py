@@ -47,7 +47,7 @@ class HartungBuilder:
             joints=self._joints(),
             readings=self._readings(),
             # of each spring, at the sleeve, and the regulating force
-            derived_forces=(
+            derived_readings=(
                 SpringForce(name="spring_force", spring=SPRING_NAME),
                 StaticForce(name="static_sleeve_force", reading="sleeve_lift"),
                 StaticForce(name="regulating_force", reading="sleeve_lift", fraction=governor.insensitivity),

@@ -6,7 +6,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
-from governor_mechanism.model.force_elements import Force, ForceElement, Spring, Torque, TorsionSpring
+from governor_mechanism.model.force_elements import CylinderGas, Force, ForceElement, Spring, Torque, TorsionSpring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import Scene
@@ -125,4 +125,6 @@ def _force_element_rate_squared(mechanism: Mechanism, element: ForceElement) -> 
             return max(map(abs, element.moment.values)) / inertia
         case Force():
             return max(map(abs, (*element.x.values, *element.y.values))) / (mass * mechanism.length_scale)
+        case CylinderGas():
+            return abs(element.area * element.pressure) * element.stroke / (mass * mechanism.length_scale**2)
     return 0.0

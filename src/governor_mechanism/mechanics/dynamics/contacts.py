@@ -11,6 +11,7 @@ import numpy as np
 from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function, output_of_reading
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.effect import OutputForce
+from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, ReadingFunction, TableFunction
 from governor_mechanism.numerics.once_per_object import once_per_object
@@ -262,6 +263,11 @@ def has_contacts(scene: Scene) -> bool:
         True if its mode can change during a run.
     """
     return initial_mode(scene) != ContactMode() or bool(scene.system.breaking_gears)
+
+
+def has_kinks(scene: Scene) -> bool:
+    """Return whether forces have kinks at which steps end though no mode changes: those of gas in cylinders."""
+    return any(isinstance(element, CylinderGas) for element in scene.mechanism.force_elements)
 
 
 def initial_lags(scene: Scene, poses: FloatArray, velocities: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from governor_mechanism.mechanics.dynamics import force_laws
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, assemble_schur_band, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.inputs import evaluate_inputs, output_rate
 from governor_mechanism.mechanics.dynamics.lowering import PlaneColumn, System, SystemWorkspace
-from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind, add_output_forces
+from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind, add_output_forces, travel_in_stroke
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_drives, evaluate_rows, rotate_vector_jit
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed
 from governor_mechanism.numerics.array_copy import copy_array
@@ -409,7 +409,7 @@ def evaluate_event_functions(system: System, workspace: SystemWorkspace, state: 
     state
         Poses and velocities of the body origins, the energy states and the lags; shape (6 * bodies + N_ENERGY_STATES + lags,).
     event_values
-        Result: values of the event functions; shape (event functions,).
+        Result: values of the event functions, -1 for one that is not armed; shape (event functions,).
     """
     n_coordinates = 3 * system.bodies.size
     poses, velocities = state[:n_coordinates].reshape(-1, 3), state[n_coordinates : 2 * n_coordinates].reshape(-1, 3)
@@ -417,10 +417,21 @@ def evaluate_event_functions(system: System, workspace: SystemWorkspace, state: 
     evaluate_rows(system.output_rows, poses, velocities, row_values, jacobian)
     for i in range(system.event_functions.size):
         event_function = system.event_functions[i]
+        if not workspace.is_armed[i]:
+            event_values[i] = -1.0
+            continue
         if event_function.kind == EventFunctionKind.VALUE:
             value = row_values[event_function.source_index, RowColumn.RESIDUAL]
         elif event_function.kind == EventFunctionKind.RATE:
             value = output_rate(system.output_rows, jacobian, event_function.source_index, velocities)
+        elif event_function.kind == EventFunctionKind.DEAD_CENTRE:
+            value = math.sin(row_values[event_function.source_index, RowColumn.RESIDUAL])
+        elif event_function.kind == EventFunctionKind.SWITCH:
+            travel, angle = row_values[event_function.source_index, RowColumn.RESIDUAL], event_function.argument_index
+            event_values[i] = (
+                travel_in_stroke(event_function.sign, travel, row_values[angle, RowColumn.RESIDUAL]) - event_function.threshold
+            )
+            continue
         else:
             value = -workspace.multipliers[event_function.source_index]
         limit = workspace.inputs[event_function.input_index] if event_function.input_index >= 0 else 0.0

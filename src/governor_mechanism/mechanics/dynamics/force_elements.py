@@ -1,30 +1,32 @@
 """Force elements of a mechanism: forces along outputs of their own, with the same laws as effects."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from governor_mechanism.effects.dashpot import Dashpot
+from governor_mechanism.effects.gas_pressure import GasPressure, gas_work
 from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.mechanics.dynamics.output_forces import LOAD, OUTPUT_FORCE_DTYPE, pad_coefficients
+from governor_mechanism.mechanics.dynamics.output_forces import LOAD, OUTPUT_FORCE_DTYPE, OutputForceRecord, make_output_force
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives
 from governor_mechanism.mechanics.kinematics.points import Origins
-from governor_mechanism.model.effect import OutputForce
-from governor_mechanism.model.force_elements import Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
+from governor_mechanism.model.effect import ForceLaw
+from governor_mechanism.model.force_elements import CylinderGas, Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.types import FloatArray, RecordArray
 
-_ELEMENT_LAWS: dict[type[ForceElement], tuple[type[OutputForce], tuple[str, ...]]] = {
+_ELEMENT_LAWS: dict[type[ForceElement], tuple[type[ForceLaw], tuple[str, ...]]] = {
     Spring: (OutputSpring, ("stiffness", "free_length")),
     Damper: (Dashpot, ("damping",)),
     TorsionSpring: (OutputSpring, ("stiffness", "free_angle")),
     TorsionDamper: (Dashpot, ("damping",)),
+    CylinderGas: (GasPressure, ()),
 }
-"""Law of each type of force elements, and the attributes that are its coefficients; the others are loads."""
+"""Law of each type of force elements, and the attributes that are its coefficients, unless it has them itself; the others are loads."""
 
 
 def lower_outputs(
@@ -48,7 +50,7 @@ def lower_outputs(
     Returns
     -------
     rows : ConstraintRows
-        A row for each name, then one for each displacement of the force elements.
+        A row for each name, then one for each displacement and each different argument of the force elements.
     forces : RecordArray
         Records of `OUTPUT_FORCE_DTYPE`, one for each displacement.
 
@@ -57,29 +59,41 @@ def lower_outputs(
     TypeError
         If no law is defined for a type of element.
     """
-    records: list[tuple[int, int, bool, int, float, tuple[float, ...]]] = []
+    records, readings = list[OutputForceRecord](), [*map(mechanism.reading, names)]
     for element in elements:
         if not element.loads and type(element) not in _ELEMENT_LAWS:
             raise TypeError(f"no force law is defined for force elements of type {type(element).__name__}")
-        for _ in element.loads:
-            records.append((LOAD, len(names) + len(records), True, first_input, -math.inf, pad_coefficients((-1.0,))))
+        first_row = len(readings)
+        readings += element.displacements
+        for row in range(first_row, first_row + len(element.loads)):
+            records.append(make_output_force(LOAD, row, (-1.0,), has_power=True, input_index=first_input))
             first_input += 1
         if not element.loads:
             law, coefficients = element_law(element)
-            row = len(names) + len(records)
-            records.append((FORCE_LAWS.index(law), row, law.dissipates, -1, -math.inf, pad_coefficients(coefficients)))
-    readings = [*map(mechanism.reading, names), *(output for element in elements for output in element.displacements)]
+            argument = _row_of_argument(element, readings)
+            records.append(
+                make_output_force(FORCE_LAWS.index(law), first_row, coefficients, argument_index=argument, has_power=law.dissipates)
+            )
     return rows_of_readings(mechanism, readings, origins), np.array(records, dtype=OUTPUT_FORCE_DTYPE)
 
 
-def element_law(element: ForceElement) -> tuple[type[OutputForce], tuple[float, ...]]:
-    """Return the law of a spring or damper, and its coefficients."""
+def _row_of_argument(element: ForceElement, readings: list[Reading]) -> int:
+    """Return the row of the argument of a force element, appended to the readings if it is not among them; -1 without one."""
+    if element.argument is None:
+        return -1
+    if element.argument not in readings:
+        readings.append(element.argument)
+    return readings.index(element.argument)
+
+
+def element_law(element: ForceElement) -> tuple[type[ForceLaw], tuple[float, ...]]:
+    """Return the law of a spring, damper or gas, and its coefficients."""
     law, names = _ELEMENT_LAWS[type(element)]
-    return law, tuple(getattr(element, name) for name in names)
+    return law, element.coefficients if isinstance(element, CylinderGas) else tuple(getattr(element, name) for name in names)
 
 
-def spring_potential_energy(mechanism: Mechanism, poses: FloatArray) -> FloatArray:
-    """Return the potential energy of all springs of a mechanism.
+def element_potential_energy(mechanism: Mechanism, poses: FloatArray) -> FloatArray:
+    """Return the potential energy of all springs of a mechanism, less the work of its gas since the crank angle zero.
 
     Parameters
     ----------
@@ -95,9 +109,12 @@ def spring_potential_energy(mechanism: Mechanism, poses: FloatArray) -> FloatArr
     """
     total = np.zeros(poses.shape[:-2])
     for element in mechanism.force_elements:
-        if isinstance(element, Spring | TorsionSpring):
+        if isinstance(element, Spring | TorsionSpring | CylinderGas):
             law, coefficients = element_law(element)
-            total += law.potential(
-                coefficients, OutputDerivatives(rows_of_readings(mechanism, element.displacements[:1], {}), poses).value
-            )[0]
+            value = OutputDerivatives(rows_of_readings(mechanism, element.displacements[:1], {}), poses).value
+            if isinstance(element, CylinderGas):
+                crank_angle = OutputDerivatives(rows_of_readings(mechanism, [element.crank_angle], {}), poses).value
+                total -= gas_work(coefficients, value, crank_angle)
+            else:
+                total += law.potential(coefficients, value)[0]
     return total

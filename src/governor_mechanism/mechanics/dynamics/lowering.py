@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.effects.gas_pressure import GasPressure
+from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.mechanics.dynamics import contacts, output_forces
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.constraint_solver import bandwidth_reducing_order, find_coupled_rows
@@ -25,7 +27,7 @@ from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion, TableFunction
 from governor_mechanism.numerics.once_per_object import once_per_object
-from governor_mechanism.types import FloatArray, IntArray, RecordArray, record_dtype
+from governor_mechanism.types import BoolArray, FloatArray, IntArray, RecordArray, record_dtype
 
 BODY_DTYPE = record_dtype("f8 mass x y xx yy xy zz gravity", "i8 plane")
 """One body: mass (kg), mass centre relative to the origin in body axes (m), second moments about the mass centre (kg m2), gravitational
@@ -57,6 +59,9 @@ joint equations worse.
 
 EVENT_ROUNDING_RATIO = 1e-12
 """Rounding level of event functions, relative to a length, rate or force scale."""
+
+EventFunctionRecord = tuple[EventFunctionKind, int, int, float, float, float, int, int]
+"""A record of `EVENT_FUNCTION_DTYPE`."""
 
 
 class System(NamedTuple):
@@ -156,6 +161,8 @@ class SystemWorkspace(NamedTuple):
         shape (planes, 4).
     inputs
         Values of the inputs; shape (inputs,).
+    is_armed
+        Whether each event function of a kink is monitored; shape (event functions,).
     """
 
     row_values: FloatArray
@@ -171,6 +178,7 @@ class SystemWorkspace(NamedTuple):
     inverse_mass: FloatArray
     plane_motion: FloatArray
     inputs: FloatArray
+    is_armed: BoolArray
 
 
 def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, tuple[CubicTimeFunction, ...]]:
@@ -235,7 +243,7 @@ def _make_system_in_mode(scene: Scene, mode: ContactMode) -> tuple[System, tuple
         planes=_make_plane_records(scene, speeds),
         output_rows=output_rows,
         output_forces=_make_output_forces(scene, mode, first_friction_input),
-        event_functions=_make_event_functions(scene, mode, first_friction_input, held_rows),
+        event_functions=_make_event_functions(scene, mode, first_friction_input, held_rows, force_elements),
         input_terms=input_terms,
         lags=lags,
         n_inputs=len(inputs),
@@ -368,20 +376,21 @@ def _make_output_forces(scene: Scene, mode: ContactMode, friction_input: int) ->
     ]
     for contact, sign in zip(contacts_of(scene), mode.sliding_signs, strict=True):
         if sign:
-            coefficients = output_forces.pad_coefficients((float(sign),))
-            output = output_names.index(contact.output_name)
-            records.append((output_forces.SLIDING_FRICTION, output, True, friction_input, -math.inf, coefficients))
+            output, law = output_names.index(contact.output_name), output_forces.SLIDING_FRICTION
+            records.append(output_forces.make_output_force(law, output, (float(sign),), has_power=True, input_index=friction_input))
         friction_input += contact.friction is not None
     return np.array(records, dtype=output_forces.OUTPUT_FORCE_DTYPE)
 
 
-def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, held_rows: IntArray) -> RecordArray:
+def _make_event_functions(
+    scene: Scene, mode: ContactMode, friction_input: int, held_rows: IntArray, force_elements: RecordArray
+) -> RecordArray:
     """Return the event functions of a mode.
 
     Their contact index counts the contacts, then the one-sided springs. `held_rows` are the constraint rows of the held
     outputs, `friction_input` is the index of the first friction input.
     """
-    output_names, rows, records = forced_output_names(scene), iter(held_rows.tolist()), []
+    output_names, rows, records = forced_output_names(scene), iter(held_rows.tolist()), list[EventFunctionRecord]()
     mechanism, time = scene.mechanism, time_scale(scene)
     length_scale, mass = mechanism.length_scale, sum(body.mass for body in mechanism.bodies)
     tolerances = {name: EVENT_ROUNDING_RATIO * mechanism.output_scale(name) for name in output_names}
@@ -396,36 +405,50 @@ def _make_event_functions(scene: Scene, mode: ContactMode, friction_input: int, 
             # A stop pushes with unlimited force in one direction; friction holds in both, up to its limit.
             for direction, is_unlimited in ((1.0, held <= contact.low), (-1.0, held >= contact.high)):
                 if not is_unlimited:
-                    records.append((EventFunctionKind.FORCE, row, direction, 0.0, force_tolerance, friction_index, contact_index))
+                    records.append((EventFunctionKind.FORCE, row, -1, direction, 0.0, force_tolerance, friction_index, contact_index))
             continue
         if mode.is_locked:
             continue
         if sign:
-            records.append((EventFunctionKind.RATE, output_index, -float(sign), 0.0, tolerances[name] / time, -1, contact_index))
+            records.append((EventFunctionKind.RATE, output_index, -1, -float(sign), 0.0, tolerances[name] / time, -1, contact_index))
         for direction, bound in ((1.0, contact.high), (-1.0, -contact.low)):
             if np.isfinite(bound):
-                records.append((EventFunctionKind.VALUE, output_index, direction, bound, tolerances[name], -1, contact_index))
+                records.append((EventFunctionKind.VALUE, output_index, -1, direction, bound, tolerances[name], -1, contact_index))
     one_sided = () if mode.is_locked else contacts.one_sided_forces_of(scene)
     for contact_index, (effect, taut) in enumerate(zip(one_sided, mode.taut, strict=False), start=len(mode.held_values)):
         direction, name = (-1.0 if taut else 1.0), effect.reading
         threshold, tolerance = direction * effect.slack_below, tolerances[name]
-        records.append((EventFunctionKind.VALUE, output_names.index(name), direction, threshold, tolerance, -1, contact_index))
+        records.append((EventFunctionKind.VALUE, output_names.index(name), -1, direction, threshold, tolerance, -1, contact_index))
     first_table = len(mode.held_values) + len(mode.taut)
     for contact_index, (table, segment) in enumerate(zip(contacts.reading_tables_of(scene), mode.segments, strict=True), start=first_table):
         records += _table_event_functions(table, segment, contact_index, output_names, tolerances, time)
+    records += _gas_event_functions(force_elements, first_table + len(mode.segments))
     return np.array(records, dtype=output_forces.EVENT_FUNCTION_DTYPE)
+
+
+def _gas_event_functions(force_elements: RecordArray, contact_index: int) -> Iterator[EventFunctionRecord]:
+    """Yield the event functions of the kinks of gas in cylinders."""
+    gases = [force for force in force_elements if force["law"] == FORCE_LAWS.index(GasPressure)]
+    for gas in gases:
+        switch, stroke = float(gas["coefficients"][4]), float(gas["coefficients"][7])
+        rows = int(gas["output_index"]), int(gas["argument_index"])
+        if 0.0 < switch < 1.0:
+            yield EventFunctionKind.SWITCH, *rows, 1.0 / stroke, switch, EVENT_ROUNDING_RATIO, -1, contact_index
+    for angle in sorted({int(gas["argument_index"]) for gas in gases}):
+        for sign in (1.0, -1.0):
+            yield EventFunctionKind.DEAD_CENTRE, angle, -1, sign, 0.0, EVENT_ROUNDING_RATIO, -1, contact_index
 
 
 def _table_event_functions(
     table: TableFunction, segment: int, contact_index: int, output_names: Sequence[str], tolerances: Mapping[str, float], time: float
-) -> Iterator[tuple[EventFunctionKind, int, float, float, float, int, int]]:
+) -> Iterator[EventFunctionRecord]:
     """Yield the event functions at the ends of a segment of a table."""
     name, is_rate = output_of_reading(table.reading)
     kind, tolerance = (EventFunctionKind.RATE, tolerances[name] / time) if is_rate else (EventFunctionKind.VALUE, tolerances[name])
     if segment > 0:
-        yield kind, output_names.index(name), -1.0, -table.positions[segment - 1], tolerance, -1, contact_index
+        yield kind, output_names.index(name), -1, -1.0, -table.positions[segment - 1], tolerance, -1, contact_index
     if segment < len(table.positions):
-        yield kind, output_names.index(name), 1.0, table.positions[segment], tolerance, -1, contact_index
+        yield kind, output_names.index(name), -1, 1.0, table.positions[segment], tolerance, -1, contact_index
 
 
 def with_held_values(system: System, output_indices: Sequence[int], mode: ContactMode) -> System:
@@ -486,6 +509,7 @@ def make_system_workspace(system: System) -> SystemWorkspace:
         inverse_mass=system.inverse_mass.copy(),
         plane_motion=np.zeros((len(system.planes), N_PLANE_COLUMNS)),
         inputs=np.zeros(system.n_inputs),
+        is_armed=np.ones(len(system.event_functions), dtype=np.bool_),
     )
 
 

@@ -17,7 +17,7 @@ from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, RecordArray, record_dtype
 
-MAX_COEFFICIENTS = 4
+MAX_COEFFICIENTS = 8
 """Largest number of coefficients of a force law along an output."""
 
 SLIDING_FRICTION, LOAD = len(FORCE_LAWS), len(FORCE_LAWS) + 1
@@ -27,21 +27,35 @@ sign of sliding, that of a load -1.
 
 OUTPUT_FORCE_DTYPE = np.dtype(
     [
-        *((name, "i8") for name in ("law", "output_index", "has_power", "input_index")),
+        *((name, "i8") for name in ("law", "output_index", "argument_index", "has_power", "input_index")),
         ("slack_below", "f8"),
         ("coefficients", "f8", (MAX_COEFFICIENTS,)),
     ]
 )
-"""One force along an output row: index in `FORCE_LAWS`, `SLIDING_FRICTION` or `LOAD`, index of the row, whether it has no potential, the
-input of a friction force or load, or -1, value of the output below which it is slack, and its coefficients."""
+"""One force along an output row: index in `FORCE_LAWS`, `SLIDING_FRICTION` or `LOAD`, index of the row, that of the row whose value the
+law takes in place of the rate, or -1, whether it has no potential, the input of a friction force or load, or -1, value of the output below
+which it is slack, and its coefficients."""
+
+OutputForceRecord = tuple[int, int, int, bool, int, float, tuple[float, ...]]
+"""A record of `OUTPUT_FORCE_DTYPE`."""
 
 
-def pad_coefficients(coefficients: Sequence[float]) -> tuple[float, ...]:
-    """Return coefficients of a law with zeros up to the number in a record."""
-    return (*coefficients, *(0.0,) * (MAX_COEFFICIENTS - len(coefficients)))
+def make_output_force(
+    law: int,
+    output_index: int,
+    coefficients: Sequence[float],
+    *,
+    argument_index: int = -1,
+    has_power: bool = False,
+    input_index: int = -1,
+    slack_below: float = -math.inf,
+) -> OutputForceRecord:
+    """Return a record of `OUTPUT_FORCE_DTYPE`; coefficients that are left out are zero."""
+    padded = (*coefficients, *(0.0,) * (MAX_COEFFICIENTS - len(coefficients)))
+    return law, output_index, argument_index, has_power, input_index, slack_below, padded
 
 
-def output_force_record(effect: OutputForce, output_index: int) -> tuple[int, int, bool, int, float, tuple[float, ...]]:
+def output_force_record(effect: OutputForce, output_index: int) -> OutputForceRecord:
     """Return the record of an effect with a force law along an output.
 
     Parameters
@@ -53,11 +67,11 @@ def output_force_record(effect: OutputForce, output_index: int) -> tuple[int, in
 
     Returns
     -------
-    tuple[int, int, bool, int, float, tuple[float, ...]]
+    OutputForceRecord
         Record of `OUTPUT_FORCE_DTYPE`.
     """
-    coefficients = pad_coefficients(effect.coefficients)
-    return FORCE_LAWS.index(type(effect)), output_index, effect.dissipates, -1, effect.slack_below, coefficients
+    law = FORCE_LAWS.index(type(effect))
+    return make_output_force(law, output_index, effect.coefficients, has_power=effect.dissipates, slack_below=effect.slack_below)
 
 
 def _compile_laws(functions: Sequence[Callable[..., Any]]) -> Callable[..., Any]:
@@ -85,19 +99,36 @@ evaluate_potential: Callable[[int, FloatArray, float], tuple[float, float, float
 
 
 class EventFunctionKind(IntEnum):
-    """Quantity of an event function: value or rate of an output, or force of the constraint row that holds it."""
+    """Quantity of an event function: value or rate of an output, or force of the constraint row that holds it.
+
+    The others are kinks of the gas in a cylinder, at which nothing changes but the law: the dead centres, the sine of the output, and the
+    switch of its pressure, the travel since the last dead centre.
+    """
 
     VALUE = 0
     RATE = 1
     FORCE = 2
+    DEAD_CENTRE = 3
+    SWITCH = 4
 
 
-EVENT_FUNCTION_DTYPE = record_dtype("i8 kind source_index", "f8 sign threshold tolerance", "i8 input_index contact_index")
+GAS_KINKS = (EventFunctionKind.DEAD_CENTRE, EventFunctionKind.SWITCH)
+"""Kinds of event functions of kinks."""
+
+EVENT_FUNCTION_DTYPE = record_dtype("i8 kind source_index argument_index", "f8 sign threshold tolerance", "i8 input_index contact_index")
 """One event function g = sign * quantity - threshold - input. An event is an upward zero crossing of g.
 
-source_index: the output row, or for a force the constraint row that holds the output. tolerance: rounding level
-of g. input_index: the input that is subtracted, or -1. contact_index: the contact or one-sided spring concerned.
+source_index: the output row, or for a force the constraint row that holds the output. argument_index: the output row of the crank angle
+for a switch, or -1; its sign is 1 / stroke. tolerance: rounding level of g. input_index: the input that is subtracted, or -1.
+contact_index: the contact or one-sided spring concerned.
 """
+
+
+@jit_in_place
+def travel_in_stroke(coefficient: float, travel: float, crank_angle: float) -> float:
+    """Return the travel of a piston since the last dead centre, relative to the stroke 1 / coefficient (m)."""
+    is_return = math.floor(crank_angle / math.pi) % 2.0
+    return is_return + (1.0 - 2.0 * is_return) * coefficient * travel
 
 
 @jit_in_place
@@ -124,7 +155,8 @@ def add_output_forces(
         if output_force.law in (SLIDING_FRICTION, LOAD):
             force = -(output_force.coefficients[0] * inputs[output_force.input_index])
         else:
-            force = evaluate_force_law(output_force.law, output_force.coefficients, row_values[k, RowColumn.RESIDUAL], rate)
+            argument = rate if output_force.argument_index < 0 else row_values[output_force.argument_index, RowColumn.RESIDUAL]
+            force = evaluate_force_law(output_force.law, output_force.coefficients, row_values[k, RowColumn.RESIDUAL], argument)
         power += force * rate
         for side in range(2):
             body = output_rows.row_bodies[k, side]

@@ -76,7 +76,7 @@ class ReducedModel(NamedTuple):
     input_cubics
         Cubics of the inputs in local time, highest power first, then the integral at local time 0; shape (inputs, 5).
     mode
-        Contact mode; see `MODE_HELD`; shape (1 + contacts + one-sided springs,).
+        Contact mode; see `MODE_HELD`; then which kinks are monitored; shape (1 + contacts + one-sided springs + kinks,).
     """
 
     coefficients: FloatArray
@@ -234,8 +234,10 @@ def evaluate_acceleration(
         mode_index = int(output_force[OutputForceColumn.MODE])
         if mode_index < 0 or mode[mode_index] != 0:
             value, output_derivative = evaluate_table_output(model, piece, t, output_force[OutputForceColumn.OUTPUT])
-            rate, law = output_derivative * v, int(output_force[OutputForceColumn.LAW])
-            force = evaluate_force_law(law, output_force[OutputForceColumn.FIRST_COEFFICIENT :], value, rate)
+            argument, law = output_derivative * v, int(output_force[OutputForceColumn.LAW])
+            if output_force[OutputForceColumn.TAKES_COORDINATE] != 0.0:
+                argument = model.intervals[piece, 2] + t / model.intervals[piece, 3]
+            force = evaluate_force_law(law, output_force[OutputForceColumn.FIRST_COEFFICIENT :], value, argument)
             acceleration += force * output_derivative * inverse_inertia
             dissipated_power -= output_force[OutputForceColumn.DISSIPATES] * force * output_derivative * v
     for i in range(model.contacts.shape[0] if with_friction else 0):

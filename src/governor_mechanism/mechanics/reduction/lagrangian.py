@@ -20,6 +20,7 @@ from governor_mechanism.mechanics.kinematics.range_of_motion import RangeOfMotio
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.lowering import lower_lagrangian
 from governor_mechanism.mechanics.reduction.node_evaluation import Coefficient, evaluate_coefficients_at_nodes, make_lagrangian_workspace
+from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import TURNING_PLANE, FreeSpindle
 from governor_mechanism.model.scene import Scene
@@ -120,6 +121,8 @@ class SingleDofReduction:
             raise MechanismError(
                 f"statics need a mechanism with one degree of freedom and without drives; this one has mobility {mobility}"
             )
+        if any(isinstance(element, CylinderGas) for element in self.mechanism.force_elements):
+            raise MechanismError("statics and linearisation are not for an engine that gas drives, which turns over; run it instead")
         effects = [effect for effect in output_forces_of(scene) if not effect.dissipates]
         outputs = list(dict.fromkeys(effect.reading for effect in effects))
         self._arrays = lower_lagrangian(scene, "", scene.part, outputs, effects)

@@ -7,19 +7,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of, loads_of, make_contact_table, one_sided_forces_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.force_elements import element_law, lower_outputs
 from governor_mechanism.mechanics.dynamics.inputs import make_input_terms
 from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
-from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, OUTPUT_FORCE_DTYPE, output_force_record
+from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, OUTPUT_FORCE_DTYPE, make_output_force, output_force_record
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import lower_assembly
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, LagrangianArrays, ReductionArrays
 from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
 from governor_mechanism.model.effect import OutputForce
-from governor_mechanism.model.force_elements import ForceElement
+from governor_mechanism.model.force_elements import CylinderGas, ForceElement
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import Part, Spindle
 from governor_mechanism.model.scene import Scene
@@ -41,7 +42,7 @@ class ReducedForces(NamedTuple):
     one_sided_springs
         Springs that go slack instead of pushing: output index, value below which they are slack, output scale; shape (n, 3).
     output_forces
-        Force laws that the table does not contain, by `OutputForceColumn`; shape (n, 8).
+        Force laws that the table does not contain, by `OutputForceColumn`; shape (n, columns).
     contacts
         Records of `CONTACT_DTYPE`; shape (contacts,).
     shaft_torques
@@ -75,7 +76,9 @@ class OutputForceColumn(IntEnum):
     """Whether the force dissipates energy."""
     MODE = 3
     """Index in the contact mode of whether a one-sided spring is taut; -1 for a force that always acts."""
-    FIRST_COEFFICIENT = 4
+    TAKES_COORDINATE = 4
+    """Whether the law takes the coordinate in place of the rate of the output."""
+    FIRST_COEFFICIENT = 5
     """From here on the coefficients of the law."""
 
 
@@ -114,6 +117,8 @@ class ForceParameter(IntEnum):
     """Index of the first input of force elements that act along the coordinate."""
     OUTPUT_COUNT = 15
     """Number of outputs in the table."""
+    MIN_RATE = 16
+    """Rate of the coordinate below which the integration ends."""
 
 
 def lower_lagrangian(scene: Scene, prefix: str, part: Part, outputs: Sequence[str], effects: Sequence[OutputForce]) -> LagrangianArrays:
@@ -132,6 +137,8 @@ def lower_lagrangian(scene: Scene, prefix: str, part: Part, outputs: Sequence[st
     effects
         Effects with a potential.
 
+    Gas in cylinders is left out: its force has kinks.
+
     Returns
     -------
     LagrangianArrays
@@ -139,7 +146,11 @@ def lower_lagrangian(scene: Scene, prefix: str, part: Part, outputs: Sequence[st
     """
     mechanism, plane = part.mechanism, next(iter(scene.system.planes), None)
     has_centrifugal_forces = plane is not None and plane.is_loaded
-    own_elements = [element for element in scene.mechanism.force_elements if not _is_elsewhere(element, prefix, part)]
+    own_elements = [
+        element
+        for element in scene.mechanism.force_elements
+        if not _is_elsewhere(element, prefix, part) and not isinstance(element, CylinderGas)
+    ]
     rows, element_forces = lower_outputs(scene.mechanism, outputs, own_elements, {}, 0)
     first_body = scene.mechanism.body_index(prefix + mechanism.bodies[0].name)
     for side in ("first", "second"):
@@ -182,7 +193,8 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
     shaft_angles = shaft_readings(scene, train)
     limits = [limit for limit in mechanism.limits if limit.reading != mechanism.coordinate]
     forced_outputs = [name for name in forced_output_names(scene) if name not in shaft_angles]
-    names = list(dict.fromkeys([*forced_outputs, *(prefix + limit.reading for limit in limits)]))
+    gases = [element for element in scene.mechanism.force_elements if isinstance(element, CylinderGas)]
+    names = list(dict.fromkeys([*forced_outputs, *(prefix + limit.reading for limit in limits), *(gas.travel.name for gas in gases)]))
     tabulated = [effect for effect in output_forces_of(scene) if _is_tabulated(effect)]
     lagrangian = lower_lagrangian(scene, prefix, part, names, tabulated)
     low, high = _coordinate_bounds(mechanism)
@@ -210,7 +222,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
     forces = ReducedForces(
         parameters=_make_parameters(scene, arrays, train, shaft_elements, first_load_input),
         one_sided_springs=np.array(one_sided_springs).reshape(-1, 3),
-        output_forces=_output_forces(scene, names),
+        output_forces=_output_forces(scene, names, gases),
         contacts=make_contact_table(scene, names, first_friction_input),
         shaft_torques=np.array([(index, ratio) for index, ratio, _ in shaft_elements if index >= 0]).reshape(-1, 2),
         shaft_outputs=np.array(list(shaft_angles.values())).reshape(-1, 2),
@@ -249,13 +261,17 @@ def _is_tabulated(effect: OutputForce) -> bool:
     return not effect.dissipates and effect.slack_below == -math.inf
 
 
-def _output_forces(scene: Scene, names: list[str]) -> FloatArray:
+def _output_forces(scene: Scene, names: list[str], gases: Sequence[CylinderGas]) -> FloatArray:
     """Return the force laws that the table does not contain, as in `ReducedForces`."""
     one_sided, n_contacts, rows = one_sided_forces_of(scene), len(contacts_of(scene)), []
     for effect in (effect for effect in output_forces_of(scene) if not _is_tabulated(effect)):
-        law, output_index, dissipates, _, _, coefficients = output_force_record(effect, names.index(effect.reading))
+        law, output_index, _, dissipates, _, _, coefficients = output_force_record(effect, names.index(effect.reading))
         mode_index = 1 + n_contacts + one_sided.index(effect) if effect in one_sided else -1
-        rows.append((output_index, law, dissipates, mode_index, *coefficients))
+        rows.append((output_index, law, dissipates, mode_index, False, *coefficients))
+    for gas in gases:
+        gas_law, gas_coefficients = element_law(gas)
+        law, output_index, *_, coefficients = make_output_force(FORCE_LAWS.index(gas_law), names.index(gas.travel.name), gas_coefficients)
+        rows.append((output_index, law, False, -1, True, *coefficients))
     return np.array(rows, dtype=float).reshape(-1, OutputForceColumn.FIRST_COEFFICIENT + MAX_COEFFICIENTS)
 
 
@@ -285,5 +301,6 @@ def _make_parameters(
         ForceParameter.SHAFT_DAMPING: sum(damping * ratio**2 for _, ratio, damping in shaft_elements),
         ForceParameter.FIRST_LOAD_INPUT: first_load_input,
         ForceParameter.OUTPUT_COUNT: len(arrays.output_scales),
+        ForceParameter.MIN_RATE: 0.0 if scene.mechanism.stall_limits else -math.inf,
     }
     return np.array([float(values[parameter]) for parameter in ForceParameter])

@@ -25,8 +25,23 @@ SPINDLE_SPEED: Final = "spindle_speed"
 SPINDLE_TORQUE: Final = "spindle_torque"
 """Name of the torque on a free or coupled spindle."""
 
-_NAME_FIELDS: Final = frozenset(("name", "body", "reference_body", "reading", "spring", "first", "second"))
-"""Fields of descriptions that hold the name of a body, a reading or an element."""
+_NAME_FIELDS: Final = frozenset(("name", "body", "reference_body", "reading", "spring", "element", "elements", "first", "second"))
+"""Fields of descriptions that hold the name of a body, a reading or an element, or names of elements."""
+
+
+_MERGED_FIELDS: Final = (
+    "bodies",
+    "joints",
+    "readings",
+    "initial_guess",
+    "limits",
+    "stall_limits",
+    "internal_outputs",
+    "force_elements",
+    "derived_readings",
+    "notes",
+)
+"""Fields of a mechanism that are those of all its parts in turn."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,6 +193,8 @@ def rename(description: Any, new_name: Callable[[str], str]) -> Any:
     values = {one.name: getattr(description, one.name) for one in fields(description)}
     names = {name: new_name(value) for name, value in values.items() if name in _NAME_FIELDS and isinstance(value, str)}
     others = {name: rename(value, new_name) for name, value in values.items() if not isinstance(value, str)}
+    if "elements" in values:
+        others["elements"] = tuple(map(new_name, values["elements"]))
     return replace(description, **others, **names)
 
 
@@ -230,8 +247,7 @@ def _part_mechanism(part: Part, prefix: str, prefixes: Iterable[str], follows: b
 
 def _merge(pieces: Sequence[Mechanism]) -> Mechanism:
     """Return one mechanism of all pieces; it has no leading coordinate."""
-    names = ("bodies", "joints", "readings", "initial_guess", "limits", "internal_outputs", "force_elements", "derived_forces", "notes")
-    parts: dict[str, Any] = {name: tuple(item for piece in pieces for item in getattr(piece, name)) for name in names}
+    parts: dict[str, Any] = {name: tuple(item for piece in pieces for item in getattr(piece, name)) for name in _MERGED_FIELDS}
     scales = {one.name: piece.length_scale for piece in pieces for one in (*piece.readings, *piece.internal_outputs)}
     return Mechanism(**parts, coordinate="", length_scale=min(piece.length_scale for piece in pieces), reading_scales=scales)
 

@@ -182,7 +182,7 @@ def check_loads(mechanism: Mechanism, effects: Sequence[OutputEffect]) -> None:
     """
     names = [reading.name for reading in mechanism.readings]
     speeds = [f"{name.removesuffix('angle')}speed" for name in names if name.rpartition(".")[2] == "spindle_angle"]
-    forces = [output.name for output in mechanism.derived_forces] + [joint.name for joint in mechanism.joints]
+    forces = [output.name for output in mechanism.derived_readings] + [joint.name for joint in mechanism.joints]
     problems = []
     for _, owner, field_name in _loads(mechanism, effects):
         load: InputFunction = getattr(owner, field_name)

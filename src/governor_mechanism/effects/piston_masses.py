@@ -1,0 +1,40 @@
+"""Effect `piston_masses`: masses of the reciprocating parts of an engine with a flywheel."""
+
+from dataclasses import dataclass
+
+from governor_mechanism.errors import MechanismError, require_not_negative
+from governor_mechanism.model.effect import Effect, scene_key
+
+
+@dataclass(frozen=True, kw_only=True)
+class PistonMasses(Effect):
+    """Masses of the pistons and connecting rods of an engine. The machine builds bodies of those that are not zero.
+
+    Attributes
+    ----------
+    piston
+        Mass of the piston with piston rod and crosshead, kg; with an infinite connecting rod, that of the yoke too.
+    connecting_rod
+        Mass of the connecting rod, kg; a slender uniform rod.
+    pump_piston
+        Mass of the pump piston with its rod and crosshead, kg.
+    pump_connecting_rod
+        Mass of the connecting rod of the pump, kg; a slender uniform rod.
+    """
+
+    key = "piston_masses"
+    changes_bodies_of = "an engine with a flywheel"
+
+    piston: float = scene_key("mass", sign="not negative", examples=("120 kg",), default=0.0)
+    connecting_rod: float = scene_key("mass", sign="not negative", examples=("60 kg",), default=0.0)
+    pump_piston: float = scene_key("mass", sign="not negative", examples=("120 kg",), default=0.0)
+    pump_connecting_rod: float = scene_key("mass", sign="not negative", examples=("60 kg",), default=0.0)
+
+    def __post_init__(self) -> None:
+        for name in ("piston", "connecting_rod", "pump_piston", "pump_connecting_rod"):
+            require_not_negative(getattr(self, name), "kg", f"piston_masses.{name}")
+        if not (self.piston or self.pump_piston):
+            raise MechanismError("piston_masses need piston or pump_piston; leave the effect out if there are none")
+        for rod, piston in (("connecting_rod", "piston"), ("pump_connecting_rod", "pump_piston")):
+            if getattr(self, rod) and not getattr(self, piston):
+                raise MechanismError(f"piston_masses.{rod} has a mass and its piston has none; give piston_masses.{piston} as well")

@@ -1,0 +1,1 @@
+"""Engine with expansion cylinder, pump and flywheel."""

@@ -1,0 +1,148 @@
+"""Dimensions of an engine with a flywheel, and what contradicts them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from governor_mechanism.machines.base import Machine, dimension_field, optional_field
+from governor_mechanism.machines.slide_valve import rod_field
+from governor_mechanism.model.time_functions import InputFunction
+
+PUMP_DIMENSIONS = ("pump_area", "pump_stroke", "pump_clearance", "pump_connecting_rod")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlywheelEngineDimensions(Machine):
+    """Dimensions of the engine in SI.
+
+    Attributes
+    ----------
+    area
+        Area of the expansion piston, m2.
+    stroke
+        Its stroke, m.
+    connecting_rod
+        Length of its connecting rod, m; None if infinite.
+    cut_off
+        Travel at which the supply is cut off, relative to the stroke.
+    clearance
+        Clearance of the expansion cylinder, relative to the volume of its stroke.
+    pump_area
+        Area of the pump piston, m2; None without a pump.
+    pump_stroke
+        Its stroke, m; that of the expansion piston if None.
+    pump_connecting_rod
+        Length of its connecting rod, m; None if infinite.
+    pump_clearance
+        Clearance of the pump, relative to the volume of its stroke.
+    supply_pressure
+        Absolute pressure of the supply, at which the pump delivers, Pa.
+    back_pressure
+        Absolute pressure behind the expansion piston, Pa.
+    atmospheric_pressure
+        Absolute pressure at which the pump takes in air, Pa.
+    inertia
+        Moment of inertia of shaft and flywheel, kg m2; None if rim_mass gives it.
+    rim_mass
+        Mass of the rim of the flywheel, kg.
+    rim_radius
+        Mean radius of the rim, m; without rim_mass it only sets the size of the drawing.
+    load_pressure
+        Mean useful pressure of a constant load torque, referred to the expansion piston, Pa; None for that with which the cycle closes.
+    load_torque
+        Torque of the load, N m, in place of load_pressure.
+    load_damping
+        Torque of the load over the speed of the shaft, N m s/rad, in place of or beside load_torque.
+    """
+
+    area: float = dimension_field("area", "of the expansion piston")
+    stroke: float = dimension_field("length", "of the expansion piston: twice its crank")
+    connecting_rod: float | None = rod_field("of the expansion piston; endless if left out")
+    cut_off: float = dimension_field("ratio", "of the stroke at which the supply is cut off", signed=True)
+    clearance: float = dimension_field("ratio", "of the clearance to the volume of the stroke", signed=True)
+    pump_area: float | None = optional_field("area", "of the pump piston; no pump if left out", omission_word="none")
+    pump_stroke: float | None = optional_field("length", "of the pump piston; that of the expansion piston if left out")
+    pump_connecting_rod: float | None = rod_field("of the pump piston; endless if left out")
+    pump_clearance: float | None = optional_field("ratio", "of the clearance of the pump to the volume of its stroke", signed=True)
+    supply_pressure: float = dimension_field("pressure", "of the supply, absolute", signed=True)
+    back_pressure: float = dimension_field("pressure", "behind the expansion piston, absolute", signed=True)
+    atmospheric_pressure: float = dimension_field("pressure", "at which the pump takes in air, absolute", default=1e5)
+    inertia: float | None = optional_field("moment_of_inertia", "of shaft and flywheel")
+    rim_mass: float | None = optional_field("mass", "of the rim of the flywheel, in place of inertia")
+    rim_radius: float | None = optional_field("length", "from the shaft to the middle of the rim")
+    load_pressure: float | None = optional_field("pressure", "of the load; closing if left out", omission_word="closing", signed=True)
+    load_torque: float | InputFunction | None = dimension_field(
+        "torque", "of the load, in place of load_pressure", default=None, signed=True, is_load=True
+    )
+    load_damping: float | None = optional_field("torsion_damping", "of a load that grows with the speed of the shaft")
+
+    def dimension_problems(self) -> list[str]:
+        """Return sentences about cylinders, pressures, wheel and load."""
+        problems = [*self._cylinder_problems(), *self._pump_problems(), *self._wheel_problems(), *self._load_problems()]
+        # Valves can only be judged for possible pressures.
+        return problems or [*self._valve_problems()]
+
+    def _cylinder_problems(self) -> Iterator[str]:
+        """Yield sentences about cut-off, clearance, pressures and rods."""
+        if not 0 <= self.cut_off <= 1:
+            yield f"cut_off must lie between 0 and 1, the end of the stroke; got {self.cut_off:.6g}"
+        if self.clearance < 0:
+            yield f"clearance must not be negative; got {self.clearance:.6g}"
+        elif self.clearance + self.cut_off == 0:
+            yield (
+                "clearance and cut_off are both 0: the gas would expand from no volume, where its pressure is infinite; "
+                "give a small clearance, such as 0.02"
+            )
+        for name in ("supply_pressure", "back_pressure"):
+            if getattr(self, name) < 0:
+                yield f"{name} ({getattr(self, name):.6g} Pa) is negative; it is an absolute pressure, 0 in a vacuum"
+        if self.supply_pressure < self.atmospheric_pressure:
+            yield (
+                f"supply_pressure ({self.supply_pressure:.6g} Pa) is below the atmosphere ({self.atmospheric_pressure:.6g} Pa); "
+                "it is an absolute pressure: add that of the atmosphere to the reading of a gauge"
+            )
+        for rod, stroke in (("connecting_rod", self.stroke), ("pump_connecting_rod", self.pump_stroke or self.stroke)):
+            length = getattr(self, rod)
+            if length is not None and not length > 0.5 * stroke:
+                crank = f"{0.5e3 * stroke:.6g} mm"
+                yield f"{rod} ({length * 1e3:.6g} mm) must be longer than its crank ({crank}), or it cannot turn over; make it longer"
+
+    def _pump_problems(self) -> Iterator[str]:
+        """Yield sentences about a pump that is incomplete or has no clearance."""
+        if self.pump_area is None:
+            given = [name for name in PUMP_DIMENSIONS[1:] if getattr(self, name) is not None]
+            if given:
+                yield f"{' and '.join(given)} belong to a pump; give pump_area, or leave {'them' if given[1:] else 'it'} out"
+        elif self.pump_clearance is None:
+            yield "pump_clearance is missing; it is the clearance of the pump over the volume of its stroke, as 0.05"
+        elif self.pump_clearance <= 0:
+            yield (
+                f"pump_clearance must be above 0; got {self.pump_clearance:.6g}: the air left in the pump would expand from no volume, "
+                "where its pressure is infinite; give a small clearance, such as 0.02"
+            )
+
+    def _wheel_problems(self) -> Iterator[str]:
+        """Yield a sentence about a moment of inertia that is missing or given twice."""
+        if (self.inertia is None) == (self.rim_mass is None):
+            found = "both are given" if self.inertia is not None else "both are missing"
+            yield f'the flywheel has inertia, as "3000 kg m^2", or rim_mass and rim_radius; {found}'
+        elif self.rim_mass is not None and self.rim_radius is None:
+            yield "rim_mass needs rim_radius, the mean radius of the rim"
+
+    def _load_problems(self) -> Iterator[str]:
+        """Yield sentences about a load that is given twice or drives."""
+        others = [name for name in ("load_torque", "load_damping") if getattr(self, name) is not None]
+        if self.load_pressure is not None and others:
+            yield f"load_pressure and {' and '.join(others)} are both given; give one of them"
+        if self.load_pressure is not None and self.load_pressure < 0:
+            yield f"load_pressure ({self.load_pressure:.6g} Pa) is negative; the load resists"
+
+    def _valve_problems(self) -> Iterator[str]:
+        """Yield a sentence about a pump whose valves never open."""
+        if self.pump_clearance is None:
+            return
+        excess = self.supply_pressure / self.atmospheric_pressure - 1
+        if self.pump_clearance * excess >= 1:
+            yield (
+                f"pump_clearance must be below {1 / excess:.6g} at these pressures, or the valves of the pump never open; "
+                f"got {self.pump_clearance:.6g}"
+            )

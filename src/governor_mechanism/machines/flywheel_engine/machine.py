@@ -1,0 +1,260 @@
+"""Engine with expansion cylinder, pump and flywheel on one shaft.
+
+Both cylinders are double acting and in phase. They stand below the shaft: the crank angle is measured anticlockwise from the dead centre at
+which the pistons are nearest to it, and their travel counts downward from there. The gas keeps its temperature. Without masses the
+reciprocating parts are no bodies: the gas acts on the crank through the travel of the piston. After F. Redtenbacher, Die
+Luftexpansions-Maschine (1853), theory of the flywheel.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from governor_mechanism.effects.gas_pressure import gas_work
+from governor_mechanism.effects.piston_masses import PistonMasses
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.machines.flywheel_engine.dimensions import FlywheelEngineDimensions
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.force_elements import CylinderGas, ForceElement, Torque, TorsionDamper
+from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
+from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.output_variables import (
+    AppliedTorque,
+    BodyAngle,
+    CylinderPressure,
+    DerivedReading,
+    FollowerHeight,
+    PointCoordinate,
+    Reading,
+    ShaftSpeed,
+    StallLimit,
+    StoredWork,
+)
+from governor_mechanism.model.part import FIXED_PLANE
+from governor_mechanism.model.time_functions import InputFunction
+
+FLYWHEEL, SHAFT, LOAD = "flywheel", "shaft", "load"
+CRANK_ANGLE = BodyAngle(name="crank_angle", quantity="angle", body=FLYWHEEL)
+
+STALL_MESSAGE = "the shaft stalls: the load and the gas take more work than the flywheel has stored; reduce the load, or start it faster"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlywheelEngine(FlywheelEngineDimensions):
+    """Engine with expansion cylinder, pump and flywheel."""
+
+    name: ClassVar[str] = "flywheel_engine"
+    plane: ClassVar[str] = FIXED_PLANE
+    supported_effects: ClassVar[tuple[type[Effect], ...]] = (PistonMasses,)
+
+    @property
+    def default_start(self) -> float:
+        """Crank angle at the start, rad."""
+        return 0.0
+
+    @property
+    def wheel_inertia(self) -> float:
+        """Moment of inertia of shaft and flywheel, kg m2."""
+        return self.inertia or (self.rim_mass or 0.0) * (self.rim_radius or 0.0) ** 2
+
+    def mechanism(self, masses: PistonMasses | None = None) -> Mechanism:
+        """Build flywheel and load, and pistons and rods that have mass. Raise MechanismError for a load that closes no cycle."""
+        drives = tuple(self._drives(masses))
+        gases = tuple(gas for drive in drives for gas in drive.gases())
+        bodies = [(self._wheel(), (0.0, 0.0, 0.0)), *(body for drive in drives for body in drive.bodies())]
+        ground, on_wheel = Point(body=GROUND), Point(body=FLYWHEEL)
+        return Mechanism(
+            bodies=tuple(body for body, _ in bodies),
+            joints=(Pin(name=SHAFT, first=ground, second=on_wheel), *(joint for drive in drives for joint in drive.joints())),
+            readings=(CRANK_ANGLE, *(drive.travel for drive in drives)),
+            coordinate=CRANK_ANGLE.name,
+            length_scale=0.5 * self.stroke,
+            initial_guess=tuple(pose for _, pose in bodies),
+            stall_limits=(StallLimit(reading=CRANK_ANGLE.name, body=FLYWHEEL, message=STALL_MESSAGE),),
+            force_elements=(*gases, *self._loads(gases)),
+            derived_readings=tuple(self._derived_readings(gases)),
+        )
+
+    def dimensions(self) -> dict[str, float]:
+        """Return all dimensions in SI; without a load_torque, load_pressure is that of the load, also where it closes the cycle."""
+        values = super().dimensions() | {"inertia": self.wheel_inertia, "pump_stroke": self.pump_stroke or self.stroke}
+        loads = self.mechanism().force_elements
+        constant = next((element.moment.values[0] for element in loads if isinstance(element, Torque)), 0.0)
+        return values | {"load_pressure": constant * math.pi / (self.area * self.stroke)}
+
+    def _wheel(self) -> Body:
+        """Return the flywheel; a given inertia is taken as that of a rim at the rim radius, or at the crank radius."""
+        inertia = self.wheel_inertia
+        mass = self.rim_mass or inertia / (self.rim_radius or 0.5 * self.stroke) ** 2
+        return Body(name=FLYWHEEL, mass=mass, second_moments=SecondMoments(xx=0.5 * inertia, yy=0.5 * inertia))
+
+    def _drives(self, masses: PistonMasses | None) -> Iterator["_PistonDrive"]:
+        """Yield the drives of expansion piston and pump piston."""
+        expansion = GasCycle(
+            area=self.area,
+            pressure=self.supply_pressure,
+            volume=self.clearance,
+            change=1.0,
+            switch_travel=self.cut_off,
+            begins_constant=True,
+            back_pressure=self.back_pressure,
+        )
+        yield _PistonDrive(
+            name="piston",
+            stroke=self.stroke,
+            rod=self.connecting_rod,
+            piston_mass=masses.piston if masses else 0.0,
+            rod_mass=masses.connecting_rod if masses else 0.0,
+            cycles={"expansion": expansion},
+        )
+        if self.pump_area is not None and self.pump_clearance is not None:
+            yield _PistonDrive(
+                name="pump_piston",
+                stroke=self.pump_stroke or self.stroke,
+                rod=self.pump_connecting_rod,
+                piston_mass=masses.pump_piston if masses else 0.0,
+                rod_mass=masses.pump_connecting_rod if masses else 0.0,
+                cycles=self._pump_cycles(self.pump_area, self.pump_clearance),
+            )
+
+    def _pump_cycles(self, area: float, clearance: float) -> dict[str, "GasCycle"]:
+        """Return the gas behind the pump piston, which expands until air is taken in, and in front, which is compressed until delivery."""
+        supply, atmosphere = self.supply_pressure, self.atmospheric_pressure
+        suction = GasCycle(
+            area=area,
+            pressure=atmosphere,
+            volume=clearance,
+            change=1.0,
+            switch_travel=clearance * (supply / atmosphere - 1),
+            begins_constant=False,
+        )
+        delivery = GasCycle(
+            area=-area,
+            pressure=supply,
+            volume=1 + clearance,
+            change=-1.0,
+            switch_travel=(1 + clearance) * (1 - atmosphere / supply),
+            begins_constant=False,
+        )
+        return {"suction": suction, "delivery": delivery}
+
+    def _loads(self, gases: tuple[CylinderGas, ...]) -> Iterator[ForceElement]:
+        """Yield the torque of the load, with which the ground holds the flywheel back, and what grows with the speed."""
+        if self.load_damping is not None:
+            yield TorsionDamper(name="load damping", second=FLYWHEEL, damping=self.load_damping)
+        if self.load_torque is not None:
+            moment = InputFunction(values=(self.load_torque,)) if isinstance(self.load_torque, float) else self.load_torque
+            yield Torque(name=LOAD, first=FLYWHEEL, second=GROUND, moment=moment)
+        elif self.load_damping is None:
+            gas_work_per_stroke = sum(float(gas_work(gas.coefficients, gas.stroke, math.pi)) for gas in gases)
+            work = gas_work_per_stroke if self.load_pressure is None else self.area * self.load_pressure * self.stroke
+            if self.load_pressure is None and not work > 0:
+                raise MechanismError(
+                    f"the engine can carry no load: in a stroke the gas does {work:.6g} J of work on the shaft; increase "
+                    "supply_pressure or cut_off, or reduce back_pressure or pump_area; or give a load_pressure"
+                )
+            yield Torque(name=LOAD, first=FLYWHEEL, second=GROUND, moment=InputFunction(values=(work / math.pi,)))
+
+    def _derived_readings(self, gases: tuple[CylinderGas, ...]) -> Iterator[DerivedReading]:
+        """Yield speed, torques, pressures and stored work."""
+        angle = CRANK_ANGLE.name
+        load_names = [name for name, given in (("load damping", self.load_damping), (LOAD, self.load_torque)) if given is not None]
+        yield ShaftSpeed(name="shaft_speed", reading=angle)
+        yield AppliedTorque(name="gas_torque", reading=angle, elements=tuple(gas.name for gas in gases))
+        yield AppliedTorque(name="load_torque", reading=angle, elements=tuple(load_names) or (LOAD,), sign=-1.0)
+        for gas in gases:
+            yield CylinderPressure(name=f"{gas.name}_pressure", element=gas.name, reading=angle, scale=gas.pressure)
+        yield StoredWork(name="stored_work")
+
+
+@dataclass(frozen=True, kw_only=True)
+class GasCycle:
+    """Pressure on one face of a piston in a stroke; as the fields of `CylinderGas`."""
+
+    area: float
+    pressure: float
+    volume: float
+    change: float
+    switch_travel: float
+    begins_constant: bool
+    back_pressure: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class _PistonDrive:
+    """A piston below the shaft with crank and connecting rod. Lengths in m, masses in kg; without mass the piston is no body."""
+
+    name: str
+    stroke: float
+    rod: float | None
+    piston_mass: float
+    rod_mass: float
+    cycles: dict[str, GasCycle]
+
+    @property
+    def _crank(self) -> float:
+        return 0.5 * self.stroke
+
+    @property
+    def _rod_name(self) -> str:
+        return f"{self.name} connecting rod"
+
+    @property
+    def _crank_pin(self) -> Point:
+        """Crank pin on the flywheel."""
+        return Point(body=FLYWHEEL, y=self._crank)
+
+    @property
+    def travel(self) -> Reading:
+        """Travel of the piston from the dead centre nearest to the shaft, downward."""
+        name, nearest = f"{self.name}_travel", self._crank - (self.rod or 0.0)
+        if self.piston_mass:
+            return PointCoordinate(
+                name=name, quantity="length", point=Point(body=self.name), direction_x=0.0, direction_y=-1.0, zero=-nearest
+            )
+        if self.rod is None:
+            return PointCoordinate(name=name, quantity="length", point=self._crank_pin, direction_x=0.0, direction_y=-1.0, zero=-nearest)
+        return FollowerHeight(
+            name=name,
+            quantity="length",
+            top=Point(body=GROUND),
+            knee=self._crank_pin,
+            fraction=1.0,
+            guide_x=0.0,
+            length=self.rod,
+            reference_point=Point(body=GROUND, y=nearest),
+        )
+
+    def gases(self) -> Iterator[CylinderGas]:
+        """Yield the gas on each face of the piston."""
+        body = self.name if self.piston_mass else FLYWHEEL
+        for name, cycle in self.cycles.items():
+            yield CylinderGas(name=name, body=body, travel=self.travel, crank_angle=CRANK_ANGLE, stroke=self.stroke, **vars(cycle))
+
+    def bodies(self) -> Iterator[tuple[Body, tuple[float, float, float]]]:
+        """Yield piston and rod with mass, with their poses at the crank angle 0."""
+        if not self.piston_mass:
+            return
+        length = self.rod or 0.0
+        yield Body(name=self.name, mass=self.piston_mass, can_rotate=False), (0.0, self._crank - length, 0.0)
+        if self.rod_mass:
+            if self.rod is None:
+                raise MechanismError(f"the {self._rod_name} has a mass but is endless; give its length, or leave its mass out")
+            moments = SecondMoments(yy=self.rod_mass * self.rod**2 / 12)
+            yield Body(name=self._rod_name, mass=self.rod_mass, second_moments=moments), (0.0, self._crank - 0.5 * length, 0.0)
+
+    def joints(self) -> Iterator[Joint]:
+        """Yield the guide of a piston with mass, and its rod; an endless one is a slot across the line of the piston."""
+        if not self.piston_mass:
+            return
+        piston = Point(body=self.name)
+        yield Slider(name=f"{self.name} guide", first=Point(body=GROUND), second=piston, angle=math.pi / 2)
+        if self.rod is None:
+            yield Slider(name=f"{self.name} yoke", first=piston, second=self._crank_pin, angle=0.0)
+        elif not self.rod_mass:
+            yield Distance(name=self._rod_name, first=self._crank_pin, second=piston, length=self.rod)
+        else:
+            top, bottom = (Point(body=self._rod_name, y=sign * 0.5 * self.rod) for sign in (1.0, -1.0))
+            yield Pin(name=f"{self.name} crank pin", first=self._crank_pin, second=top)
+            yield Pin(name=f"{self.name} gudgeon", first=bottom, second=piston)
