@@ -158,6 +158,7 @@ def format_run(result: Trajectory) -> str:
             f"{accuracy_clause}joints closed to {joint_gap:.1e} m, energy drift {result.energy.drift:.1e}",
             f"at {result.times[-1] if len(result.times) else 0:g} s: {final}",
             f"{_format_mobility(result)}; {_format_events(result)}",
+            *(f"speed of {angle}: {extremes}" for angle, extremes in result.speed_fluctuations.items()),
             *_format_losses(result),
             f"engine {cost.engine} ({cost.reason}): {cost.runs} runs, {cost.steps:,} steps, simulated in "
             f"{cost.wall_time:.2g} s{setup_clause}{f', {cost.method}' if cost.method else ''}",

@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.types import FloatArray
 
@@ -41,7 +40,7 @@ def locate_exit(is_inside: Callable[[float], bool | None], inside: float, outsid
 
 def describe_stall(
     evaluator: ReadingEvaluator,
-    motion_at: Callable[[float], Motion | None],
+    motion_at: Callable[[float], tuple[FloatArray, FloatArray] | None],
     span: tuple[float, float],
     poses: FloatArray,
     max_bisections: int,

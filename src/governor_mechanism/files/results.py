@@ -121,6 +121,7 @@ def summarise_run(run: Trajectory) -> dict[str, Any]:
         "units": run.units,
         "mobility": run.mobility,
         "events": run.events,
+        "speed_fluctuations": {angle: extremes.as_json() for angle, extremes in run.speed_fluctuations.items()},
         "largest_joint_forces": {name: float(np.max(one.magnitude, initial=0.0)) for name, one in run.reactions.items()},
         "notes": run.notes,
         "cost": run.cost,

@@ -1,5 +1,6 @@
 """Result of a run: arrays, outcome, energy, error estimate, events and cost."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -153,6 +154,47 @@ class Cost:
     model_size: Mapping[str, int] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, kw_only=True)
+class SpeedFluctuation:
+    """Extreme speeds of a shaft in the last complete turn of a run.
+
+    Attributes
+    ----------
+    lowest, highest
+        Lowest and highest speed, rad/s.
+    lowest_angle, highest_angle
+        Angles at which the shaft has them, rad.
+    """
+
+    lowest: float
+    highest: float
+    lowest_angle: float
+    highest_angle: float
+
+    @property
+    def mean(self) -> float:
+        """Arithmetic mean of both speeds, rad/s."""
+        return 0.5 * (self.lowest + self.highest)
+
+    @property
+    def coefficient(self) -> float:
+        """Coefficient of speed fluctuation, (highest - lowest) / mean."""
+        return (self.highest - self.lowest) / self.mean
+
+    def __str__(self) -> str:
+        low, high = (f"{speed:.6g} rad/s at {math.degrees(angle) % 360:.4g} deg" for speed, angle in self._extremes)
+        return f"in the last turn {low} to {high}, coefficient of speed fluctuation {self.coefficient:.5g}"
+
+    @property
+    def _extremes(self) -> tuple[tuple[float, float], ...]:
+        return (self.lowest, self.lowest_angle), (self.highest, self.highest_angle)
+
+    def as_json(self) -> dict[str, float]:
+        """Return the speeds, angles, mean and coefficient by name."""
+        names = ("lowest", "highest", "lowest_angle", "highest_angle", "mean", "coefficient")
+        return {name: getattr(self, name) for name in names}
+
+
 class DeferredResults(Protocol):
     """Results that a motion implies, computed on first access."""
 
@@ -161,6 +203,9 @@ class DeferredResults(Protocol):
 
     def events(self) -> tuple[Event, ...]:
         """Return the events in order of time."""
+
+    def speed_fluctuations(self) -> Mapping[str, SpeedFluctuation]:
+        """Return the extreme speeds of shafts by the reading of their angle."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -242,6 +287,11 @@ class Trajectory:
     def events(self) -> tuple[Event, ...]:
         """Events in order of time: contact events, turning points and change points. Computed on first access."""
         return () if self.deferred_results is None else self.deferred_results.events()
+
+    @cached_property
+    def speed_fluctuations(self) -> Mapping[str, SpeedFluctuation]:
+        """Extreme speeds in the last turn of each shaft of an engine, by the reading of its angle. Computed on first access."""
+        return {} if self.deferred_results is None else self.deferred_results.speed_fluctuations()
 
     @property
     def body_names(self) -> tuple[str, ...]:

@@ -18,11 +18,12 @@ from governor_mechanism.model.events import Event
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Energy, Outcome, Reaction
+from governor_mechanism.model.trajectory import Energy, Outcome, Reaction, SpeedFluctuation
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.observables.crossings import find_crossings
 from governor_mechanism.observables.sampled_motion import DenseOutput, SampledMotion
 from governor_mechanism.observables.singular_configurations import find_singular_configurations
+from governor_mechanism.observables.speed_fluctuation import find_speed_fluctuation
 from governor_mechanism.types import FloatArray, IntArray
 
 NEAR_DEPENDENT_PIVOT_RATIO = 1e-9
@@ -184,6 +185,15 @@ class DeferredMotionAnalysis:
             if not has_contacts:
                 events += find_singular_configurations(self.scene.mechanism, motion, self.mobility)
         return tuple(sorted(events, key=lambda event: event.time))
+
+    def speed_fluctuations(self) -> dict[str, SpeedFluctuation]:
+        """Return the extreme speeds in the last turn of the shafts that must not turn back, by the reading of their angle."""
+        limits = self.scene.mechanism.stall_limits
+        if not limits or not self.result.n_reached or self.result.reported_states.lags.size:
+            return {}
+        motion = self.sample_motion()
+        found = {limit.reading: find_speed_fluctuation(self.scene, limit.reading, motion) for limit in limits}
+        return {reading: extremes for reading, extremes in found.items() if extremes is not None}
 
     def sample_motion(self) -> SampledMotion:
         """Return the motion at the monitor times."""
