@@ -2,6 +2,7 @@
 
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.render.machines.flywheel_engine.drawing import FlywheelEngineDrawing
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.hartung.drawing import HartungDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
@@ -14,6 +15,7 @@ MACHINE_DRAWINGS: dict[str, type[MachineDrawing]] = {
     "hartung": HartungDrawing,
     "slide_valve": SlideValveDrawing,
     "stephenson": StephensonDrawing,
+    "flywheel_engine": FlywheelEngineDrawing,
 }
 
 

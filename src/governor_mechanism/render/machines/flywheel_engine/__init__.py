@@ -1,0 +1,1 @@
+"""Drawing of an engine with a flywheel."""
