@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
+from reference import flywheel
 
 SLIDE_VALVE_DIMENSIONS = {
     "crank": 0.3,
@@ -53,3 +54,15 @@ def crank_scene(changes: dict | None = None, effects: dict | None = None, **run)
 def link_gear_scene(changes: dict | None = None, effects: dict | None = None, **run) -> Scene:
     """Stephenson's link motion of the reference's sizes, with some dimensions changed."""
     return parse_scene_document(document("stephenson", LINK_GEAR_DIMENSIONS | (changes or {}), effects, **run))
+
+
+def air_engine_document(changes: dict | None = None, effects: dict | None = None, **run) -> dict:
+    """The closed cycle of the reference's example as a document, from the dead centre, with some dimensions changed."""
+    dimensions = flywheel.ENGINE | {"load_pressure": None, "inertia": flywheel.EXAMPLE_INERTIA} | (changes or {})
+    start = {"crank_angle": 0.0, "crank_rate": run.pop("crank_rate", flywheel.EXAMPLE_START_SPEED)}
+    return document("flywheel_engine", dimensions, effects, **({"duration": 2.0, "accuracy": 1e-10} | run)) | {"start": start}
+
+
+def air_engine_scene(changes: dict | None = None, effects: dict | None = None, **run) -> Scene:
+    """The closed cycle of the reference's example as a scene, see `air_engine_document`."""
+    return parse_scene_document(air_engine_document(changes, effects, **run))

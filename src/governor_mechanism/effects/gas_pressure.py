@@ -26,7 +26,7 @@ class GasPressure(ForceLaw):
     @staticmethod
     def force(coefficients: Any, value: Any, rate: Any) -> Any:
         """Return the force along the travel, N. In place of the rate of the travel it takes the crank angle, on which the sense depends."""
-        is_return = np.floor(rate / np.pi) % 2.0
+        is_return = np.floor(rate / np.pi + 1e-12) % 2.0  # at a dead centre, but for rounding, the next stroke has begun
         sense, switch = 1.0 - 2.0 * is_return, coefficients[4]
         travel = is_return + sense * value / coefficients[7]
         is_before, begins_constant = 1.0 * (travel < switch), coefficients[5]
@@ -61,7 +61,7 @@ def gas_work(coefficients: Any, travel: Any, crank_angle: Any) -> Any:
         Work, J.
     """
     _, _, _, _, _, _, _, stroke = coefficients
-    n_strokes = np.floor(np.asarray(crank_angle) / np.pi)
+    n_strokes = np.floor(np.asarray(crank_angle) / np.pi + 1e-12)  # as for the force
     is_return = n_strokes % 2.0
     relative_travel = np.clip(is_return + (1.0 - 2.0 * is_return) * travel / stroke, 0.0, 1.0)
     return n_strokes * _work_in_stroke(coefficients, 1.0) + _work_in_stroke(coefficients, relative_travel)

@@ -6,6 +6,7 @@ from governor_mechanism.effects.gas_pressure import gas_pressure
 from governor_mechanism.mechanics.dynamics.contacts import reading_functions_of
 from governor_mechanism.mechanics.dynamics.force_elements import element_law
 from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function, output_of_reading
+from governor_mechanism.mechanics.dynamics.output_forces import pad_coefficients
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output
@@ -100,7 +101,7 @@ def _forces(scene: Scene, element: ForceElement, history: StateHistory) -> list[
     mechanism, (law, coefficients) = scene.mechanism, element_law(element)
     row = OutputDerivatives(rows_of_readings(mechanism, element.displacements[:1], {}), history.poses)
     argument = row.rate(history.velocities) if element.argument is None else _value(mechanism, element.argument, history.poses)
-    return [law.force(coefficients, row.value, argument)]
+    return [law.force(pad_coefficients(coefficients), row.value, argument)]
 
 
 def _load(scene: Scene, load: InputFunction, history: StateHistory) -> FloatArray:

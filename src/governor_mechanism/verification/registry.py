@@ -2,7 +2,7 @@
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.verification import hartung, parabolic, pendulum, slide_valve, slider_crank, stephenson
+from governor_mechanism.verification import flywheel_engine, hartung, parabolic, pendulum, slide_valve, slider_crank, stephenson
 from governor_mechanism.verification.report import CheckReport, ComparisonRow
 
 CHECKS = {
@@ -12,6 +12,7 @@ CHECKS = {
     "slide_valve": slide_valve.check_slide_valve,
     "slider_crank": slider_crank.check_slider_crank,
     "stephenson": stephenson.check_stephenson_gear,
+    "flywheel_engine": flywheel_engine.check_flywheel_engine,
 }
 """Closed-form checks by machine; each maps a scene to comparison rows and notes on what is left out."""
 

@@ -37,6 +37,9 @@ from governor_mechanism.model.time_functions import InputFunction
 FLYWHEEL, SHAFT, LOAD = "flywheel", "shaft", "load"
 CRANK_ANGLE = BodyAngle(name="crank_angle", quantity="angle", body=FLYWHEEL)
 
+CLOSED_CYCLE_TOLERANCE = 1e-9
+"""Work that a closed cycle may gain in a stroke, relative to that of the supply pressure over it: well above rounding."""
+
 STALL_MESSAGE = "the shaft stalls: the load and the gas take more work than the flywheel has stored; reduce the load, or start it faster"
 
 
@@ -74,6 +77,7 @@ class FlywheelEngine(FlywheelEngineDimensions):
             stall_limits=(StallLimit(reading=CRANK_ANGLE.name, body=FLYWHEEL, message=STALL_MESSAGE),),
             force_elements=(*gases, *self._loads(gases)),
             derived_readings=tuple(self._derived_readings(gases)),
+            notes=tuple(self._cycle_notes(gases)),
         )
 
     def dimensions(self) -> dict[str, float]:
@@ -147,14 +151,26 @@ class FlywheelEngine(FlywheelEngineDimensions):
             moment = InputFunction(values=(self.load_torque,)) if isinstance(self.load_torque, float) else self.load_torque
             yield Torque(name=LOAD, first=FLYWHEEL, second=GROUND, moment=moment)
         elif self.load_damping is None:
-            gas_work_per_stroke = sum(float(gas_work(gas.coefficients, gas.stroke, math.pi)) for gas in gases)
-            work = gas_work_per_stroke if self.load_pressure is None else self.area * self.load_pressure * self.stroke
+            work = _work_per_stroke(gases) if self.load_pressure is None else self.area * self.load_pressure * self.stroke
             if self.load_pressure is None and not work > 0:
                 raise MechanismError(
                     f"the engine can carry no load: in a stroke the gas does {work:.6g} J of work on the shaft; increase "
                     "supply_pressure or cut_off, or reduce back_pressure or pump_area; or give a load_pressure"
                 )
             yield Torque(name=LOAD, first=FLYWHEEL, second=GROUND, moment=InputFunction(values=(work / math.pi,)))
+
+    def _cycle_notes(self, gases: tuple[CylinderGas, ...]) -> Iterator[str]:
+        """Yield a sentence about a cycle that a given load pressure does not close."""
+        if self.load_pressure is None:
+            return
+        gained, full_work = _work_per_stroke(gases) - self.area * self.load_pressure * self.stroke, self.area * self.stroke
+        if abs(gained) > CLOSED_CYCLE_TOLERANCE * full_work * self.supply_pressure:
+            closing = self.load_pressure + gained / full_work
+            yield (
+                f"the cycle does not close: in each stroke the shaft {'gains' if gained > 0 else 'loses'} {abs(gained):.6g} J, "
+                f"{abs(gained) / (full_work * self.supply_pressure):.4%} of area x supply_pressure x stroke; it closes with "
+                f'load_pressure = "{closing / 1e5:.10g} bar"'
+            )
 
     def _derived_readings(self, gases: tuple[CylinderGas, ...]) -> Iterator[DerivedReading]:
         """Yield speed, torques, pressures and stored work."""
@@ -166,6 +182,11 @@ class FlywheelEngine(FlywheelEngineDimensions):
         for gas in gases:
             yield CylinderPressure(name=f"{gas.name}_pressure", element=gas.name, reading=angle, scale=gas.pressure)
         yield StoredWork(name="stored_work")
+
+
+def _work_per_stroke(gases: tuple[CylinderGas, ...]) -> float:
+    """Return the work of gas on the shaft in a stroke, J."""
+    return sum(float(gas_work(gas.coefficients, gas.stroke, math.pi)) for gas in gases)
 
 
 @dataclass(frozen=True, kw_only=True)

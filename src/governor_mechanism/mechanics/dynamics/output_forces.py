@@ -51,8 +51,12 @@ def make_output_force(
     slack_below: float = -math.inf,
 ) -> OutputForceRecord:
     """Return a record of `OUTPUT_FORCE_DTYPE`; coefficients that are left out are zero."""
-    padded = (*coefficients, *(0.0,) * (MAX_COEFFICIENTS - len(coefficients)))
-    return law, output_index, argument_index, has_power, input_index, slack_below, padded
+    return law, output_index, argument_index, has_power, input_index, slack_below, pad_coefficients(coefficients)
+
+
+def pad_coefficients(coefficients: Sequence[float]) -> tuple[float, ...]:
+    """Return coefficients of a law with zeros up to the number in a record."""
+    return (*coefficients, *(0.0,) * (MAX_COEFFICIENTS - len(coefficients)))
 
 
 def output_force_record(effect: OutputForce, output_index: int) -> OutputForceRecord:
@@ -127,7 +131,7 @@ contact_index: the contact or one-sided spring concerned.
 @jit_in_place
 def travel_in_stroke(coefficient: float, travel: float, crank_angle: float) -> float:
     """Return the travel of a piston since the last dead centre, relative to the stroke 1 / coefficient (m)."""
-    is_return = math.floor(crank_angle / math.pi) % 2.0
+    is_return = math.floor(crank_angle / math.pi + 1e-12) % 2.0  # as for the force of the gas
     return is_return + (1.0 - 2.0 * is_return) * coefficient * travel
 
 
