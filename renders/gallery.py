@@ -19,6 +19,7 @@ from governor_mechanism.render.figures.valve_timing.valve_gears import valve_gea
 from governor_mechanism.render.figures.work_precision import work_precision_figure
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_mechanism.studies.flywheel.paper_comparison import compare_with_paper
+from governor_mechanism.studies.flywheel.simulation import simulate_wheels
 from governor_mechanism.studies.regulation.cyclic_irregularity import CLEARANCES, FLUCTUATION_RATIOS, study_clearance, study_cyclic_motion
 from governor_mechanism.studies.regulation.fold_jump import RAMP_RATES, study_fold_jump
 from governor_mechanism.studies.regulation.settling_time import DAMPING_COEFFICIENTS, study_settling
@@ -78,7 +79,8 @@ def main() -> None:
         work_precision_figure(gm.accuracy_study(gm.load(name)), REQUESTED_ERROR).save_png(FOLDER / f"{name}_accuracy.png")
     valve_gears_figure(gm.valve_gears()).save_png(FOLDER / "valve_gears.png")
     isochronous_figure(gm.load("watt_improved")).save_png(FOLDER / "watt_improved_parabolas.png")
-    draw_flywheel_plate(gm.design_flywheel(), compare_with_paper()).save_png(FOLDER / "flywheel_design.png")
+    flywheel, comparison = gm.design_flywheel(), compare_with_paper()
+    draw_flywheel_plate(flywheel, simulate_wheels(flywheel, comparison), comparison).save_png(FOLDER / "flywheel_design.png")
 
 
 def _write_regulation_figures() -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.mechanics.dynamics.force_elements import spring_potential_energy
+from governor_mechanism.mechanics.dynamics.force_elements import element_potential_energy
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
@@ -156,7 +156,7 @@ def potential_of_loaded_crank(reduction, value):
     point = mechanism.force_elements[-1].point
     turned = (point.x + 1j * point.y) * np.exp(1j * rod_angle)
     corner = np.array([rod_x + turned.real, rod_y + turned.imag])
-    return weights + spring_potential_energy(mechanism, poses)[0] - 1.3 * (crank_angle - rod_angle) - corner @ [2.0, -5.0]
+    return weights + element_potential_energy(mechanism, poses)[0] - 1.3 * (crank_angle - rod_angle) - corner @ [2.0, -5.0]
 
 
 def test_derivatives_of_the_lagrangian_coefficients():

@@ -14,6 +14,7 @@ from governor_mechanism.render.figures.flywheel.design import draw_flywheel_plat
 from governor_mechanism.studies.flywheel.design import design_flywheel
 from governor_mechanism.studies.flywheel.inputs import FlywheelInputs
 from governor_mechanism.studies.flywheel.paper_comparison import compare_with_paper
+from governor_mechanism.studies.flywheel.simulation import export_scene_document, simulate_wheels
 from reference import flywheel as printed
 
 PAPER = compare_with_paper()
@@ -149,6 +150,28 @@ def test_inputs_that_no_flywheel_comes_of_are_refused(inputs, sentence):
         gm.design_flywheel(**inputs)
 
 
+def test_the_flywheels_of_the_paper_run_as_their_formulas_say():
+    simulated = simulate_wheels(design_flywheel(), PAPER)
+    closed = printed.CASES["closed by the load"][4]
+    for wheel, bracket, excess in zip(simulated, (0.1713, printed.SUM_AT_EXACT_ANGLES, closed), (1.417, 1.022, 1.0), strict=True):
+        half = closed / bracket / (2 * printed.ENERGY_RATIO)  # work stored over that of the mean speed, J w^2 / 2
+        # The extreme speeds have errors of 1e-8 of a speed of 6 rad/s.
+        assert wheel.lowest == pytest.approx(printed.MEAN_SPEED * math.sqrt(1 - half), abs=1e-7)
+        assert wheel.highest == pytest.approx(printed.MEAN_SPEED * math.sqrt(1 + half), abs=1e-7)
+        assert wheel.excess == pytest.approx(excess, abs=5e-4)  # digits of the statement
+        assert wheel.crank_angles[-1] == pytest.approx(4 * math.pi, abs=0.05)  # the mean over time is not that of the energies
+
+
+@pytest.mark.parametrize("requirement", [{"coefficient": 0.02}, {"energy_ratio": 12.0}, {"inertia": 2000.0}])
+def test_a_designed_flywheel_keeps_its_promise(requirement):
+    design = design_flywheel(FlywheelInputs(load_pressure=None, **requirement))
+    (wheel,) = simulate_wheels(design)
+    assert wheel.lowest == pytest.approx(design.lowest_speed, abs=1e-7)
+    assert wheel.highest == pytest.approx(design.highest_speed, abs=1e-7)
+    assert wheel.excess == pytest.approx(1.0, abs=1e-5)
+    assert export_scene_document(design, design.inertia)["dimensions"]["inertia"] == design.inertia
+
+
 def test_a_design_is_plain_json():
     document = json.loads(json.dumps({**design_flywheel().as_json(), "paper": PAPER.as_json()}, allow_nan=False))
     assert document["engine"]["area"] == 0.05
@@ -157,11 +180,12 @@ def test_a_design_is_plain_json():
 
 
 def test_the_plate_is_drawn_of_the_paper_and_of_other_engines(tmp_path: Path):
-    paper = draw_flywheel_plate(design_flywheel(), PAPER)
+    paper = draw_flywheel_plate(design_flywheel(), simulate_wheels(design_flywheel(), PAPER), PAPER)
     texts = {text.get_text() for axes in paper.axes for text in axes.texts}
     assert {"−0.2714", "−0.203585", "0.1713", "0.237422", "3854", "5342"} <= texts
     assert "$\\alpha$ = 2.675°" in texts
     assert "$\\beta$ = 95.45°" in texts
     other = FlywheelInputs(load_pressure=None, cut_off=0.9, pump_clearance=0.01, pump_stroke=0.4, inertia=2000.0)
-    for name, plate in (("paper", paper), ("other", draw_flywheel_plate(design_flywheel(other)))):
+    other_plate = draw_flywheel_plate(design_flywheel(other), simulate_wheels(design_flywheel(other)))
+    for name, plate in (("paper", paper), ("other", other_plate)):
         assert plate.save_png(tmp_path / f"{name}.png").read_bytes()[:4] == b"\x89PNG"

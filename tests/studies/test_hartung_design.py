@@ -13,10 +13,11 @@ import governor_mechanism as gm
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.observables.static_forces import evaluate_static_forces
 from governor_mechanism.render.figures.hartung.design import sleeve_force_figure, spring_lines_figure
+from governor_mechanism.scenes.toml_text import format_scene_toml
 from governor_mechanism.studies.hartung.design import build_hartung_layout, design_hartung
 from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, TECHNICAL_ATMOSPHERE, HartungInputs
 from governor_mechanism.studies.hartung.paper_comparison import SLIDE_RULE_TOLERANCE, compare_with_paper
-from governor_mechanism.studies.hartung.scene_export import export_scene_document, format_scene_toml
+from governor_mechanism.studies.hartung.scene_export import export_scene_document
 from reference import hartung
 from reference.zehnder import half_unit_of_last_digit
 

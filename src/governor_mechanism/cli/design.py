@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -40,7 +40,8 @@ def design(
 
     hartung: bell cranks, springs, stress and sleeve force of a governor, and a scene file that can be run. flywheel: energy, inertia, rim
     and arms of the flywheel of an air-expansion engine for an allowed energy_ratio or coefficient of speed fluctuation, or the fluctuation
-    of a given inertia; load_pressure=closing takes the load with which the cycle closes.
+    of a given inertia; load_pressure=closing takes the load with which the cycle closes. The flywheel is then simulated, and a scene file
+    written.
 
     Writes figures. With the inputs of the paper, the printed numbers are compared with the recomputed ones and misprints are marked.
     """
@@ -76,13 +77,19 @@ def _design_hartung(changes: Sequence[str], out: Path, *, with_figure: bool) -> 
 
 
 def _write_hartung_scene(hartung_design: HartungDesign, out: Path) -> Path:
-    from governor_mechanism.files.atomic_write import atomic_write
-    from governor_mechanism.studies.hartung.scene_export import export_scene_document, format_scene_toml
+    from governor_mechanism.studies.hartung.scene_export import export_scene_document
 
     comment = "A Hartung governor, designed by the procedure of Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620."
-    path = out / "hartung_design.toml"
+    return _write_scene(export_scene_document(hartung_design), comment, out / "hartung_design.toml")
+
+
+def _write_scene(document: Mapping[str, Any], comment: str, path: Path) -> Path:
+    """Write a scene file that begins with a comment, and return its path."""
+    from governor_mechanism.files.atomic_write import atomic_write
+    from governor_mechanism.scenes.toml_text import format_scene_toml
+
     with atomic_write(path) as temporary:
-        temporary.write_text(format_scene_toml(export_scene_document(hartung_design), comment), encoding="utf-8")
+        temporary.write_text(format_scene_toml(document, comment), encoding="utf-8")
     return path
 
 
@@ -105,18 +112,22 @@ def _design_flywheel(changes: Sequence[str], out: Path, *, with_figure: bool) ->
     from governor_mechanism.studies.flywheel.design import design_flywheel
     from governor_mechanism.studies.flywheel.inputs import PAPER_INPUTS
     from governor_mechanism.studies.flywheel.paper_comparison import compare_with_paper
+    from governor_mechanism.studies.flywheel.simulation import export_scene_document, format_simulated_wheels, simulate_wheels
 
     inputs = parse_assignments(PAPER_INPUTS, changes)
     flywheel_design = design_flywheel(inputs)
     comparison = compare_with_paper() if inputs == PAPER_INPUTS else None
-    files = []
+    with console.show_status("simulating"):
+        simulated = simulate_wheels(flywheel_design, comparison)
+    comment = "The engine of `design flywheel` with its flywheel, under the load that closes the cycle; Redtenbacher, 1853."
+    files = [_write_scene(export_scene_document(flywheel_design, flywheel_design.inertia), comment, out / "flywheel_design.toml")]
     if with_figure:
         from governor_mechanism.render.figures.flywheel.design import draw_flywheel_plate
 
         with console.show_status("drawing"):
-            files.append(draw_flywheel_plate(flywheel_design, comparison).save_png(out / "flywheel_design.png"))
-    values: dict[str, object] = {"design": flywheel_design.as_json()}
-    text = flywheel_design.summary_lines()
+            files.append(draw_flywheel_plate(flywheel_design, simulated, comparison).save_png(out / "flywheel_design.png"))
+    values: dict[str, object] = {"design": flywheel_design.as_json(), "simulated": [wheel.as_json() for wheel in simulated]}
+    text = [*flywheel_design.summary_lines(), f"\n{format_simulated_wheels(simulated)}"]
     if comparison is not None:
         values["paper"] = comparison.as_json()
         text = [f"{comparison}\n", *text]

@@ -1,8 +1,6 @@
-"""A designed governor as a scene: as a document and as the text of a scene file."""
+"""A designed governor as a scene document."""
 
-import json
 import math
-from collections.abc import Mapping
 from typing import Any
 
 from governor_mechanism.closed_form.hartung import governor as closed
@@ -79,36 +77,6 @@ def _sleeve_damping(design: HartungDesign) -> float:
     lift_derivative = float(closed.lift_derivative(governor, lever_angle=0.0))
     inertia = float(closed.lever_inertia(governor, lever_angle=0.0))
     return 2 * DAMPING_RATIO * inertia * math.sqrt(abs(squared_frequency)) / lift_derivative**2
-
-
-def format_scene_toml(document: Mapping[str, Any], comment: str) -> str:
-    """Return the document of a scene as the text of a TOML file that begins with a comment.
-
-    Parameters
-    ----------
-    document
-        The document of a scene.
-    comment
-        The first line.
-
-    Returns
-    -------
-    str
-        The text.
-    """
-    scalars = {key: value for key, value in document.items() if not isinstance(value, Mapping)}
-    lines = [f"# {comment}", *(f"{key} = {_format_toml(value)}" for key, value in scalars.items())]
-    for name, table in document.items():
-        if isinstance(table, Mapping):
-            lines += ["", f"[{name}]", *(f"{key} = {_format_toml(value)}" for key, value in table.items())]
-    return "\n".join(lines) + "\n"
-
-
-def _format_toml(value: Any) -> str:
-    """Return a value as TOML, which writes all but tables as JSON does."""
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {_format_toml(item)}" for key, item in value.items()) + " }"
-    return json.dumps(value, ensure_ascii=False)
 
 
 def _format_mm(metres: float) -> str:

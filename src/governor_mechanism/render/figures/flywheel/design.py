@@ -1,24 +1,24 @@
 """Plate of a flywheel design: tangential force and load, indicator diagrams, shaft speed, and the terms of the paper's bracket."""
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 
 from governor_mechanism.closed_form.flywheel import engine as closed
 from governor_mechanism.closed_form.flywheel.engine import AirEngine
-from governor_mechanism.closed_form.flywheel.equilibrium import shaft_speed
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, Panel, Plate
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SKY, VERMILLION
 from governor_mechanism.studies.flywheel.design import FlywheelDesign
-from governor_mechanism.studies.flywheel.inputs import closed_cycle
 from governor_mechanism.studies.flywheel.paper_comparison import PaperComparison
+from governor_mechanism.studies.flywheel.simulation import SimulatedWheel
 from governor_mechanism.types import FloatArray
 
 _CAPTIONS = {
     (0.03, 0.862): "Fig. 1.  Tangential force of the air at the crank pin, in the intervals 1 to 4, and load",
     (0.545, 0.862): "Fig. 2.  Indicator diagrams of expansion cylinder and pump",
-    (0.03, 0.462): "Fig. 3.  Speed of the shaft over a turn, with the load that closes the cycle",
+    (0.03, 0.462): "Fig. 3.  Simulated speed of the shaft, with the load that closes the cycle",
 }
 _BRACKET_CAPTION = "Fig. 4.  The terms of the bracket: work from $\\alpha$ to $\\beta$, divided by $A\\,p\\,L$"
 _WORK_CAPTION = "Fig. 4.  Work that the flywheel stores"
@@ -32,19 +32,24 @@ _FOURTH_RECT = (0.60, 0.125, 0.37, 0.305)
 _TERM_COLUMNS = (0.57, 0.8, 1.0)
 """Right ends of the columns of numbers, in fractions of their panel."""
 
+_WHEEL_STYLES = (VERMILLION, "-"), (BLUE, "-"), (INK, DASHED)
+"""Colours and line styles of the flywheels."""
+
 _N_CURVE_POINTS = 721
 """Number of points of each curve."""
 
 _PA_PER_BAR, _N_PER_KN = 1e5, 1e3
 
 
-def draw_flywheel_plate(design: FlywheelDesign, comparison: PaperComparison | None = None) -> Plate:
+def draw_flywheel_plate(design: FlywheelDesign, simulated: Sequence[SimulatedWheel], comparison: PaperComparison | None = None) -> Plate:
     """Draw the plate of a design.
 
     Parameters
     ----------
     design
         Design of the flywheel.
+    simulated
+        The flywheel as it ran, or those by each of the paper's sums.
     comparison
         The paper's numbers, if the design is that of the paper: its flywheel is drawn beside the right one, and its terms are printed.
 
@@ -60,7 +65,7 @@ def draw_flywheel_plate(design: FlywheelDesign, comparison: PaperComparison | No
     _draw_forces(plate.add_plate_panel(_FORCE_RECT, "crank angle $\\varphi$, deg", "tangential force, kN"), design)
     for rect, draw, label in zip(_INDICATOR_RECTS, (_draw_expansion, _draw_pump), ("pressure, bar", " "), strict=True):
         draw(plate.add_plate_panel(rect, "piston travel, % of stroke", label), design.engine)
-    _draw_speeds(plate.add_plate_panel(_SPEED_RECT, "crank angle $\\varphi$, deg", "shaft speed, rad/s"), design, comparison)
+    _draw_speeds(plate.add_plate_panel(_SPEED_RECT, "crank angle $\\varphi$, deg", "shaft speed, rad/s"), design, simulated)
     if comparison is None:
         _draw_stored_work(plate.add_plate_panel(_FOURTH_RECT, "crank angle $\\varphi$, deg", "stored work $E/ApL$"), design)
     else:
@@ -146,26 +151,17 @@ def _finish_indicator_panel(panel: Panel, engine: AirEngine, name: str, colour: 
     panel.annotate_point((101, engine.atmospheric_pressure / _PA_PER_BAR), "atmosphere", (0, -12), ha="right", fontsize=9, color=MUTED)
 
 
-def _draw_speeds(panel: Panel, design: FlywheelDesign, comparison: PaperComparison | None) -> None:
-    """Draw the speed over a turn of this flywheel, or of the paper's and the right one, and the speeds that mu allows."""
-    cycle, mean = closed_cycle(design.engine), design.inputs.speed
-    wheels = [(design.inertia, BLUE, f"{design.inertia:.5g} kg m²: coefficient {design.closed_coefficient:.4f}")]
-    if comparison is not None:
-        printed, right, _ = comparison.wheels
-        wheels = [
-            (wheel.inertia, colour, f"{name}, {wheel.inertia:.4g} kg m²: coefficient {wheel.coefficient:.4f}")
-            for wheel, colour, name in ((printed, VERMILLION, "as printed"), (right, BLUE, "corrected"))
-        ]
-    angles = _angles(2)
-    curves = [np.asarray(shaft_speed(cycle, crank_angle=angles, inertia=inertia, mean_speed=mean)) for inertia, _, _ in wheels]
+def _draw_speeds(panel: Panel, design: FlywheelDesign, simulated: Sequence[SimulatedWheel]) -> None:
+    """Draw the simulated speed over two turns with each flywheel, and the speeds that mu allows."""
     panel.axhspan(design.lowest_speed, design.highest_speed, color=GREEN, alpha=0.13, linewidth=0, zorder=1)
-    panel.axhline(mean, color=MUTED, linewidth=0.8, linestyle=CHAIN_DOTTED, zorder=2)
-    low, high = min(float(curve.min()) for curve in curves), max(float(curve.max()) for curve in curves)
-    spread = high - low
-    panel.set(xlim=(0, 360), ylim=(low - 0.12 * spread, high + (0.12 + 0.11 * len(wheels)) * spread), xticks=range(0, 361, 60))
-    for index, (curve, (_, colour, text)) in enumerate(zip(curves, wheels, strict=True)):
-        panel.plot(np.degrees(angles), curve, color=colour, linewidth=2.0, zorder=4)
-        panel.annotate_point((4, high + (0.11 * (len(wheels) - index) - 0.03) * spread), text, color=colour, va="center")
+    panel.axhline(design.inputs.speed, color=MUTED, linewidth=0.8, linestyle=CHAIN_DOTTED, zorder=2)
+    low, high = min(float(wheel.speeds.min()) for wheel in simulated), max(float(wheel.speeds.max()) for wheel in simulated)
+    spread, line = high - low, 0.1 * (high - low)
+    panel.set(xlim=(0, 720), ylim=(low - 0.12 * spread, high + 0.12 * spread + len(simulated) * line), xticks=range(0, 721, 90))
+    for index, (wheel, (colour, style)) in enumerate(zip(simulated, _WHEEL_STYLES, strict=False)):
+        panel.plot(np.degrees(wheel.crank_angles), wheel.speeds, color=colour, linewidth=1.8, linestyle=style, zorder=4)
+        text = f"{wheel.sized_by}, {wheel.inertia:.4g} kg m²: coefficient {wheel.coefficient:.4f}"
+        panel.annotate_point((8, high + (len(simulated) - index) * line - 0.03 * spread), text, color=colour, va="center", fontsize=10)
     text = f"{'' if design.inputs.inertia else 'allowed, '}$\\mu$ = {design.energy_ratio:.4g}"
     valley = math.degrees(design.fluctuation.slowest_angle) + 180
     panel.annotate_point((valley, design.highest_speed), text, (0, -14), ha="center", color=GREEN)
