@@ -12,7 +12,8 @@ def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path
 
     A mechanism with a valve has Zeuner's diagram, and one that is reversed the diagrams of all its gears. A slide valve with a finite
     eccentric rod has Marks' construction, too, and a link motion the paths of the die in the link. A slider crank with masses and no
-    other loads has the bearing loads, if the run covers a whole turn. Other machines have none.
+    other loads has the bearing loads, and an engine with a flywheel forces, indicator diagrams and speed, if the run covers a whole turn.
+    Other machines have none.
 
     Parameters
     ----------
@@ -52,6 +53,11 @@ def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path
 
         if not bearing_loads.bearing_loads_refusal(run):
             plates["bearings"] = bearing_loads.bearing_loads_figure(run)
+    elif machine == "flywheel_engine":
+        from governor_mechanism.render.figures.flywheel import engine_plate
+
+        if not engine_plate.engine_plate_refusal(run):
+            plates["engine"] = engine_plate.draw_engine_plate(run)
     return [plate.save_png(folder / f"{stem}_{name}.png") for name, plate in plates.items()]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from governor_mechanism.closed_form.flywheel import engine as closed
 from governor_mechanism.closed_form.flywheel.engine import AirEngine
+from governor_mechanism.render.figures.flywheel.indicator import draw_loop, finish_indicator_panel
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, Panel, Plate
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SKY, VERMILLION
 from governor_mechanism.studies.flywheel.design import FlywheelDesign
@@ -121,10 +122,10 @@ def _draw_expansion(panel: Panel, engine: AirEngine) -> None:
     angles = _angles()
     travel = 100 * np.asarray(closed.piston_travel(crank_angle=angles))
     pressure = np.asarray(closed.expansion_pressure(engine, crank_angle=angles)) / _PA_PER_BAR
-    _draw_loop(panel, travel, pressure, np.full_like(pressure, engine.back_pressure / _PA_PER_BAR), BLUE)
+    draw_loop(panel, travel, pressure, np.full_like(pressure, engine.back_pressure / _PA_PER_BAR), BLUE)
     panel.axvline(100 * engine.cut_off, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=1)
     panel.annotate_point((100 * engine.cut_off, engine.supply_pressure / _PA_PER_BAR), "cut-off", (4, -2), fontsize=9.5, color=MUTED)
-    _finish_indicator_panel(panel, engine, "expansion cylinder", BLUE)
+    finish_indicator_panel(panel, engine.supply_pressure, engine.atmospheric_pressure, "expansion cylinder", BLUE)
 
 
 def _draw_pump(panel: Panel, engine: AirEngine) -> None:
@@ -133,22 +134,8 @@ def _draw_pump(panel: Panel, engine: AirEngine) -> None:
     travel = 100 * np.asarray(closed.piston_travel(crank_angle=angles))
     intake = np.asarray(closed.suction_pressure(engine, crank_angle=angles)) / _PA_PER_BAR
     compression = np.asarray(closed.delivery_pressure(engine, crank_angle=angles)) / _PA_PER_BAR
-    _draw_loop(panel, travel, np.interp(100 - travel, travel, compression), intake, VERMILLION)
-    _finish_indicator_panel(panel, engine, "compression pump", VERMILLION)
-
-
-def _draw_loop(panel: Panel, travel: FloatArray, upper: FloatArray, lower: FloatArray, colour: str) -> None:
-    panel.fill_between(travel, lower, upper, color=colour, alpha=0.13, linewidth=0, zorder=2)
-    loop = np.concatenate([travel, travel[::-1], travel[:1]]), np.concatenate([upper, lower[::-1], upper[:1]])
-    panel.plot(*loop, color=colour, linewidth=1.8, zorder=4)
-
-
-def _finish_indicator_panel(panel: Panel, engine: AirEngine, name: str, colour: str) -> None:
-    highest = engine.supply_pressure / _PA_PER_BAR
-    panel.axhline(engine.atmospheric_pressure / _PA_PER_BAR, color=MUTED, linewidth=0.8, linestyle=CHAIN_DOTTED, zorder=1)
-    panel.set(xlim=(-3, 103), ylim=(0, 1.22 * highest), xticks=(0, 25, 50, 75, 100))
-    panel.annotate_point((50, 1.12 * highest), name, ha="center", color=colour, fontstyle="italic")
-    panel.annotate_point((101, engine.atmospheric_pressure / _PA_PER_BAR), "atmosphere", (0, -12), ha="right", fontsize=9, color=MUTED)
+    draw_loop(panel, travel, np.interp(100 - travel, travel, compression), intake, VERMILLION)
+    finish_indicator_panel(panel, engine.supply_pressure, engine.atmospheric_pressure, "compression pump", VERMILLION)
 
 
 def _draw_speeds(panel: Panel, design: FlywheelDesign, simulated: Sequence[SimulatedWheel]) -> None:

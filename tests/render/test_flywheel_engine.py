@@ -1,0 +1,77 @@
+"""Drawing and plate of the engine with a flywheel: the indicator points run along their loops, over the pistons."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from crank_scenes import air_engine_document, air_engine_scene
+from governor_mechanism.closed_form.flywheel import engine as closed
+from governor_mechanism.render.figures.flywheel.engine_plate import draw_engine_plate, engine_plate_refusal
+from governor_mechanism.render.geometry.primitives import Circle, Lines
+from governor_mechanism.render.machines.registry import drawing_of
+from governor_mechanism.scenes.parser import parse_scene_document
+from reference import flywheel
+
+RODS = {"connecting_rod": 1.6, "pump_connecting_rod": 1.3}
+NO_PUMP = dict.fromkeys(("pump_area", "pump_stroke", "pump_clearance"))
+
+
+@pytest.fixture(scope="module")
+def run():
+    return gm.run(air_engine_scene(accuracy=1e-6), engine="reduced")
+
+
+def drawing(run):
+    return drawing_of(run, run.scene.part)
+
+
+def marks(run, k: int) -> list[Circle]:
+    """Indicator points at a reported time: those of the faces of both pistons, first toward the shaft."""
+    shapes = drawing(run).moving_shapes(run.poses[k], float(run.times[k]))
+    return [shape for shape in shapes if isinstance(shape, Circle) and shape.role.endswith(" mark")]
+
+
+@pytest.mark.parametrize("k", [3, 20, 40, 62, 83, 120])
+def test_the_indicator_points_show_the_pressures_of_the_closed_form(run, k):
+    engine = closed.AirEngine(**(flywheel.ENGINE | {"load_pressure": 4e4}))
+    angle = float(run.readings["crank_angle"][k])
+    driving, behind, before = (
+        float(law(engine, crank_angle=angle)) for law in (closed.expansion_pressure, closed.suction_pressure, closed.delivery_pressure)
+    )
+    is_return = math.floor(angle / math.pi) % 2 == 1
+    expected = [driving, 1.5e5, behind, before] if not is_return else [1.5e5, driving, before, behind]
+    heights = np.array([mark.y for mark in marks(run, k)])
+    zeros = np.array([drawing(run)._cylinders[i].diagram_base for i in (0, 0, 1, 1)])
+    scale = 0.36 * flywheel.ENGINE["stroke"] / 4e5  # metres of the picture for a pascal
+    assert heights == pytest.approx(zeros + scale * np.array(expected), abs=1e-6 * 0.65)  # errors of the run
+    travel = float(run.readings["piston_travel"][k])
+    assert [mark.x for mark in marks(run, k)] == pytest.approx([travel] * 4, abs=1e-6)
+
+
+@pytest.mark.parametrize(("changes", "effects"), [({}, {}), (RODS, {}), (RODS, {"piston_masses": {"piston": 250.0}}), (NO_PUMP, {})])
+def test_every_pose_gives_the_same_shapes_within_the_bounds(changes, effects):
+    result = gm.run(parse_scene_document(air_engine_document(changes, effects, duration=1.1, accuracy=1e-6)), engine="reduced")
+    picture = drawing(result)
+    frames = [list(picture.moving_shapes(pose, float(time))) for pose, time in zip(result.poses, result.times, strict=True)]
+    assert len({tuple((type(shape), shape.role) for shape in frame) for frame in frames}) == 1
+    left, right, bottom, top = picture.bounds
+    points = [point for frame in frames for shape in frame if isinstance(shape, Lines) for line in shape.lines for point in line]
+    assert all(left <= x <= right and bottom <= y <= top for x, y in points)
+    assert 0.5 < (right - left) / (top - bottom) < 1.8
+
+
+def test_the_plate_marks_the_angles_of_extreme_speed(run, tmp_path: Path):
+    plate = draw_engine_plate(run)
+    texts = {text.get_text() for axes in plate.axes for text in axes.texts}
+    found = {text[1:-1].split("$ = ")[0]: float(text.split(" = ")[1].rstrip("°")) for text in texts if text.startswith("$")}
+    _, _, alpha, beta, _, _ = flywheel.CASES["closed by the load"]
+    assert found["\\alpha"] % 180 == pytest.approx(alpha, abs=6e-4)  # digits of the plate; either stroke has it
+    assert found["\\beta"] % 180 == pytest.approx(beta, abs=0.06)
+    assert plate.save_png(tmp_path / "plate.png").read_bytes()[:4] == b"\x89PNG"
+    short = gm.run(air_engine_scene(duration=0.5, accuracy=1e-6), engine="reduced")
+    assert engine_plate_refusal(short) == "the shaft makes no complete turn"
