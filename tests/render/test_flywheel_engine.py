@@ -68,10 +68,10 @@ def test_every_pose_gives_the_same_shapes_within_the_bounds(changes, effects):
 def test_the_plate_marks_the_angles_of_extreme_speed(run, tmp_path: Path):
     plate = draw_engine_plate(run)
     texts = {text.get_text() for axes in plate.axes for text in axes.texts}
-    found = {text[1:-1].split("$ = ")[0]: float(text.split(" = ")[1].rstrip("°")) for text in texts if text.startswith("$")}
+    found = {letter: next(float(text.split(" = ")[1][:-1]) for text in texts if letter in text) for letter in ("alpha", "beta")}
     _, _, alpha, beta, _, _ = flywheel.CASES["closed by the load"]
-    assert found["\\alpha"] % 180 == pytest.approx(alpha, abs=6e-4)  # digits of the plate; either stroke has it
-    assert found["\\beta"] % 180 == pytest.approx(beta, abs=0.06)
+    assert found["alpha"] % 180 == pytest.approx(alpha, abs=0.06)  # digits of the plate; either stroke has it
+    assert found["beta"] % 180 == pytest.approx(beta, abs=0.06)
     assert plate.save_png(tmp_path / "plate.png").read_bytes()[:4] == b"\x89PNG"
     short = gm.run(air_engine_scene(duration=0.5, accuracy=1e-6), engine="reduced")
     assert engine_plate_refusal(short) == "the shaft makes no complete turn"
