@@ -249,3 +249,49 @@ def test_impossible_masses_are_refused(masses, sentence):
 def test_statics_and_linearisation_are_refused():
     with pytest.raises(MechanismError, match="turns over"):
         gm.equilibria(air_engine_scene(), spindle_speed=0.0)
+
+
+@pytest.mark.parametrize("opening", [1.0, 0.6, 0.0])
+def test_a_throttle_lowers_the_pressure_of_admission(opening):
+    # An engine with the pressure behind a throttle as its supply; the pump of the first still delivers at the full pressure.
+    changes = {"throttle": opening, "load_torque": 100.0}
+    throttled = run_with("multibody", air_engine_scene(changes, duration=1.0))
+    back, supply = flywheel.PRESSURES["back_pressure"], flywheel.PRESSURES["supply_pressure"]
+    without_pump = {"pump_area": None, "pump_stroke": None, "pump_clearance": None, "load_torque": 100.0}
+    admitted = back + opening * (supply - back)
+    alone = run_with("multibody", air_engine_scene(without_pump | {"supply_pressure": admitted}, duration=1.0))
+    with_throttle = run_with("multibody", air_engine_scene(without_pump | {"throttle": opening}, duration=1.0))
+    assert with_throttle.readings["shaft_speed"] == pytest.approx(alone.readings["shaft_speed"], abs=1e-9)  # ten times the accuracy
+    assert with_throttle.readings["expansion_pressure"][1:] == pytest.approx(alone.readings["expansion_pressure"][1:], rel=1e-8)
+    assert throttled.readings["throttle_opening"] == pytest.approx(opening)
+    assert throttled.readings["delivery_pressure"].max() == pytest.approx(supply)
+
+
+@pytest.mark.parametrize("throttle", [0.7, [[0.0, 1.0], [0.4, 1.0], [0.8, 0.3]],
+                                      {"reading": "crank_angle", "harmonics": [[0, 0.8, 0.0], [1, 0.1, 0.05]]}])  # fmt: skip
+def test_engines_agree_on_a_throttle_that_moves(throttle):
+    document = air_engine_document({"throttle": throttle, "load_torque": 200.0}, duration=1.5)
+    runs = [run_with(engine, parse_scene_document(document)) for engine in ("multibody", "reduced")]
+    assert np.max(np.abs(runs[0].readings["shaft_speed"] - runs[1].readings["shaft_speed"])) < 1e-9
+    assert max(run.energy.drift for run in runs) < 1e-9
+    if not isinstance(throttle, dict):
+        coarse = ImpulseEngine().run(parse_scene_document(document | {"run": document["run"] | {"accuracy": 1e-5}}))
+        assert np.max(np.abs(coarse.readings["shaft_speed"] - runs[0].readings["shaft_speed"])) < 1e-4
+
+
+def test_a_control_of_the_throttle_reaches_its_end_by_name():
+    gain = {"reading": "crank_angle", "gain": 0.2}
+    for engine in ("multibody", "reduced"):
+        run = ENGINES[engine].run(air_engine_scene({"throttle": gain, "load_torque": 200.0}, accuracy=1e-6))
+        assert run.outcome is Outcome.CONTROL_OUT_OF_RANGE, run.message
+        assert "throttle_opening is set to 1.0" in run.message
+        assert run.readings["throttle_opening"].max() <= 1.0
+        assert run.times[-1] == pytest.approx(5.0 / 6.3, abs=0.05)  # 5 rad at the mean speed
+
+
+def test_a_throttle_out_of_range_or_without_a_load_is_refused():
+    for throttle in (1.2, -0.1, [[0.0, 0.5], [1.0, 1.5]], {"reading": "crank_angle", "table": [[0.0, 0.5], [1.0, 2.0]]}):
+        with pytest.raises(MechanismError, match="throttle must lie between 0, closed, and 1, open"):
+            air_engine_scene({"throttle": throttle, "load_torque": 100.0})
+    with pytest.raises(MechanismError, match="no load closes the cycle all the time"):
+        air_engine_scene({"throttle": [[0.0, 0.5], [1.0, 0.9]]})

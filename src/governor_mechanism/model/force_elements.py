@@ -41,6 +41,16 @@ class ForceElement:
         """Given force or moment, or components of it, one for each displacement; empty for springs and dampers."""
         return tuple(value for value in vars(self).values() if isinstance(value, InputFunction))
 
+    @property
+    def factor(self) -> InputFunction | None:
+        """What the force by its law is multiplied by, as a throttle; None for most."""
+        return None
+
+    @property
+    def inputs(self) -> tuple[InputFunction, ...]:
+        """Loads and factor."""
+        return self.loads if self.factor is None else (*self.loads, self.factor)
+
     def __post_init__(self) -> None:
         first, second = self.bodies
         if first == second:
@@ -227,11 +237,14 @@ class CylinderGas(ForceElement):
         Pressure on the other face, Pa.
     stroke
         Stroke, m.
+    throttle
+        What all pressures are multiplied by; None for 1.
     """
 
     body: str
     travel: Reading
     crank_angle: BodyAngle
+    throttle: InputFunction | None = None
     area: float = measured("m2")
     pressure: float = measured("Pa")
     volume: float = measured("")
@@ -255,6 +268,16 @@ class CylinderGas(ForceElement):
     def argument(self) -> BodyAngle:
         """The crank angle."""
         return self.crank_angle
+
+    @property
+    def loads(self) -> tuple[InputFunction, ...]:
+        """None: the force follows from a law."""
+        return ()
+
+    @property
+    def factor(self) -> InputFunction | None:
+        """The throttle."""
+        return self.throttle
 
     @property
     def coefficients(self) -> tuple[float, ...]:

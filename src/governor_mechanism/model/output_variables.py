@@ -239,8 +239,8 @@ class CylinderPressure(DerivedReading):
 
     Attributes
     ----------
-    element
-        Name of the gas.
+    elements
+        Names of the gas; the pressures add up.
     reading
         Name of the crank angle.
     scale
@@ -249,9 +249,24 @@ class CylinderPressure(DerivedReading):
 
     unit: ClassVar[str] = "Pa"
 
-    element: str
+    elements: tuple[str, ...]
     reading: str
     scale: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThrottleOpening(DerivedReading):
+    """Opening of a throttle, 0 to 1; a run ends where it leaves this range.
+
+    Attributes
+    ----------
+    element
+        Name of the gas that it throttles.
+    """
+
+    unit: ClassVar[str] = "1"
+
+    element: str
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -26,6 +26,7 @@ class Outcome(Enum):
     NOT_CERTIFIED = "ran to the end; its accuracy was not certified"
     ACCURACY_MISSED = "ran to the end, but the requested accuracy was not reached; relax it (multibody reaches the highest)"
     LEFT_RANGE = "the mechanism leaves the range in which its description is valid, and the run ends there"
+    CONTROL_OUT_OF_RANGE = "a control sets what has a range to a value outside it, and the run ends there"
     SHAFT_STALLED = "the shaft would turn back, and the run ends there"
     DEAD_CENTRE = "the coordinate of the engine has a turning point there; try engine multibody"
     STIFF = "the motion is stiff, and this engine integrates explicitly; try engine multibody"

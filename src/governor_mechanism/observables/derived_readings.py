@@ -13,12 +13,15 @@ from governor_mechanism.mechanics.kinematics.output_variables import OutputDeriv
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.force_elements import CylinderGas, ForceElement
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import AppliedTorque, CylinderPressure, Reading, ShaftSpeed, StoredWork
+from governor_mechanism.model.output_variables import AppliedTorque, CylinderPressure, Reading, ShaftSpeed, StoredWork, ThrottleOpening
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, ReadingFunction
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.observables.static_forces import evaluate_static_forces
 from governor_mechanism.types import FloatArray
+
+THROTTLE_TOLERANCE = 1e-9
+"""Opening beyond 0 and 1 that counts as rounding of a control at its end."""
 
 
 def evaluate_derived_readings(scene: Scene, history: StateHistory) -> dict[str, FloatArray]:
@@ -50,7 +53,9 @@ def evaluate_derived_readings(scene: Scene, history: StateHistory) -> dict[str, 
             case StoredWork():
                 readings[output.name] = _kinetic_energy(mechanism, history) - _kinetic_energy(mechanism, history)[:1]
             case CylinderPressure():
-                readings[output.name] = _pressure(mechanism, output.element, history.poses)
+                readings[output.name] = sum((_pressure(scene, name, history) for name in output.elements), np.zeros(len(history.times)))
+            case ThrottleOpening():
+                readings[output.name] = evaluate_load(scene, _gas(mechanism, output.element).throttle or InputFunction(), history)
             case AppliedTorque():
                 readings[output.name] = _applied_torque(scene, output, history)
     return readings
@@ -63,14 +68,46 @@ def _kinetic_energy(mechanism: Mechanism, history: StateHistory) -> FloatArray:
     return energy
 
 
-def _pressure(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatArray:
-    """Return the pressure (n,) of the gas of a force element, Pa."""
+def find_first_control_exit(scene: Scene, history: StateHistory) -> tuple[int, str] | None:
+    """Return the index of the first state in which a throttle is set beyond closed or open, and what is set, or None.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    history
+        States of its motion.
+
+    Returns
+    -------
+    tuple[int, str] | None
+        Index and sentence.
+    """
+    exits = []
+    for output in scene.mechanism.derived_readings:
+        if isinstance(output, ThrottleOpening):
+            opening = evaluate_load(scene, _gas(scene.mechanism, output.element).throttle or InputFunction(), history)
+            is_outside = np.abs(opening - 0.5) > 0.5 + THROTTLE_TOLERANCE
+            if is_outside.any():
+                index = int(np.argmax(is_outside))
+                exits.append((index, f"{output.name} is set to {opening[index]:.6g}, and it lies between 0, closed, and 1, open"))
+    return min(exits) if exits else None
+
+
+def _gas(mechanism: Mechanism, name: str) -> CylinderGas:
+    """Return the gas of a name."""
     gas = next(element for element in mechanism.force_elements if element.name == name)
     if not isinstance(gas, CylinderGas):
         raise TypeError(f"force element {name!r} is no gas in a cylinder")
-    travel, crank_angle = (_value(mechanism, output, poses) for output in (gas.travel, gas.crank_angle))
+    return gas
+
+
+def _pressure(scene: Scene, name: str, history: StateHistory) -> FloatArray:
+    """Return the pressure (n,) of the gas of a force element, Pa."""
+    gas = _gas(scene.mechanism, name)
+    travel, crank_angle = (_value(scene.mechanism, output, history.poses) for output in (gas.travel, gas.crank_angle))
     pressure: FloatArray = gas_pressure(gas.coefficients, travel, crank_angle)
-    return pressure
+    return pressure if gas.throttle is None else pressure * evaluate_load(scene, gas.throttle, history)
 
 
 def _value(mechanism: Mechanism, output: Reading, poses: FloatArray) -> FloatArray:
@@ -97,15 +134,16 @@ def _applied_torque(scene: Scene, output: AppliedTorque, history: StateHistory) 
 def _forces(scene: Scene, element: ForceElement, history: StateHistory) -> list[FloatArray]:
     """Return the force (n,) of a force element along each of its displacements, N or N m."""
     if element.loads:
-        return [_load(scene, load, history) for load in element.loads]
+        return [evaluate_load(scene, load, history) for load in element.loads]
     mechanism, (law, coefficients) = scene.mechanism, element_law(element)
     row = OutputDerivatives(rows_of_readings(mechanism, element.displacements[:1], {}), history.poses)
     argument = row.rate(history.velocities) if element.argument is None else _value(mechanism, element.argument, history.poses)
-    return [law.force(pad_coefficients(coefficients), row.value, argument)]
+    force = law.force(pad_coefficients(coefficients), row.value, argument)
+    return [force if element.factor is None else force * evaluate_load(scene, element.factor, history)]
 
 
-def _load(scene: Scene, load: InputFunction, history: StateHistory) -> FloatArray:
-    """Return a given load (n,) at the times and readings of a motion, N or N m."""
+def evaluate_load(scene: Scene, load: InputFunction, history: StateHistory) -> FloatArray:
+    """Return a given load (n,) at the times and readings of a motion, SI."""
     values: FloatArray = CubicTimeFunction(load)(history.times)
     for function in load.functions:
         values = values + _reading_function(scene, function, history)

@@ -73,7 +73,7 @@ class MotionScales:
         energy_scale = self._energy_scale(rate)
         scales = {reading.name: mechanism.output_scale(reading.name) for reading in mechanism.readings}
         scales |= {name_of_rate(name): rate * scales[name] for name in rates}
-        unit_scales = {"N": energy_scale / mechanism.length_scale, "N m": energy_scale, "J": energy_scale, "rad/s": rate}
+        unit_scales = {"N": energy_scale / mechanism.length_scale, "N m": energy_scale, "J": energy_scale, "rad/s": rate, "1": 1.0}
         for output in mechanism.derived_readings:
             scales[output.name] = output.scale if isinstance(output, CylinderPressure) else unit_scales[output.unit]
         spindle_scales = {SPINDLE_SPEED: self.spindle_rate(readings), SPINDLE_TORQUE: energy_scale, SPINDLE_ANGLE: 1.0}

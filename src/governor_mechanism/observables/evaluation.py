@@ -9,7 +9,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_forces_of
-from governor_mechanism.mechanics.dynamics.force_elements import element_potential_energy
+from governor_mechanism.mechanics.dynamics.force_elements import CONSERVATIVE_TYPES, element_potential_energy
 from governor_mechanism.mechanics.dynamics.force_laws import gravitational_energy
 from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes, mobility_of
@@ -23,7 +23,6 @@ from governor_mechanism.mechanics.kinematics.output_variables import (
 )
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
-from governor_mechanism.model.force_elements import CylinderGas, Spring, TorsionSpring
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import CylinderPressure, StallLimit
 from governor_mechanism.model.part import FreeSpindle
@@ -165,8 +164,8 @@ class ReadingEvaluator:
         It is integrated from their power between the times of the history; None if nothing does such work.
         """
         has_drives = bool(self._constraint_equations.is_driven.any())
-        conservative_types = Spring | TorsionSpring | CylinderGas
-        has_nonconservative_loads = any(not isinstance(load, conservative_types) for load in self.mechanism.force_elements)
+        elements = self.mechanism.force_elements
+        has_nonconservative_loads = any(not isinstance(one, CONSERVATIVE_TYPES) or one.factor is not None for one in elements)
         if not (has_drives or has_nonconservative_loads) or len(history.times) < 2:
             return None
         return -integrate_work(self.scene, history, contact_modes)

@@ -19,6 +19,7 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
+from governor_mechanism.observables.derived_readings import find_first_control_exit
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.limit_excursions import find_first_excursion
 from governor_mechanism.observables.run_result import RunResult, StateHistory
@@ -87,7 +88,10 @@ class MultibodyRunner(CertifiedRunner):
         if excursion is not None:
             n_kept, outcome = excursion[0], Outcome.LEFT_RANGE
             detail = f"{excursion[1]}, at about t = {history.times[n_kept]:.6g} s"
-        if status == IntegrationStatus.TURNED_BACK:
+        if (control_exit := find_first_control_exit(self.scene, history.at(slice(n_kept)))) is not None:
+            n_kept, outcome = control_exit[0], Outcome.CONTROL_OUT_OF_RANGE
+            detail = f"{control_exit[1]}, at about t = {history.times[n_kept]:.6g} s"
+        elif status == IntegrationStatus.TURNED_BACK:
             n_kept, detail = self._find_stall(integration, tolerance, history)
             outcome = Outcome.SHAFT_STALLED
         reported_indices = time_grid.truncate(n_kept).reported_indices

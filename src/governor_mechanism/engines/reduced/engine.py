@@ -35,6 +35,7 @@ from governor_mechanism.model.time_functions import TableFunction
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.numerics.parallel_compilation import compiled_beside
+from governor_mechanism.observables.derived_readings import find_first_control_exit
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult, StateHistory
 from governor_mechanism.observables.sampled_motion import DenseOutput
@@ -134,7 +135,11 @@ class ReducedRunner(CertifiedRunner):
         outcome, detail = describe_passage_end(
             self.scene, reduced_run.motion_table, solution.status, solution.end_time, solution.side, self.max_steps
         )
-        if solution.status == IntegrationStatus.TURNED_BACK:
+        if (control_exit := find_first_control_exit(self.scene, reported_states)) is not None:
+            outcome, n_kept = Outcome.CONTROL_OUT_OF_RANGE, control_exit[0]
+            detail = f"{control_exit[1]}, at about t = {reported_states.times[n_kept]:.6g} s"
+            reported_states = reported_states.at(slice(n_kept))
+        elif solution.status == IntegrationStatus.TURNED_BACK:
             n_moving, detail = self._find_stall(reduced_run, solution, reported_states, tolerance)
             outcome, reported_states = Outcome.SHAFT_STALLED, reported_states.at(slice(n_moving))
         return RunResult(

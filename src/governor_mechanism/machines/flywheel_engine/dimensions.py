@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from governor_mechanism.machines.base import Machine, dimension_field, optional_field
+from governor_mechanism.machines.base import Machine, dimension_field, optional_field, values_of
 from governor_mechanism.machines.slide_valve import rod_field
-from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.model.time_functions import InputFunction, TableFunction
 
 PUMP_DIMENSIONS = ("pump_area", "pump_stroke", "pump_clearance", "pump_connecting_rod")
 
@@ -38,6 +38,9 @@ class FlywheelEngineDimensions(Machine):
         Absolute pressure of the supply, at which the pump delivers, Pa.
     back_pressure
         Absolute pressure behind the expansion piston, Pa.
+    throttle
+        Opening of a throttle, 0 to 1, or over time and readings: the pressure of admission is back_pressure + throttle * (supply_pressure -
+        back_pressure). The pump delivers at supply_pressure. None without a throttle.
     atmospheric_pressure
         Absolute pressure at which the pump takes in air, Pa.
     inertia
@@ -65,6 +68,9 @@ class FlywheelEngineDimensions(Machine):
     pump_clearance: float | None = optional_field("ratio", "of the clearance of the pump to the volume of its stroke", signed=True)
     supply_pressure: float = dimension_field("pressure", "of the supply, absolute", signed=True)
     back_pressure: float = dimension_field("pressure", "behind the expansion piston, absolute", signed=True)
+    throttle: float | InputFunction | None = dimension_field(
+        "ratio", "of the opening of a throttle before the expansion cylinder; none if left out", default=None, signed=True, is_load=True
+    )
     atmospheric_pressure: float = dimension_field("pressure", "at which the pump takes in air, absolute", default=1e5)
     inertia: float | None = optional_field("moment_of_inertia", "of shaft and flywheel")
     rim_mass: float | None = optional_field("mass", "of the rim of the flywheel, in place of inertia")
@@ -92,6 +98,8 @@ class FlywheelEngineDimensions(Machine):
                 "clearance and cut_off are both 0: the gas would expand from no volume, where its pressure is infinite; "
                 "give a small clearance, such as 0.02"
             )
+        if self.throttle is not None and not all(0 <= value <= 1 for value in _values_of_throttle(self.throttle)):
+            yield "throttle must lie between 0, closed, and 1, open, at all times and readings"
         for name in ("supply_pressure", "back_pressure"):
             if getattr(self, name) < 0:
                 yield f"{name} ({getattr(self, name):.6g} Pa) is negative; it is an absolute pressure, 0 in a vacuum"
@@ -146,3 +154,10 @@ class FlywheelEngineDimensions(Machine):
                 f"pump_clearance must be below {1 / excess:.6g} at these pressures, or the valves of the pump never open; "
                 f"got {self.pump_clearance:.6g}"
             )
+
+
+def _values_of_throttle(throttle: float | InputFunction) -> list[float]:
+    """Return the values of a throttle over time, or those of the tables of readings that it follows."""
+    if not isinstance(throttle, InputFunction) or not throttle.functions:
+        return list(values_of(throttle))
+    return [value for function in throttle.functions if isinstance(function, TableFunction) for value in function.values]

@@ -8,7 +8,7 @@ Luftexpansions-Maschine (1853), theory of the flywheel.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from governor_mechanism.effects.gas_pressure import gas_work
@@ -30,11 +30,12 @@ from governor_mechanism.model.output_variables import (
     ShaftSpeed,
     StallLimit,
     StoredWork,
+    ThrottleOpening,
 )
 from governor_mechanism.model.part import FIXED_PLANE
 from governor_mechanism.model.time_functions import InputFunction
 
-FLYWHEEL, SHAFT, LOAD = "flywheel", "shaft", "load"
+FLYWHEEL, SHAFT, LOAD, THROTTLE = "flywheel", "shaft", "load", "throttle"
 CRANK_ANGLE = BodyAngle(name="crank_angle", quantity="angle", body=FLYWHEEL)
 
 CLOSED_CYCLE_TOLERANCE = 1e-9
@@ -75,7 +76,7 @@ class FlywheelEngine(FlywheelEngineDimensions):
             length_scale=0.5 * self.stroke,
             initial_guess=tuple(pose for _, pose in bodies),
             stall_limits=(StallLimit(reading=CRANK_ANGLE.name, body=FLYWHEEL, message=STALL_MESSAGE),),
-            force_elements=(*gases, *self._loads(gases)),
+            force_elements=(*self._loads(gases), *gases),
             derived_readings=tuple(self._derived_readings(gases)),
             notes=tuple(self._cycle_notes(gases)),
         )
@@ -110,7 +111,7 @@ class FlywheelEngine(FlywheelEngineDimensions):
             rod=self.connecting_rod,
             piston_mass=masses.piston if masses else 0.0,
             rod_mass=masses.connecting_rod if masses else 0.0,
-            cycles={"expansion": expansion},
+            cycles={"expansion": expansion} if self.throttle is None else self._throttled_cycles(expansion, self.throttle),
         )
         if self.pump_area is not None and self.pump_clearance is not None:
             yield _PistonDrive(
@@ -121,6 +122,12 @@ class FlywheelEngine(FlywheelEngineDimensions):
                 rod_mass=masses.pump_connecting_rod if masses else 0.0,
                 cycles=self._pump_cycles(self.pump_area, self.pump_clearance),
             )
+
+    def _throttled_cycles(self, expansion: "GasCycle", throttle: float | InputFunction) -> dict[str, "GasCycle"]:
+        """Return the gas that a closed throttle admits, at the pressure behind the piston, and what the throttle adds to it."""
+        closed = replace(expansion, pressure=self.back_pressure)
+        surplus = self.supply_pressure - self.back_pressure
+        return {"expansion": closed, THROTTLE: replace(expansion, pressure=surplus, back_pressure=0.0, throttle=_as_input(throttle))}
 
     def _pump_cycles(self, area: float, clearance: float) -> dict[str, "GasCycle"]:
         """Return the gas behind the pump piston, which expands until air is taken in, and in front, which is compressed until delivery."""
@@ -148,8 +155,7 @@ class FlywheelEngine(FlywheelEngineDimensions):
         if self.load_damping is not None:
             yield TorsionDamper(name="load damping", second=FLYWHEEL, damping=self.load_damping)
         if self.load_torque is not None:
-            moment = InputFunction(values=(self.load_torque,)) if isinstance(self.load_torque, float) else self.load_torque
-            yield Torque(name=LOAD, first=FLYWHEEL, second=GROUND, moment=moment)
+            yield Torque(name=LOAD, first=FLYWHEEL, second=GROUND, moment=_as_input(self.load_torque))
         elif self.load_damping is None:
             work = _work_per_stroke(gases) if self.load_pressure is None else self.area * self.load_pressure * self.stroke
             if self.load_pressure is None and not work > 0:
@@ -161,7 +167,7 @@ class FlywheelEngine(FlywheelEngineDimensions):
 
     def _cycle_notes(self, gases: tuple[CylinderGas, ...]) -> Iterator[str]:
         """Yield a sentence about a cycle that a given load pressure does not close."""
-        if self.load_pressure is None:
+        if self.load_pressure is None or any(gas.throttle and not gas.throttle.is_constant for gas in gases):
             return
         gained, full_work = _work_per_stroke(gases) - self.area * self.load_pressure * self.stroke, self.area * self.stroke
         if abs(gained) > CLOSED_CYCLE_TOLERANCE * full_work * self.supply_pressure:
@@ -180,13 +186,28 @@ class FlywheelEngine(FlywheelEngineDimensions):
         yield AppliedTorque(name="gas_torque", reading=angle, elements=tuple(gas.name for gas in gases))
         yield AppliedTorque(name="load_torque", reading=angle, elements=tuple(load_names) or (LOAD,), sign=-1.0)
         for gas in gases:
-            yield CylinderPressure(name=f"{gas.name}_pressure", element=gas.name, reading=angle, scale=gas.pressure)
+            if gas.throttle is None:
+                elements = (gas.name,) if self.throttle is None or gas.name != "expansion" else (gas.name, THROTTLE)
+                yield CylinderPressure(name=f"{gas.name}_pressure", elements=elements, reading=angle, scale=self.supply_pressure)
+            else:
+                yield ThrottleOpening(name="throttle_opening", element=gas.name)
         yield StoredWork(name="stored_work")
 
 
+def _as_input(value: float | InputFunction) -> InputFunction:
+    """Return a number as a constant function of time."""
+    return value if isinstance(value, InputFunction) else InputFunction(values=(value,))
+
+
 def _work_per_stroke(gases: tuple[CylinderGas, ...]) -> float:
-    """Return the work of gas on the shaft in a stroke, J."""
-    return sum(float(gas_work(gas.coefficients, gas.stroke, math.pi)) for gas in gases)
+    """Return the work of gas on the shaft in a stroke, J. Raise MechanismError if a throttle moves."""
+    work = 0.0
+    for gas in gases:
+        if gas.throttle is not None and not gas.throttle.is_constant:
+            raise MechanismError("the throttle moves, so that no load closes the cycle all the time; give load_pressure or load_torque")
+        opening = 1.0 if gas.throttle is None else gas.throttle.values[0]
+        work += opening * float(gas_work(gas.coefficients, gas.stroke, math.pi))
+    return work
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -200,6 +221,7 @@ class GasCycle:
     switch_travel: float
     begins_constant: bool
     back_pressure: float = 0.0
+    throttle: InputFunction | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

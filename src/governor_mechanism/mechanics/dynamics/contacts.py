@@ -161,7 +161,7 @@ def one_sided_forces_of(scene: Scene) -> tuple[OutputForce, ...]:
 
 @once_per_object
 def loads_of(scene: Scene) -> tuple[InputFunction, ...]:
-    """Return the loads of a scene: those of force elements, then the friction forces.
+    """Return the loads of a scene: those of force elements with their factors, then the friction forces.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def loads_of(scene: Scene) -> tuple[InputFunction, ...]:
     tuple[InputFunction, ...]
         Loads in the order of the inputs of a system.
     """
-    element_loads = [load for element in scene.mechanism.force_elements for load in element.loads]
+    element_loads = [load for element in scene.mechanism.force_elements for load in element.inputs]
     return (*element_loads, *(contact.friction for contact in contacts_of(scene) if contact.friction is not None))
 
 

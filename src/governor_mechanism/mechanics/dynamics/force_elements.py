@@ -29,6 +29,10 @@ _ELEMENT_LAWS: dict[type[ForceElement], tuple[type[ForceLaw], tuple[str, ...]]] 
 """Law of each type of force elements, and the attributes that are its coefficients, unless it has them itself; the others are loads."""
 
 
+CONSERVATIVE_TYPES = Spring | TorsionSpring | CylinderGas
+"""Types of force elements with a potential, unless they have a factor."""
+
+
 def lower_outputs(
     mechanism: Mechanism, names: Sequence[str], elements: Sequence[ForceElement], origins: Origins, first_input: int
 ) -> tuple[ConstraintRows, RecordArray]:
@@ -71,9 +75,13 @@ def lower_outputs(
         if not element.loads:
             law, coefficients = element_law(element)
             argument = _row_of_argument(element, readings)
+            has_power, input_index = law.dissipates or element.factor is not None, -1 if element.factor is None else first_input
             records.append(
-                make_output_force(FORCE_LAWS.index(law), first_row, coefficients, argument_index=argument, has_power=law.dissipates)
+                make_output_force(
+                    FORCE_LAWS.index(law), first_row, coefficients, argument_index=argument, has_power=has_power, input_index=input_index
+                )
             )
+            first_input += element.factor is not None
     return rows_of_readings(mechanism, readings, origins), np.array(records, dtype=OUTPUT_FORCE_DTYPE)
 
 
@@ -109,7 +117,7 @@ def element_potential_energy(mechanism: Mechanism, poses: FloatArray) -> FloatAr
     """
     total = np.zeros(poses.shape[:-2])
     for element in mechanism.force_elements:
-        if isinstance(element, Spring | TorsionSpring | CylinderGas):
+        if isinstance(element, CONSERVATIVE_TYPES) and element.factor is None:
             law, coefficients = element_law(element)
             value = OutputDerivatives(rows_of_readings(mechanism, element.displacements[:1], {}), poses).value
             if isinstance(element, CylinderGas):

@@ -33,8 +33,8 @@ OUTPUT_FORCE_DTYPE = np.dtype(
     ]
 )
 """One force along an output row: index in `FORCE_LAWS`, `SLIDING_FRICTION` or `LOAD`, index of the row, that of the row whose value the
-law takes in place of the rate, or -1, whether it has no potential, the input of a friction force or load, or -1, value of the output below
-which it is slack, and its coefficients."""
+law takes in place of the rate, or -1, whether it has no potential, the input of a friction force or load, or by which the force of a law is
+multiplied, or -1, value of the output below which it is slack, and its coefficients."""
 
 OutputForceRecord = tuple[int, int, int, bool, int, float, tuple[float, ...]]
 """A record of `OUTPUT_FORCE_DTYPE`."""
@@ -161,6 +161,8 @@ def add_output_forces(
         else:
             argument = rate if output_force.argument_index < 0 else row_values[output_force.argument_index, RowColumn.RESIDUAL]
             force = evaluate_force_law(output_force.law, output_force.coefficients, row_values[k, RowColumn.RESIDUAL], argument)
+            if output_force.input_index >= 0:
+                force *= inputs[output_force.input_index]
         power += force * rate
         for side in range(2):
             body = output_rows.row_bodies[k, side]

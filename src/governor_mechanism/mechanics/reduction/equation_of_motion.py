@@ -238,6 +238,9 @@ def evaluate_acceleration(
             if output_force[OutputForceColumn.TAKES_COORDINATE] != 0.0:
                 argument = model.intervals[piece, 2] + t / model.intervals[piece, 3]
             force = evaluate_force_law(law, output_force[OutputForceColumn.FIRST_COEFFICIENT :], value, argument)
+            if output_force[OutputForceColumn.INPUT] >= 0.0:
+                force *= inputs[int(output_force[OutputForceColumn.INPUT])]
+                power += force * output_derivative * v
             acceleration += force * output_derivative * inverse_inertia
             dissipated_power -= output_force[OutputForceColumn.DISSIPATES] * force * output_derivative * v
     for i in range(model.contacts.shape[0] if with_friction else 0):

@@ -78,7 +78,9 @@ class OutputForceColumn(IntEnum):
     """Index in the contact mode of whether a one-sided spring is taut; -1 for a force that always acts."""
     TAKES_COORDINATE = 4
     """Whether the law takes the coordinate in place of the rate of the output."""
-    FIRST_COEFFICIENT = 5
+    INPUT = 5
+    """Input by which the force is multiplied, or -1."""
+    FIRST_COEFFICIENT = 6
     """From here on the coefficients of the law."""
 
 
@@ -244,8 +246,8 @@ def _shaft_elements(scene: Scene, prefix: str, part: Part, train: ShaftTrain) ->
         ratio = train.ratio(element.bodies[1]) - train.ratio(element.bodies[0])
         if _is_elsewhere(element, prefix, part):
             shaft_elements.append((next_input, ratio, 0.0) if element.loads else (-1, ratio, element_law(element)[1][0]))
-            first_own_input += len(element.loads) if first_own_input == next_input else 0
-        next_input += len(element.loads)
+            first_own_input += len(element.inputs) if first_own_input == next_input else 0
+        next_input += len(element.inputs)
     return shaft_elements, first_own_input
 
 
@@ -267,11 +269,13 @@ def _output_forces(scene: Scene, names: list[str], gases: Sequence[CylinderGas])
     for effect in (effect for effect in output_forces_of(scene) if not _is_tabulated(effect)):
         law, output_index, _, dissipates, _, _, coefficients = output_force_record(effect, names.index(effect.reading))
         mode_index = 1 + n_contacts + one_sided.index(effect) if effect in one_sided else -1
-        rows.append((output_index, law, dissipates, mode_index, False, *coefficients))
+        rows.append((output_index, law, dissipates, mode_index, False, -1, *coefficients))
+    inputs = [load for element in scene.mechanism.force_elements for load in element.inputs]
     for gas in gases:
         gas_law, gas_coefficients = element_law(gas)
         law, output_index, *_, coefficients = make_output_force(FORCE_LAWS.index(gas_law), names.index(gas.travel.name), gas_coefficients)
-        rows.append((output_index, law, False, -1, True, *coefficients))
+        factor_index = -1 if gas.factor is None else 1 + next(k for k, load in enumerate(inputs) if load is gas.factor)
+        rows.append((output_index, law, False, -1, True, factor_index, *coefficients))
     return np.array(rows, dtype=float).reshape(-1, OutputForceColumn.FIRST_COEFFICIENT + MAX_COEFFICIENTS)
 
 
