@@ -26,3 +26,5 @@ class IntegrationStatus(IntEnum):
     """The table cannot be extended to where the motion leads."""
     ENDLESS_EVENTS = 9
     """Events follow each other at one time without end."""
+    SINGULAR_COORDINATES = 10
+    """The independent coordinates become unsuitable: others are needed."""

@@ -11,8 +11,9 @@ import numpy as np
 from governor_mechanism.engines.certificate import ErrorControlSettings, speed_jump_work
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.multibody.integration import MultibodyEquation, integrate_multibody, integrate_multibody_to_event
+from governor_mechanism.engines.multibody.partition import ImplicitIntegrator
 from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits, make_step_buffers
-from governor_mechanism.integrators.radau import RadauIntegrator
+from governor_mechanism.integrators.radau import RadauLimits
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
@@ -157,24 +158,24 @@ class ConstrainedIntegrator:
         if contacts is not None:
             contacts.start(state, self.input_cubics(0.0))
         run, status = ExplicitRun(self, limits, state, 0.0, times), IntegrationStatus.DONE
-        radau: RadauIntegrator | None = None
+        implicit: ImplicitIntegrator | None = None
         explicit_step, worthwhile_steps = limits.step, 0
         max_implicit_steps = math.ceil(self.max_steps / self.settings.implicit_step_cost)
         if self._stable_step < np.inf:
             status, run.step = IntegrationStatus.STIFF, self._stable_step
         for start, end in pairwise(self.breakpoints.tolist()):
             run.time = start
-            if status == IntegrationStatus.DONE and (radau is None or run.is_never_stiff):
+            if status == IntegrationStatus.DONE and (implicit is None or run.is_never_stiff):
                 status = run.integrate(end)
             if status == IntegrationStatus.STIFF:
-                radau = self._make_radau()
+                implicit = self._make_implicit_integrator()
                 self.stiffness_onset, explicit_step = min(self.stiffness_onset, run.time), run.step
                 n_explicit = (self.breakpoints[-1] - run.time) / (IMPLICIT_STEP_COST * explicit_step)
                 worthwhile_steps = min(max(math.ceil(n_explicit), MIN_IMPLICIT_STEPS), max_implicit_steps)
-            if radau is not None and not run.is_never_stiff:
-                rows, span = run.rows_until(end), (run.time, end)
-                status, run.step, n_reached, run.time = radau.integrate(
-                    self.input_cubics(start), span, start, times[rows], state, tolerance, worthwhile_steps, run.states[rows]
+            if implicit is not None and not run.is_never_stiff:
+                rows, implicit_limits = run.rows_until(end), RadauLimits(tolerance, run.step, worthwhile_steps - implicit.n_steps)
+                status, run.step, n_reached, run.time = implicit.integrate(
+                    self.input_cubics(run.time), (run.time, end), times[rows], state, implicit_limits, run.states[rows]
                 )
                 run.n_filled += n_reached
                 if status == IntegrationStatus.STEP_LIMIT and worthwhile_steps < max_implicit_steps:
@@ -188,17 +189,17 @@ class ConstrainedIntegrator:
             run.states[run.n_filled - 1, work_index] = state[work_index]
             if contacts is not None:  # an input function has a jump or a kink
                 contacts.change_mode(end, state, self.input_cubics(end))
-        if radau is not None:
-            self.implicit_steps += radau.n_steps
-            run.counts[StepCounter.EVALUATIONS] += radau.n_evaluations
-            run.output_force_counts += radau.n_evaluations * lowering.count_output_forces(self.system)
+        if implicit is not None:
+            self.implicit_steps += implicit.n_steps
+            run.counts += implicit.counts
+            run.output_force_counts += implicit.counts[StepCounter.EVALUATIONS] * lowering.count_output_forces(self.system)
         self.counters += run.counts
         self.output_force_counts += run.output_force_counts
         events = drop_cancelled_events(contacts.events if contacts else (), SIMULTANEITY_TOLERANCE * self.evaluator.time_scale)
         return IntegrationResult(run.states[: run.n_filled], status, run.step, tuple(run.contact_modes), events)
 
-    def _make_radau(self) -> RadauIntegrator:
-        return RadauIntegrator(*self.model, self.error_scale, self.constraint_tolerance, self.max_distance)
+    def _make_implicit_integrator(self) -> ImplicitIntegrator:
+        return ImplicitIntegrator(*self.model, self.error_scale, self.constraint_tolerance, self.max_distance)
 
     def _find_stable_step(self, duration: float) -> tuple[float, float]:
         """Return the largest stable explicit step if implicit steps cost less from the start on, else infinity, and the time of the motion.
@@ -210,7 +211,7 @@ class ConstrainedIntegrator:
         is_damped = is_damped or len(self.system.lags) > 0 or any(effect.dissipates for effect in output_forces_of(self.scene))
         if not is_damped or self._min_stiff_steps == np.inf:
             return math.inf, self.evaluator.time_scale
-        decay_rate, oscillation_rate = self._make_radau().rates_at(self.input_cubics(0.0), self.initial_state)
+        decay_rate, oscillation_rate = self._make_implicit_integrator().rates_at(self.input_cubics(0.0), self.initial_state)
         motion_rate = max(oscillation_rate, loading_rate(self.scene))
         n_explicit = duration * decay_rate / STABILITY_LIMIT
         n_implicit = IMPLICIT_STEPS_OF_TRANSIENT + IMPLICIT_STEPS_PER_MOTION * duration * motion_rate

@@ -1,0 +1,345 @@
+"""One step of a Radau IIA method: its linear systems, simplified Newton iteration, error estimate and dense output; compiled."""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from governor_mechanism.integrators.radau_tableau import RadauTableau, make_radau_tableau
+from governor_mechanism.numerics.array_copy import copy_array
+from governor_mechanism.numerics.dense_lu import factorise_lu, solve_lu
+from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.types import ComplexArray, FloatArray, IntArray
+
+NEWTON_TOLERANCE_RATIO = 0.01
+"""Error of the iteration relative to that of the step: it adds up over the steps, and must not be seen in the error estimate."""
+
+NEWTON_ROUNDINGS = 10.0
+"""Roundings of a state below which the iteration does not converge."""
+
+
+class RadauBuffers(NamedTuple):
+    """Method and buffers of one integration.
+
+    A state begins with the components on which the derivative depends (n_coupled); those after them are quadratures.
+
+    Attributes
+    ----------
+    tableau
+        Coefficients of the method, with s stages.
+    error_scale
+        Scale of every component; shape (components,).
+    jacobian
+        Derivatives of the state derivative by the coupled components; shape (components, n_coupled).
+    real_factors
+        LU factors of the matrix of the real eigenvalue; shape (n_coupled, n_coupled).
+    complex_factors
+        Those of the complex eigenvalues; shape (pairs, n_coupled, n_coupled).
+    pivots
+        Their row exchanges, of the real matrix last; shape (pairs + 1, n_coupled).
+    increments
+        Differences of the states at the stages from the start; shape (s, components).
+    previous_increments
+        Those of the step before; shape (s, components).
+    residuals
+        Derivatives at the stages, then residuals of the collocation equations; shape (s, components).
+    real_update
+        Update of the iteration along the real eigenvector; shape (components,).
+    complex_updates
+        Those along the complex eigenvectors; shape (pairs, components).
+    stage_state
+        State at a stage or at an output time; shape (components,).
+    end_state
+        State at the end of the step; shape (components,).
+    start_derivative
+        Derivative at the start of the step; shape (components,).
+    errors
+        Errors of the step; shape (components,).
+    weights
+        Weights of start and stages in an interpolated state; shape (s + 1,).
+    counts
+        Counters, indexed by `StepCounter`.
+    """
+
+    tableau: RadauTableau
+    error_scale: FloatArray
+    jacobian: FloatArray
+    real_factors: FloatArray
+    complex_factors: ComplexArray
+    pivots: IntArray
+    increments: FloatArray
+    previous_increments: FloatArray
+    residuals: FloatArray
+    real_update: FloatArray
+    complex_updates: ComplexArray
+    stage_state: FloatArray
+    end_state: FloatArray
+    start_derivative: FloatArray
+    errors: FloatArray
+    weights: FloatArray
+    counts: IntArray
+
+
+def make_radau_buffers(n_stages: int, n_coupled: int, error_scale: FloatArray, counts: IntArray) -> RadauBuffers:
+    """Allocate the buffers of an integration.
+
+    Parameters
+    ----------
+    n_stages
+        Number of stages of the method, odd.
+    n_coupled
+        Number of leading components on which the derivative depends.
+    error_scale
+        Scale of every component; shape (components,).
+    counts
+        Counters, indexed by `StepCounter`, increased by the integration.
+
+    Returns
+    -------
+    RadauBuffers
+        The buffers.
+    """
+    n, n_pairs = error_scale.size, n_stages // 2
+    increments, previous_increments, residuals = (np.zeros((n_stages, n)) for _ in range(3))
+    real_update, stage_state, end_state, start_derivative, errors = (np.zeros(n) for _ in range(5))
+    return RadauBuffers(
+        tableau=make_radau_tableau(n_stages),
+        error_scale=error_scale,
+        jacobian=np.zeros((n, n_coupled)),
+        real_factors=np.zeros((n_coupled, n_coupled)),
+        complex_factors=np.zeros((n_pairs, n_coupled, n_coupled), dtype=np.complex128),
+        pivots=np.zeros((n_pairs + 1, n_coupled), dtype=np.int64),
+        increments=increments,
+        previous_increments=previous_increments,
+        residuals=residuals,
+        real_update=real_update,
+        complex_updates=np.zeros((n_pairs, n), dtype=np.complex128),
+        stage_state=stage_state,
+        end_state=end_state,
+        start_derivative=start_derivative,
+        errors=errors,
+        weights=np.zeros(n_stages + 1),
+        counts=counts,
+    )
+
+
+@jit_in_place
+def _fill_matrix(jacobian: FloatArray, diagonal: Any, matrix: NDArray[Any]) -> None:
+    """Fill the coupled part of diagonal * identity - jacobian."""
+    for i in range(matrix.shape[0]):
+        for j in range(matrix.shape[0]):
+            matrix[i, j] = -jacobian[i, j]
+        matrix[i, i] += diagonal
+
+
+@jit_in_place
+def factorise_matrices(buffers: RadauBuffers, h: float) -> bool:
+    """Factorise the matrices of the iteration for a step size, and return whether all are regular."""
+    tableau, n_pairs = buffers.tableau, buffers.complex_factors.shape[0]
+    _fill_matrix(buffers.jacobian, tableau.real_eigenvalue / h, buffers.real_factors)
+    is_regular = factorise_lu(buffers.real_factors, buffers.pivots[n_pairs])
+    for k in range(n_pairs):
+        _fill_matrix(buffers.jacobian, tableau.complex_eigenvalues[k] / h, buffers.complex_factors[k])
+        is_regular = factorise_lu(buffers.complex_factors[k], buffers.pivots[k]) and is_regular
+    return is_regular
+
+
+@jit_in_place
+def _solve(jacobian: FloatArray, diagonal: Any, factors: NDArray[Any], pivots: IntArray, vector: NDArray[Any]) -> None:
+    """Solve (diagonal * identity - jacobian) x = vector in place; the quadratures follow from the coupled components."""
+    solve_lu(factors, pivots, vector)
+    for i in range(pivots.size, vector.size):
+        total = vector[i]
+        for j in range(pivots.size):
+            total += jacobian[i, j] * vector[j]
+        vector[i] = total / diagonal
+
+
+@jit_in_place
+def solve_real(buffers: RadauBuffers, h: float, vector: FloatArray) -> None:
+    """Solve with the matrix of the real eigenvalue in place."""
+    n_pairs = buffers.complex_factors.shape[0]
+    _solve(buffers.jacobian, buffers.tableau.real_eigenvalue / h, buffers.real_factors, buffers.pivots[n_pairs], vector)
+
+
+@jit_in_place
+def set_weights(nodes: FloatArray, fraction: float, weights: FloatArray) -> None:
+    """Set the weights of start and stages in the collocation polynomial at a fraction of the step (Lagrange)."""
+    for j in range(nodes.size):
+        weight = 1.0
+        for k in range(nodes.size):
+            if k != j:
+                weight *= (fraction - nodes[k]) / (nodes[j] - nodes[k])
+        weights[j] = weight
+
+
+@jit_in_place
+def predict_increments(buffers: RadauBuffers, previous_h: float, h: float) -> None:
+    """Fill the increments of a step from the collocation polynomial of the step before."""
+    nodes, weights, previous = buffers.tableau.nodes, buffers.weights, buffers.previous_increments
+    n_stages, n = previous.shape
+    for stage in range(n_stages):
+        set_weights(nodes, 1.0 + nodes[stage + 1] * h / previous_h, weights)
+        for i in range(n):
+            total = -previous[n_stages - 1, i]
+            for k in range(n_stages):
+                total += weights[k + 1] * previous[k, i]
+            buffers.increments[stage, i] = total
+
+
+@jit_in_place
+def interpolate_state(buffers: RadauBuffers, state: FloatArray, fraction: float, result: FloatArray) -> None:
+    """Fill result with the collocation polynomial at a fraction of the step that starts from `state`."""
+    set_weights(buffers.tableau.nodes, fraction, buffers.weights)
+    for i in range(state.size):
+        total = 0.0
+        for k in range(buffers.increments.shape[0]):
+            total += buffers.weights[k + 1] * buffers.increments[k, i]
+        result[i] = state[i] + total
+
+
+@jit_in_place
+def _subtract_slopes(buffers: RadauBuffers, h: float) -> None:
+    """Subtract the slopes of the collocation polynomial from the derivatives at the stages: the residuals."""
+    inverse_matrix, increments, residuals = buffers.tableau.inverse_matrix, buffers.increments, buffers.residuals
+    n_stages, n = increments.shape
+    for stage in range(n_stages):
+        for k in range(n_stages):
+            factor = inverse_matrix[stage, k] / h
+            for i in range(n):
+                residuals[stage, i] -= factor * increments[k, i]
+
+
+@jit_in_place
+def _update_increments(buffers: RadauBuffers, h: float) -> float:
+    """Add the solution of the linear systems for the residuals to the increments; return its mean size relative to the scales."""
+    tableau, residuals, increments = buffers.tableau, buffers.residuals, buffers.increments
+    real_update, complex_updates = buffers.real_update, buffers.complex_updates
+    n_stages, n = increments.shape
+    n_pairs = complex_updates.shape[0]
+    for i in range(n):
+        real_total = 0.0
+        for stage in range(n_stages):
+            real_total += tableau.to_real[stage] * residuals[stage, i]
+        real_update[i] = real_total
+        for k in range(n_pairs):
+            total = 0.0j
+            for stage in range(n_stages):
+                total += tableau.to_complex[k, stage] * residuals[stage, i]
+            complex_updates[k, i] = total
+    solve_real(buffers, h, real_update)
+    for k in range(n_pairs):
+        diagonal = tableau.complex_eigenvalues[k] / h
+        _solve(buffers.jacobian, diagonal, buffers.complex_factors[k], buffers.pivots[k], complex_updates[k])
+    square_sum = 0.0
+    for i in range(n):
+        inverse_scale = 1.0 / buffers.error_scale[i]
+        for stage in range(n_stages):
+            update = tableau.from_real[stage] * real_update[i]
+            for k in range(n_pairs):
+                update += (tableau.from_complex[stage, k] * complex_updates[k, i]).real
+            increments[stage, i] += update
+            square_sum += (update * inverse_scale) ** 2
+    return math.sqrt(square_sum / (n * n_stages))
+
+
+@jit_in_place
+def _newton_tolerance(buffers: RadauBuffers, state: FloatArray, tolerance: float) -> float:
+    """Return the size of an update at which the iteration has converged, relative to the scales."""
+    largest = 0.0
+    for i in range(state.size):
+        largest = max(largest, abs(state[i]) / buffers.error_scale[i])
+    return max(NEWTON_TOLERANCE_RATIO * tolerance, NEWTON_ROUNDINGS * 2.2e-16 * largest)
+
+
+Equation = TypeVar("Equation")
+
+
+def make_newton_iteration(
+    evaluate: Callable[[Equation, float, FloatArray, FloatArray, int], float],
+) -> Callable[[Equation, RadauBuffers, float, float, FloatArray, float, float], tuple[int, float]]:
+    """Return the function that solves the collocation equations of a step by Newton's method with a kept Jacobian.
+
+    It returns the number of iterations, 0 if they do not converge, and the rate of their convergence. The last of its arguments is that
+    rate in the step before, or 1.
+    """
+
+    def iterate(
+        equation: Equation, buffers: RadauBuffers, local_time: float, h: float, state: FloatArray, tolerance: float, last_rate: float
+    ) -> tuple[int, float]:
+        nodes, increments, residuals = buffers.tableau.nodes, buffers.increments, buffers.residuals
+        n_stages, n = increments.shape
+        max_iterations, newton_tolerance = 5 + n_stages, _newton_tolerance(buffers, state, tolerance)
+        last_size, rate = 0.0, max(last_rate, 1e-16) ** 0.8
+        for iteration in range(1, max_iterations + 1):
+            for stage in range(n_stages):
+                for i in range(n):
+                    buffers.stage_state[i] = state[i] + increments[stage, i]
+                quality = evaluate(equation, local_time + nodes[stage + 1] * h, buffers.stage_state, residuals[stage], stage)
+                if quality < 0.0:
+                    return 0, 1.0
+            _subtract_slopes(buffers, h)
+            size = _update_increments(buffers, h)
+            if not size < math.inf:
+                return 0, 1.0
+            if iteration > 1:
+                rate = size / last_size if last_size > 0.0 else 0.0
+                n_left = max_iterations - iteration
+                if rate >= 1.0 or rate**n_left / (1.0 - rate) * size > newton_tolerance:
+                    return 0, 1.0
+            if size == 0.0 or (iteration > 1 and rate < 1.0 and rate / (1.0 - rate) * size <= newton_tolerance):
+                return iteration, rate
+            last_size = size
+        return 0, 1.0
+
+    return iterate
+
+
+@jit_in_place
+def estimate_errors(buffers: RadauBuffers, h: float, derivative: FloatArray) -> float:
+    """Fill the errors of a step from the derivative at its start, filtered by the real matrix; return their mean relative to the scales."""
+    weights, errors, n_stages = buffers.tableau.error_weights, buffers.errors, buffers.increments.shape[0]
+    for i in range(errors.size):
+        total = 0.0
+        for stage in range(n_stages):
+            total += weights[stage] * buffers.increments[stage, i]
+        errors[i] = derivative[i] + buffers.tableau.real_eigenvalue / h * total
+    solve_real(buffers, h, errors)
+    square_sum = 0.0
+    for i in range(errors.size):
+        square_sum += (errors[i] / buffers.error_scale[i]) ** 2
+    return math.sqrt(square_sum / errors.size)
+
+
+def make_error_estimate(
+    evaluate: Callable[[Equation, float, FloatArray, FloatArray, int], float],
+) -> Callable[[Equation, RadauBuffers, float, float, FloatArray, float, bool], float]:
+    """Return the function that estimates the error of a step relative to the tolerance.
+
+    Where the last argument is true, a large estimate is filtered a second time, with the derivative at the start plus the errors: in a
+    first step and after a rejected one, components that decay fast would make it too large.
+    """
+
+    def estimate_error(
+        equation: Equation, buffers: RadauBuffers, local_time: float, h: float, state: FloatArray, tolerance: float, is_doubtful: bool
+    ) -> float:
+        error = estimate_errors(buffers, h, buffers.start_derivative) / tolerance
+        if error >= 1.0 and is_doubtful:
+            for i in range(state.size):
+                buffers.stage_state[i] = state[i] + buffers.errors[i]
+            if evaluate(equation, local_time, buffers.stage_state, buffers.residuals[0], 0) >= 0.0:
+                error = estimate_errors(buffers, h, buffers.residuals[0]) / tolerance
+        return error
+
+    return estimate_error
+
+
+@jit_in_place
+def finish_increments(buffers: RadauBuffers, state: FloatArray) -> None:
+    """Move the state to the end of the step, and keep the increments for the prediction of the next one."""
+    last = buffers.increments.shape[0] - 1
+    for i in range(state.size):
+        state[i] += buffers.increments[last, i]
+    copy_array(buffers.previous_increments, buffers.increments)
