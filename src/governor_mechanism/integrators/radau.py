@@ -15,6 +15,12 @@ from governor_mechanism.types import FloatArray
 MAX_KEPT_RATE = 0.03
 """Rate of convergence of Newton's method up to which the next step keeps the Jacobian: another iteration costs more than its columns."""
 
+MIN_STEPS_PER_JACOBIAN = 10
+"""Steps in which a Jacobian serves, and one more for each of its columns, before it is evaluated in any case.
+
+An equation that watches how its coordinates depend on each other sees it there. It costs one evaluation per step at most.
+"""
+
 MAX_KEPT_STEP_RATIO = 1.2
 """Factor up to which a step is not lengthened: its matrices serve again."""
 
@@ -119,7 +125,7 @@ def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegrati
         duration, max_total = end - t, limits.max_steps + counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
         status = finish_step(equation, t - time_origin, state, buffers.start_derivative)
         has_jacobian, is_jacobian_current, factorised_h, previous_h, previous_error, rate = False, False, 0.0, 0.0, 1.0, 1.0
-        is_doubtful, n_reached = True, 0
+        is_doubtful, n_reached, jacobian_age, max_jacobian_age = True, 0, 0, MIN_STEPS_PER_JACOBIAN + buffers.jacobian.shape[1]
         while t < end:
             if status != IntegrationStatus.DONE:
                 return status, step, n_reached, t
@@ -133,7 +139,7 @@ def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegrati
             if not has_jacobian:
                 if evaluate_jacobian(equation, t - time_origin, state, buffers.start_derivative, buffers.jacobian) < 0.0:
                     return IntegrationStatus.STALLED, step, n_reached, t
-                has_jacobian, is_jacobian_current, factorised_h = True, True, 0.0
+                has_jacobian, is_jacobian_current, factorised_h, jacobian_age = True, True, 0.0, 0
             n_iterations = 0
             if h == factorised_h or radau_stages.factorise_matrices(buffers, h):
                 factorised_h = h
@@ -163,7 +169,8 @@ def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegrati
             factor = min(MAX_STEP_FACTOR, max(MIN_STEP_FACTOR, factor))
             t, previous_h, previous_error, is_doubtful = t_next, h, max(error, 1e-2), False
             status = finish_step(equation, t - time_origin, state, buffers.start_derivative)
-            has_jacobian, is_jacobian_current = rate <= MAX_KEPT_RATE, False
+            jacobian_age += 1
+            has_jacobian, is_jacobian_current = rate <= MAX_KEPT_RATE and jacobian_age < max_jacobian_age, False
             if has_jacobian and 1.0 <= factor <= MAX_KEPT_STEP_RATIO:
                 factor = 1.0
             step = max(step, h * factor) if is_last else h * factor  # the last step may be cut very short

@@ -20,7 +20,7 @@ DIFFERENCE_STEP_RATIO = 1e-7
 MAX_OPEN_RATIO = 1e5
 """Largest constraint violation of a projected state, in constraint tolerances: beyond rounding far from the origin, a joint stays open."""
 
-MAX_DEPENDENCE_GROWTH = 100.0
+MAX_DEPENDENCE_GROWTH = 5.0
 """Growth of the dependence (see `PartitionedEquation`) with which other independent coordinates are chosen.
 
 They are chosen so that the dependence is about 1 at first. Where it grows, the independent coordinates approach a turning point.

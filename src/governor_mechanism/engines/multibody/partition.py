@@ -10,6 +10,7 @@ from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
+from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray, IntArray
 
@@ -56,6 +57,7 @@ class ImplicitIntegrator:
         output_states: FloatArray,
     ) -> tuple[IntegrationStatus, float, int, float]:
         """Integrate the state in place, as `integrate_multibody` does; returns what that returns."""
+        warn_before_compiling(integrate_implicitly, 15)
         (t, end), cubics_start, step, n_reached = span, span[0], limits.step, 0
         status, n_before = IntegrationStatus.SINGULAR_COORDINATES, self.n_steps
         while status == IntegrationStatus.SINGULAR_COORDINATES and t < end:
@@ -67,7 +69,15 @@ class ImplicitIntegrator:
             )
             n_reached += n_rows
             state[:] = equation.full_state
-        return IntegrationStatus(status), step, n_reached, t
+        is_done = status == IntegrationStatus.SINGULAR_COORDINATES
+        return IntegrationStatus.DONE if is_done else IntegrationStatus(status), step, n_reached, t
+
+    def compile_kernel(self, input_cubics: FloatArray, state: FloatArray) -> None:
+        """Compile or load the integration by one over an empty interval; the arguments are those of `integrate`."""
+        warn_before_compiling(integrate_implicitly, 15)
+        limits, outputs = RadauLimits(tolerance=1.0, step=1.0, max_steps=1), np.empty((0, state.size))
+        equation, buffers = self._make_arguments(input_cubics, state)
+        integrate_implicitly(equation, buffers, (0.0, 0.0), 0.0, state[equation.components], limits, outputs[:, 0], outputs)
 
     def rates_at(self, input_cubics: FloatArray, state: FloatArray) -> tuple[float, float]:
         """Return the rates of the linearised motion at the start of the cubics in a state.

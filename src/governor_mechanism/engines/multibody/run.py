@@ -34,17 +34,16 @@ from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
 
-MIN_STEPS_TO_SWITCH, MIN_STEPS_TO_SWITCH_PER_STATE = 300, 0.5
-"""Fewest remaining explicit steps, and additional ones per component of the state, that justify an implicit method."""
+MIN_STEPS_TO_SWITCH = 1500
+"""Fewest remaining explicit steps that justify an implicit method: in the two runs of a certificate they take about 0.06 s, the time in which
+the implicit kernels are loaded from the cache.
+"""
 
 MIN_IMPLICIT_STEPS = 100
 """Implicit steps after which the explicit method may take over again: about what a smooth motion needs for a transient and its end."""
 
-IMPLICIT_STEPS_PER_MOTION, IMPLICIT_STEPS_OF_TRANSIENT = 1.5, 30.0
+IMPLICIT_STEPS_PER_MOTION, IMPLICIT_STEPS_OF_TRANSIENT = 3.0, 40.0
 """Implicit steps in the time in which a motion changes, and those of the transient at its start; rough, as measured at 1e-6."""
-
-IMPLICIT_STEP_COST = 30.0
-"""Number of explicit steps that take as long as an implicit one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +57,9 @@ class MultibodySettings(ErrorControlSettings):
     max_distance_ratio
         Distance from the origin, in length scales, beyond which a body has flown away: rounding exceeds the accuracy there.
     implicit_step_cost
-        Number of explicit steps that take as long as an implicit one, in the count of `max_steps`.
+        Number of explicit steps that take as long as an implicit one in a small mechanism; measured from 1 to 30 bodies: 2 to 5.
+    implicit_step_cost_per_state
+        Additional ones per component of the state: the linear equations of an implicit step are dense.
     max_exit_bisections
         Bisections between two monitor times to locate where a motion leaves its range: to rounding.
     restart_step_ratio
@@ -71,7 +72,8 @@ class MultibodySettings(ErrorControlSettings):
 
     constraint_tolerance_ratio: float = 1e-14
     max_distance_ratio: float = 1e6
-    implicit_step_cost: float = 100.0
+    implicit_step_cost: float = 4.0
+    implicit_step_cost_per_state: float = 0.02
     max_exit_bisections: int = 40
     restart_step_ratio: float = 0.04
     event_time_tolerance: float = 1e-13
@@ -113,14 +115,14 @@ class ConstrainedIntegrator:
         self.scene_contacts = (
             SceneContacts(self.scene, evaluator.time_scale, self.constraint_tolerance) if has_contacts(self.scene) else None
         )
+        # The implicit method knows no events.
+        self._min_stiff_steps = float(MIN_STEPS_TO_SWITCH) if self.scene_contacts is None else np.inf
         warn_before_compiling(self.integration_kernel, 15)
         with compiled_beside(self.integration_kernel, self._make_integration_arguments):
             self.initial_state = self._make_initial_state(*lowering.from_mass_centres(self.system, *initial_motion))
-        self.error_scale = self._make_error_scale(evaluator.time_scale)
-        self._min_stiff_steps = float(MIN_STEPS_TO_SWITCH + MIN_STEPS_TO_SWITCH_PER_STATE * self.error_scale.size)
-        if self.scene_contacts is not None:
-            self._min_stiff_steps = np.inf  # the implicit method knows no events
-        self._stable_step, motion_time = self._find_stable_step(float(np.max(reported_times, initial=0.0)))
+            self.error_scale = self._make_error_scale(evaluator.time_scale)
+            self._implicit_step_cost = settings.implicit_step_cost + settings.implicit_step_cost_per_state * self.error_scale.size
+            self._stable_step, motion_time = self._find_stable_step(float(np.max(reported_times, initial=0.0)))
         self.error_scale = self._make_error_scale(motion_time)
         max_interval = settings.monitor_interval_ratio * motion_time
         self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
@@ -145,10 +147,12 @@ class ConstrainedIntegrator:
         return equation, buffers, (0.0, 0.0), vector, vector, StepLimits(1.0, 1.0, 1.0, 1, 1.0), np.zeros((0, 1))
 
     def compile_kernels(self) -> None:
-        """Compile or load the kernels by an integration over an empty interval, so that no run's cost includes it."""
+        """Compile or load the kernels by integrations over an empty interval, so that no run's cost includes it."""
         if self.scene_contacts is not None:
             self.scene_contacts.start(self.initial_state.copy(), self.input_cubics(0.0))
         ExplicitRun(self, StepLimits(1.0, 1.0, 1.0, 1, self._min_stiff_steps), self.initial_state.copy(), 0.0, np.empty(0)).integrate(0.0)
+        if self._stable_step < np.inf:
+            self._make_implicit_integrator().compile_kernel(self.input_cubics(0.0), self.initial_state)
 
     def integrate(self, tolerance: float, step_factor: float = 1.0) -> IntegrationResult:
         """Integrate from the start over all monitor times, with the largest step multiplied by a factor."""
@@ -160,7 +164,7 @@ class ConstrainedIntegrator:
         run, status = ExplicitRun(self, limits, state, 0.0, times), IntegrationStatus.DONE
         implicit: ImplicitIntegrator | None = None
         explicit_step, worthwhile_steps = limits.step, 0
-        max_implicit_steps = math.ceil(self.max_steps / self.settings.implicit_step_cost)
+        max_implicit_steps = math.ceil(self.max_steps / self._implicit_step_cost)
         if self._stable_step < np.inf:
             status, run.step = IntegrationStatus.STIFF, self._stable_step
         for start, end in pairwise(self.breakpoints.tolist()):
@@ -170,7 +174,7 @@ class ConstrainedIntegrator:
             if status == IntegrationStatus.STIFF:
                 implicit = self._make_implicit_integrator()
                 self.stiffness_onset, explicit_step = min(self.stiffness_onset, run.time), run.step
-                n_explicit = (self.breakpoints[-1] - run.time) / (IMPLICIT_STEP_COST * explicit_step)
+                n_explicit = (self.breakpoints[-1] - run.time) / (self._implicit_step_cost * explicit_step)
                 worthwhile_steps = min(max(math.ceil(n_explicit), MIN_IMPLICIT_STEPS), max_implicit_steps)
             if implicit is not None and not run.is_never_stiff:
                 rows, implicit_limits = run.rows_until(end), RadauLimits(tolerance, run.step, worthwhile_steps - implicit.n_steps)
@@ -215,7 +219,7 @@ class ConstrainedIntegrator:
         motion_rate = max(oscillation_rate, loading_rate(self.scene))
         n_explicit = duration * decay_rate / STABILITY_LIMIT
         n_implicit = IMPLICIT_STEPS_OF_TRANSIENT + IMPLICIT_STEPS_PER_MOTION * duration * motion_rate
-        is_stiff = n_explicit > max(self._min_stiff_steps, IMPLICIT_STEP_COST * n_implicit)
+        is_stiff = n_explicit > max(self._min_stiff_steps, self._implicit_step_cost * n_implicit)
         return (STABILITY_LIMIT / decay_rate, 1 / (motion_rate or 1.0)) if is_stiff else (math.inf, self.evaluator.time_scale)
 
     def state_history(self, states: FloatArray) -> StateHistory:
