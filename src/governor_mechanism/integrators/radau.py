@@ -150,7 +150,7 @@ def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegrati
                 n_iterations, rate = iterate(equation, buffers, t - time_origin, h, state, limits.tolerance, rate)
             if n_iterations == 0:
                 counts[StepCounter.REJECTED] += 1
-                step = 0.5 * h if is_jacobian_current else h
+                step, is_doubtful = 0.5 * h if is_jacobian_current else h, True
                 has_jacobian, previous_h = is_jacobian_current, 0.0 if is_jacobian_current else previous_h
                 continue
             error = estimate_error(equation, buffers, t - time_origin, h, state, limits.tolerance, is_doubtful)
@@ -166,7 +166,7 @@ def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegrati
             radau_stages.finish_increments(buffers, state)
             if previous_h > 0.0:  # the error of the next step changes as it has changed since the last one (Gustafsson)
                 factor = min(factor, safety * h / previous_h * (previous_error / error**2) ** (1.0 / (n_stages + 1)))
-            factor = min(MAX_STEP_FACTOR, max(MIN_STEP_FACTOR, factor))
+            factor = min(1.0 if is_doubtful else MAX_STEP_FACTOR, max(MIN_STEP_FACTOR, factor))
             t, previous_h, previous_error, is_doubtful = t_next, h, max(error, 1e-2), False
             status = finish_step(equation, t - time_origin, state, buffers.start_derivative)
             jacobian_age += 1

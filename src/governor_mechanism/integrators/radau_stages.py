@@ -13,11 +13,13 @@ from governor_mechanism.numerics.dense_lu import factorise_lu, solve_lu
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import ComplexArray, FloatArray, IntArray
 
+EPSILON = float(np.finfo(np.float64).eps)
+
 NEWTON_TOLERANCE_RATIO = 0.01
 """Error of the iteration relative to that of the step: it adds up over the steps, and must not be seen in the error estimate."""
 
-NEWTON_ROUNDINGS = 10.0
-"""Roundings of a state below which the iteration does not converge."""
+NEWTON_ROUNDINGS = 100.0
+"""Size of an update, in roundings of the state, up to which an iteration that no longer converges is at its end."""
 
 
 class RadauBuffers(NamedTuple):
@@ -246,12 +248,12 @@ def _update_increments(buffers: RadauBuffers, h: float) -> float:
 
 
 @jit_in_place
-def _newton_tolerance(buffers: RadauBuffers, state: FloatArray, tolerance: float) -> float:
-    """Return the size of an update at which the iteration has converged, relative to the scales."""
+def _rounding_of(state: FloatArray, error_scale: FloatArray) -> float:
+    """Return the largest rounding of a component relative to its scale."""
     largest = 0.0
     for i in range(state.size):
-        largest = max(largest, abs(state[i]) / buffers.error_scale[i])
-    return max(NEWTON_TOLERANCE_RATIO * tolerance, NEWTON_ROUNDINGS * 2.2e-16 * largest)
+        largest = max(largest, abs(state[i]) / error_scale[i])
+    return EPSILON * largest
 
 
 Equation = TypeVar("Equation")
@@ -271,8 +273,9 @@ def make_newton_iteration(
     ) -> tuple[int, float]:
         nodes, increments, residuals = buffers.tableau.nodes, buffers.increments, buffers.residuals
         n_stages, n = increments.shape
-        max_iterations, newton_tolerance = 5 + n_stages, _newton_tolerance(buffers, state, tolerance)
-        last_size, rate = 0.0, max(last_rate, 1e-16) ** 0.8
+        max_iterations, newton_tolerance = 5 + n_stages, NEWTON_TOLERANCE_RATIO * tolerance
+        rounding = NEWTON_ROUNDINGS * _rounding_of(state, buffers.error_scale)
+        last_size, rate = 0.0, max(last_rate, EPSILON) ** 0.8
         for iteration in range(1, max_iterations + 1):
             for stage in range(n_stages):
                 for i in range(n):
@@ -284,13 +287,14 @@ def make_newton_iteration(
             size = _update_increments(buffers, h)
             if not size < math.inf:
                 return 0, 1.0
-            if iteration > 1:
-                rate = size / last_size if last_size > 0.0 else 0.0
-                n_left = max_iterations - iteration
-                if rate >= 1.0 or rate**n_left / (1.0 - rate) * size > newton_tolerance:
-                    return 0, 1.0
-            if size == 0.0 or (iteration > 1 and rate < 1.0 and rate / (1.0 - rate) * size <= newton_tolerance):
+            if size == 0.0:
                 return iteration, rate
+            if iteration > 1:
+                last_rate, rate = rate, size / last_size
+                if rate < 1.0 and rate / (1.0 - rate) * size <= newton_tolerance:
+                    return iteration, rate
+                if rate >= 1.0 or rate ** (max_iterations - iteration) / (1.0 - rate) * size > newton_tolerance:
+                    return (iteration, last_rate) if size <= rounding else (0, 1.0)
             last_size = size
         return 0, 1.0
 
