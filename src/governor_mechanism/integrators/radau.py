@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar
 
 from governor_mechanism.integrators import radau_stages
-from governor_mechanism.integrators.radau_stages import RadauBuffers
+from governor_mechanism.integrators.radau_stages import EPSILON
+from governor_mechanism.integrators.radau_systems import RadauBuffers, factorise_matrices
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.numerics.jit import jit_in_place
@@ -23,6 +24,9 @@ An equation that watches how its coordinates depend on each other sees it there.
 
 MAX_KEPT_STEP_RATIO = 1.2
 """Factor up to which a step is not lengthened: its matrices serve again."""
+
+MAX_PREDICTED_RATE = 0.3
+"""Rate of convergence of Newton's method to which a step may be lengthened: the rate grows with the step at least in proportion."""
 
 MIN_STEP_FACTOR, MAX_STEP_FACTOR, STEP_SAFETY_FACTOR = 0.2, 8.0, 0.9
 """Bounds of the factor from one step size to the next, and the factor on what the error allows."""
@@ -141,8 +145,9 @@ def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegrati
                     return IntegrationStatus.STALLED, step, n_reached, t
                 has_jacobian, is_jacobian_current, factorised_h, jacobian_age = True, True, 0.0, 0
             n_iterations = 0
-            if h == factorised_h or radau_stages.factorise_matrices(buffers, h):
-                factorised_h = h
+            if h != factorised_h:
+                factorised_h = h if factorise_matrices(buffers, h) else 0.0
+            if factorised_h > 0.0:
                 if previous_h > 0.0:
                     radau_stages.predict_increments(buffers, previous_h, h)
                 else:
@@ -156,17 +161,15 @@ def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegrati
             error = estimate_error(equation, buffers, t - time_origin, h, state, limits.tolerance, is_doubtful)
             error = max(error, 1e-10) if error < math.inf else math.inf
             safety = STEP_SAFETY_FACTOR * (4 * n_stages + 1) / (4 * n_stages + n_iterations)
-            factor = safety * error ** (-1.0 / (n_stages + 1))
             if not error <= 1.0:
                 counts[StepCounter.REJECTED] += 1
-                step, is_doubtful = h * max(MIN_STEP_FACTOR, min(factor, STEP_SAFETY_FACTOR)), True
+                step, is_doubtful = h * max(MIN_STEP_FACTOR, safety * error ** (-1.0 / (n_stages + 1))), True
                 continue
             counts[StepCounter.ACCEPTED] += 1
             n_reached = write_outputs(equation, buffers, time_origin, t, h, t_next, state, times, outputs, n_reached)
             radau_stages.finish_increments(buffers, state)
-            if previous_h > 0.0:  # the error of the next step changes as it has changed since the last one (Gustafsson)
-                factor = min(factor, safety * h / previous_h * (previous_error / error**2) ** (1.0 / (n_stages + 1)))
-            factor = min(1.0 if is_doubtful else MAX_STEP_FACTOR, max(MIN_STEP_FACTOR, factor))
+            max_factor = 1.0 if is_doubtful else min(MAX_STEP_FACTOR, max(1.0, MAX_PREDICTED_RATE / max(rate, EPSILON)))
+            factor = min(max_factor, max(MIN_STEP_FACTOR, safety * _predict_factor(error, previous_error, h, previous_h, n_stages)))
             t, previous_h, previous_error, is_doubtful = t_next, h, max(error, 1e-2), False
             status = finish_step(equation, t - time_origin, state, buffers.start_derivative)
             jacobian_age += 1
@@ -177,6 +180,17 @@ def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegrati
         return status, step, n_reached, t
 
     return integrate
+
+
+@jit_in_place
+def _predict_factor(error: float, previous_error: float, h: float, previous_h: float, n_stages: int) -> float:
+    """Return the factor on a step size h that its error allows, relative to the tolerance; previous_h is 0 in a first step.
+
+    The error of the next step is expected to change as it has changed since the previous one (Gustafsson).
+    """
+    exponent = 1.0 / (n_stages + 1)
+    factor: float = error**-exponent
+    return min(factor, h / previous_h * (previous_error / error**2) ** exponent) if previous_h > 0.0 else factor
 
 
 def _make_output(functions: StiffEquationFunctions[Equation]) -> Callable[..., int]:

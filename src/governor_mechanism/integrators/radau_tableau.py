@@ -74,7 +74,7 @@ def make_radau_tableau(n_stages: int) -> RadauTableau:
     # Collocation: A integrates Legendre's polynomials of degree below s from -1 to the nodes.
     basis = legendre.legvander(zeros, n_stages - 1)
     integrals = np.stack([legendre.legval(zeros, legendre.legint(row, lbnd=-1.0)) for row in np.eye(n_stages)], axis=1)
-    inverse_matrix = 2.0 * np.linalg.solve(integrals.T, basis.T).T
+    inverse_matrix = np.asarray(2.0 * np.linalg.solve(integrals.T, basis.T).T, dtype=np.float64)
     eigenvalues, vectors = np.linalg.eig(inverse_matrix)
     real, is_above = int(np.argmin(np.abs(eigenvalues.imag))), eigenvalues.imag > 1e-9
     inverse_vectors = np.linalg.inv(vectors)

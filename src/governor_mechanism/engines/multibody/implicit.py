@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.integrators.radau import RadauLimits, StiffEquationFunctions, make_radau
-from governor_mechanism.integrators.radau_stages import RadauBuffers
+from governor_mechanism.integrators.radau_systems import RadauBuffers
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics import equations_of_motion

@@ -4,7 +4,7 @@ import numpy as np
 
 from governor_mechanism.engines.multibody.implicit import PartitionedEquation, evaluate_linearisation, integrate_implicitly
 from governor_mechanism.integrators.radau import RadauLimits
-from governor_mechanism.integrators.radau_stages import RadauBuffers, make_radau_buffers
+from governor_mechanism.integrators.radau_systems import RadauBuffers, make_radau_buffers
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES
@@ -16,6 +16,13 @@ from governor_mechanism.types import FloatArray, IntArray
 
 N_STAGES = 5
 """Stages of the Radau IIA method: order 9, with an error estimate and dense output of order 5."""
+
+ROTATION_WEIGHT = 0.1
+"""Weight of rotations in the choice of the dependent coordinates: joints and torsional forces are linear in them.
+
+With displacements as independent coordinates the force of a stiff joint is strongly nonlinear, and Newton's method converges in short steps
+only.
+"""
 
 
 class ImplicitIntegrator:
@@ -150,6 +157,7 @@ class ImplicitIntegrator:
         jacobian = evaluate_jacobian(system.constraint_rows, poses.reshape(1, -1, 3))[0].reshape(-1, poses.size)
         if not len(jacobian):
             return free
-        _, triangle, order = qr(jacobian[:, free] * self._error_scale[free], mode="economic", pivoting=True)
+        weights = np.where(free % 3 == 2, ROTATION_WEIGHT, 1.0) * self._error_scale[free]
+        _, triangle, order = qr(jacobian[:, free] * weights, mode="economic", pivoting=True)
         pivots = np.abs(np.diag(triangle))
         return np.sort(free[order[np.sum(pivots > RANK_TOLERANCE * pivots[0]) :]])

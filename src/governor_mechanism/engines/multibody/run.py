@@ -35,8 +35,9 @@ from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
 
 MIN_STEPS_TO_SWITCH = 1500
-"""Fewest remaining explicit steps that justify an implicit method: in the two runs of a certificate they take about 0.06 s, the time in which
-the implicit kernels are loaded from the cache.
+"""Fewest remaining explicit steps that justify an implicit method.
+
+In the two runs of a certificate they take about 0.06 s, the time in which its kernels are loaded from the cache.
 """
 
 MIN_IMPLICIT_STEPS = 100
