@@ -9,6 +9,7 @@ FloatArray = NDArray[np.float64]
 FloatOrArray = float | FloatArray
 """A number, or an array of numbers that broadcasts with the other arguments."""
 
+ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 RecordArray = Any

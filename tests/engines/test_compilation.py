@@ -35,6 +35,18 @@ def test_multibody_calls_the_integration_that_is_compiled_ahead(model):
     assert kernel.signature_of(integrator._make_integration_arguments()) in kernel._dispatcher.signatures
 
 
+def test_only_a_stiff_scene_loads_the_implicit_integration():
+    code = (
+        "import governor_mechanism as gm\n"
+        "from governor_mechanism.engines.multibody.implicit import integrate_implicitly\n"
+        "for model in ('porter_dashpot', 'stiff_flyball'):\n"
+        "    gm.run(model, engine='multibody', times=[0.0, 10.0], certify=False)\n"
+        "    print(integrate_implicitly.is_loaded)\n"
+    )
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert answer.stdout.split() == ["False", "True"]
+
+
 def test_kernels_with_and_without_contacts_do_not_replace_each_other(tmp_path):
     """Machine code from the cache is found by its name: in one process, runs of both kinds follow each other."""
     code = (

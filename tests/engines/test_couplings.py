@@ -129,9 +129,10 @@ def test_a_governor_that_follows_a_given_spindle_moves_as_at_its_own_speed():
     assert run.energy.drift < 1e-9
 
 
-def test_loads_that_follow_angles_directly_and_with_a_lag():
+@pytest.mark.parametrize(("lag", "method"), [(0.15, "explicit"), (1e-5, "stiff from t = 0 s")])
+def test_loads_that_follow_angles_directly_and_with_a_lag(lag, method):
     """J_1 q_1'' = u, T u' + u = g (q_2 - a), J_2 q_2'' = -k q_2 + h q_1: linear, with the lag u at its value at the start."""
-    inertia_1, inertia_2, stiffness, gain, about, lag, feedback = 2.0, 0.5, 30.0, 12.0, 0.2, 0.15, 4.0
+    inertia_1, inertia_2, stiffness, gain, about, feedback = 2.0, 0.5, 30.0, 12.0, 0.2, 4.0
     engine = discs_part("engine", {"crank": inertia_1}, Torque(name="load", second="crank", moment=InputFunction()))
     loads = Torque(name="load", second="wheel", moment=InputFunction()), TorsionSpring(name="spring", second="wheel", stiffness=stiffness)
     governor = discs_part("governor", {"wheel": inertia_2}, *loads, rates={"wheel": 5.0})
@@ -141,6 +142,7 @@ def test_loads_that_follow_angles_directly_and_with_a_lag():
         ControlCoupling(name="return", target="governor.load", function=LinearFunction(reading="engine.crank_angle", gain=feedback)),
     )
     run = run_multibody(coupled_scene(engine, governor, couplings=couplings))
+    assert run.cost.method.startswith(method)
     matrix = np.zeros((6, 6))  # q_1, q_2, q_1', q_2', u, 1
     matrix[0, 2] = matrix[1, 3] = 1.0
     matrix[2, 4] = 1 / inertia_1

@@ -14,6 +14,7 @@ from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.run import MIN_IMPLICIT_STEPS, ConstrainedIntegrator, MultibodySettings
 from governor_mechanism.engines.stall_causes import describe_stall
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
@@ -334,9 +335,10 @@ def test_implicit_steps_end_where_explicit_ones_take_less_work(tmp_path):
     scene = gm.load(path)
     motion = initial_state(scene)
     evaluator = ReadingEvaluator(scene, motion[0])
-    integrator = ConstrainedIntegrator(evaluator, motion, np.linspace(0.0, 3.0, 151), 100_000, MultibodySettings())
-    assert integrator.integrate(1e-8).status == IntegrationStatus.OUT_OF_RANGE
-    assert 0 < integrator.implicit_steps <= MIN_IMPLICIT_STEPS
+    settings = MultibodySettings(implicit_step_cost=1000.0)
+    integrator = ConstrainedIntegrator(evaluator, motion, np.linspace(0.0, 3.0, 151), 1_000_000, settings)
+    assert integrator.integrate(1e-11).status == IntegrationStatus.OUT_OF_RANGE
+    assert integrator.implicit_steps == MIN_IMPLICIT_STEPS < integrator.counters[StepCounter.ACCEPTED]
 
 
 def test_a_stall_names_a_driver_only_where_there_is_one():

@@ -9,14 +9,16 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 import governor_mechanism as gm
+from coupled_scenes import coupled_scene, discs_part
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.engines import MultibodyEngine
-from governor_mechanism.model.force_elements import Damper, Spring, TorsionDamper, TorsionSpring
-from governor_mechanism.model.joints import GROUND, Pin, Point
+from governor_mechanism.model.force_elements import Damper, Spring, Torque, TorsionDamper, TorsionSpring
+from governor_mechanism.model.joints import GROUND, Distance, Pin, Point
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate
 from governor_mechanism.model.part import FIXED_PLANE, Part, Start
 from governor_mechanism.model.scene import RunSettings, Scene
+from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome
 from reference import stiff_flyball
 
@@ -109,15 +111,86 @@ def test_method_of_a_scene_that_is_not_stiff():
     assert run.cost.method == "explicit (DOP853)"
 
 
-def test_the_stiff_flyball_governor_agrees_with_its_equations_in_three_coordinates():
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8, 1e-10])
+def test_the_stiff_flyball_governor_agrees_with_its_equations_in_three_coordinates(accuracy):
     times = np.linspace(0.0, 10.0, 41)
-    run = gm.run("stiff_flyball", times=times, accuracy=1e-5)
-    angle, height, speed = stiff_flyball.solve(times)
+    run = gm.run("stiff_flyball", times=times, accuracy=accuracy)
+    assert run.outcome is Outcome.DONE
+    assert run.error_estimate <= accuracy
+    assert run.cost.method.startswith("stiff from t = 0 s")
+    assert run.cost.steps < 3000  # two runs without explicit steps, which alone would be 13,000 in each
+    for name, exact in stiff_flyball.solve(times).items():
+        # The reference has an error of 2e-12 relative to the largest rate, 7 rad/s.
+        assert np.max(np.abs(run.readings[name] - exact)) <= run.reading_errors[name] + 1e-11, name
+
+
+def pendulum_angle(times, length, amplitude):
+    """Return the angle from the vertical (rad) of a pendulum of equivalent length (m) that is released at its amplitude (rad)."""
+    m = math.sin(0.5 * amplitude) ** 2
+    sn, _, _, _ = ellipj(ellipk(m) - math.sqrt(9.81 / length) * times, m)
+    return 2 * np.arcsin(math.sqrt(m) * sn)
+
+
+@pytest.mark.parametrize("stiffness", [1e6, 1e8])
+def test_a_stiff_joint_of_rods_does_not_shorten_the_steps(stiffness):
+    run = MultibodyEngine().run(make_scene(two_rods(stiffness, stiffness), gravity=True, duration=4.0), accuracy=1e-8)
+    assert run.outcome is Outcome.DONE
+    assert "implicit" in run.cost.method
+    # The joint bends by 30 N m / stiffness at most, and passes energy in this proportion; ten times as much for four seconds.
+    allowed = 300.0 / stiffness + 1e-8
+    np.testing.assert_allclose(run.readings["upper"], pendulum_angle(run.times, 4 / 3, math.pi / 2) - math.pi / 2, rtol=0, atol=allowed)
+    assert run.joint_gap.max() < 1e-12
+    assert run.cost.steps < 300  # two runs; with heights as independent coordinates they take thousands
+
+
+def test_other_coordinates_become_independent_where_the_first_ones_turn_back():
+    """Two equal pendulums of points in parallel: the spring-damper between them keeps its length, but makes the motion stiff."""
+    names = ("left", "right")
+    places = {name: 0.5 * k for k, name in enumerate(names)}
+    mechanism = Mechanism(
+        bodies=tuple(Body(name=name, mass=1.0, can_rotate=False) for name in names),
+        joints=tuple(
+            Distance(name=f"{name} rod", first=Point(body=GROUND, x=places[name]), second=Point(body=name), length=1.0) for name in names
+        ),
+        force_elements=(
+            Spring(name="spring", first=Point(body="left"), second=Point(body="right"), stiffness=1e4, free_length=0.5),
+            Damper(name="damper", first=Point(body="left"), second=Point(body="right"), damping=1e4),
+        ),
+        readings=tuple(
+            PointCoordinate(name=name, quantity="length", point=Point(body=name), direction_x=1.0, direction_y=0.0) for name in names
+        ),
+        coordinate="left",
+        length_scale=1.0,
+        initial_guess=tuple((place + 0.8, -0.6, 0.0) for place in places.values()),
+    )
+    start = Start(values={name: place + 0.8 for name, place in places.items()})
+    run = MultibodyEngine().run(make_scene(mechanism, gravity=True, duration=4.0, start=start), accuracy=1e-8)
     assert run.outcome is Outcome.DONE
     assert run.cost.method.startswith("stiff from t = 0 s")
-    for name, exact in (("slider_height", height), ("rod_angle", -angle), ("spindle_speed", speed)):
-        # The reference has an error of 1e-9.
-        assert np.max(np.abs(run.readings[name] - exact)) <= run.error_estimate * run.scales[name] + 1e-8, name
+    for name, place in places.items():
+        exact = place + np.sin(pendulum_angle(run.times, 1.0, math.asin(0.8)))
+        assert np.max(np.abs(run.readings[name] - exact)) <= run.reading_errors[name] + 1e-12, name  # rounding of the exact solution
+    assert run.joint_gap.max() < 1e-12
+
+
+def test_a_stiff_motion_follows_steps_of_a_torque():
+    """J w' = M - c w: after every step of the torque M, w tends to M / c at the rate c / J."""
+    inertia, damping, steps = 2.0, 4e4, np.array([0.0, 0.5, 1.2])
+    torques = np.array([100.0, -300.0, 50.0])
+    times, values = np.repeat(steps, 2)[1:], np.repeat(torques, 2)[:-1]
+    torque = Torque(name="load", second="wheel", moment=InputFunction(times=tuple(times), values=tuple(values)))
+    disc = discs_part("engine", {"wheel": inertia}, torque, TorsionDamper(name="damper", second="wheel", damping=damping))
+    run = gm.run(coupled_scene(disc), engine="multibody", accuracy=1e-8)
+    assert run.outcome is Outcome.DONE
+    assert run.cost.method.startswith("stiff from t = 0 s")
+    angle, speed, last = np.zeros(len(run.times)), 0.0, 0.0
+    for start, end, final in zip(steps, [*steps[1:], run.times[-1]], torques / damping, strict=True):
+        within = (run.times >= start) & (run.times <= end)
+        decay = np.exp(-damping / inertia * (np.append(run.times[within], end) - start))
+        path = last + final * (np.append(run.times[within], end) - start) + (speed - final) * inertia / damping * (1 - decay)
+        angle[within], last, speed = path[:-1], path[-1], final + (speed - final) * decay[-1]
+    np.testing.assert_allclose(run.readings["wheel_angle"], angle, rtol=0, atol=1e-8)  # the requested accuracy
+    assert run.energy.drift < 1e-9
 
 
 @pytest.mark.parametrize(("damping", "is_stiff"), [(5.0, False), (1e6, True)])

@@ -1,199 +1,218 @@
-"""Radau IIA in independent coordinates for stiff scenes: an unconstrained equation with few components."""
+"""Radau IIA methods with error control and dense output for a stiff equation y' = f(t, y) given by compiled functions; compiled."""
 
-import numpy as np
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, NamedTuple, TypeVar
 
+from governor_mechanism.integrators import radau_stages
+from governor_mechanism.integrators.radau_stages import EPSILON
+from governor_mechanism.integrators.radau_systems import RadauBuffers, factorise_matrices
+from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES, evaluate_state_derivative, project_state
-from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
-from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
-from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
-from governor_mechanism.types import FloatArray, IntArray
+from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.types import FloatArray
 
-DIFFERENCE_STEP_RATIO = 1e-7
-"""Step of the finite differences relative to a component or its scale: a compromise between rounding and curvature."""
+MAX_KEPT_RATE = 0.03
+"""Rate of convergence of Newton's method up to which the next step keeps the Jacobian: another iteration costs more than its columns."""
 
-MIN_PARTITION_RATIO = 1e-3
-"""Smallest ratio of singular values of the dependent coordinates' Jacobian; below it, other coordinates are chosen.
+MIN_STEPS_PER_JACOBIAN = 10
+"""Steps in which a Jacobian serves, and one more for each of its columns, before it is evaluated in any case.
 
-Beyond this the dependent coordinates would move more than 1 / MIN_PARTITION_RATIO times as fast as the independent ones.
+An equation that watches how its coordinates depend on each other sees it there. It costs one evaluation per step at most.
 """
 
+MAX_KEPT_STEP_RATIO = 1.2
+"""Factor up to which a step is not lengthened: its matrices serve again."""
 
-class RadauIntegrator:
-    """Radau IIA of order 5 with error control for one system, by coordinate partitioning.
+MAX_PREDICTED_RATE = 0.3
+"""Rate of convergence of Newton's method to which a step may be lengthened: the rate grows with the step at least in proportion."""
 
-    Parameters
-    ----------
-    system
-        Mechanism, force elements and contact mode as arrays.
-    workspace
-        Arrays of one evaluation, overwritten.
-    error_scale
-        Scale of every component of the state, as in `integrate_multibody`.
-    constraint_tolerance
-        Largest constraint violation, m.
-    max_distance
-        Distance from the origin beyond which a body has flown away, m.
+MIN_STEP_FACTOR, MAX_STEP_FACTOR, STEP_SAFETY_FACTOR = 0.2, 8.0, 0.9
+"""Bounds of the factor from one step size to the next, and the factor on what the error allows."""
+
+MIN_STEP_RATIO = 1e-13
+"""Step size as a fraction of the interval below which an integration stalls: rounding of the time."""
+
+
+class RadauLimits(NamedTuple):
+    """Limits of one integration.
 
     Attributes
     ----------
-    n_evaluations
-        Number of evaluations of the state derivative.
-    n_steps
-        Number of accepted steps.
+    tolerance
+        Error of one step, relative to the error scale.
+    step
+        First step size, s.
+    max_steps
+        Largest number of accepted and rejected steps together.
     """
 
-    def __init__(
-        self, system: System, workspace: SystemWorkspace, error_scale: FloatArray, constraint_tolerance: float, max_distance: float
-    ) -> None:
-        self._system, self._workspace, self._max_distance = system, workspace, max_distance
-        self._error_scale, self._constraint_tolerance = error_scale, constraint_tolerance
-        self._n_bodies = len(system.bodies)
-        self.n_evaluations = self.n_steps = 0
-        self._input_cubics, self._cubics_start = np.zeros((0, 5)), 0.0
-        self._partitioned_system, self._independent, self._poses = system, np.zeros(0, dtype=np.int64), np.zeros((self._n_bodies, 3))
+    tolerance: float
+    step: float
+    max_steps: int
+
+
+Equation = TypeVar("Equation")
+
+
+@dataclass(frozen=True)
+class StiffEquationFunctions(Generic[Equation]):
+    """Compiled functions of a stiff equation; times are local, as those of its inputs.
+
+    Qualities are negative where a state is outside the domain of the equation.
+
+    Attributes
+    ----------
+    start_step
+        Prepare the evaluations of a step from the present state.
+    evaluate
+        Fill the derivative at a time and state, count the evaluation, and return the quality; the last argument is the stage.
+    evaluate_jacobian
+        Fill the Jacobian (components, coupled components) at a time and state with a given derivative, and return the quality.
+    finish_step
+        Make a state at a time the present one, fill its derivative, and return how the integration goes on: DONE if nothing ends it.
+    write_output
+        Fill a row of outputs at a time from an interpolated state.
+    """
+
+    start_step: Callable[[Equation], None]
+    evaluate: Callable[[Equation, float, FloatArray, FloatArray, int], float]
+    evaluate_jacobian: Callable[[Equation, float, FloatArray, FloatArray, FloatArray], float]
+    finish_step: Callable[[Equation, float, FloatArray, FloatArray], IntegrationStatus]
+    write_output: Callable[[Equation, float, FloatArray, FloatArray], None]
+
+
+ImplicitIntegration = Callable[
+    [Equation, RadauBuffers, tuple[float, float], float, FloatArray, RadauLimits, FloatArray, FloatArray],
+    tuple[IntegrationStatus, float, int, float],
+]
+"""Integration of a state in place over a span (s).
+
+Its arguments are the equation, buffers, the span, the time (s) from which local times count, the state, limits, and times (s) in
+(start, end] with the rows of outputs to fill in there. It returns how it ended, the next step size (s), the number of times reached, and
+the time of the state (s).
+
+E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd edition 1996, section IV.8.
+"""
+
+
+def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegration[Equation]:
+    """Return the integration of an equation, to be called by a compiled function; the buffers choose the method.
+
+    Parameters
+    ----------
+    functions
+        Functions of the equation.
+
+    Returns
+    -------
+    ImplicitIntegration[Equation]
+        The integration.
+    """
+    start_step, evaluate_jacobian, finish_step = functions.start_step, functions.evaluate_jacobian, functions.finish_step
+    iterate = jit_in_place(radau_stages.make_newton_iteration(functions.evaluate))
+    estimate_error = jit_in_place(radau_stages.make_error_estimate(functions.evaluate))
+    write_outputs = jit_in_place(_make_output(functions))
 
     def integrate(
-        self,
-        input_cubics: FloatArray,
+        equation: Equation,
+        buffers: RadauBuffers,
         span: tuple[float, float],
-        cubics_start: float,
-        output_times: FloatArray,
+        time_origin: float,
         state: FloatArray,
-        tolerance: float,
-        max_steps: int,
-        output_states: FloatArray,
+        limits: RadauLimits,
+        times: FloatArray,
+        outputs: FloatArray,
     ) -> tuple[IntegrationStatus, float, int, float]:
-        """Integrate the state in place, as `integrate_multibody` does; input_cubics count from `cubics_start` (s).
-
-        Returns how the integration ended, the last step size (s), the number of output times reached, and the time of the state (s).
-        """
-        from scipy.integrate import Radau  # slow to import
-
-        self._input_cubics, self._cubics_start = input_cubics, cubics_start
-        t, end = span
-        step, n_reached = (end - t) * 1e-3, 0
+        (t, end), step, counts, n_stages = span, limits.step, buffers.counts, buffers.increments.shape[0]
+        duration, max_total = end - t, limits.max_steps + counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
+        status = finish_step(equation, t - time_origin, state, buffers.start_derivative)
+        has_jacobian, is_jacobian_current, factorised_h, previous_h, previous_error, rate = False, False, 0.0, 0.0, 1.0, 1.0
+        is_doubtful, n_reached, jacobian_age, max_jacobian_age = True, 0, 0, MIN_STEPS_PER_JACOBIAN + buffers.jacobian.shape[1]
         while t < end:
-            self._choose_partition(state)
-            tolerances = {"rtol": max(tolerance, 2.3e-14), "atol": tolerance * self._reduce_state(self._error_scale)}
-            start, options = self._reduce_state(state), {"jac": self._evaluate_jacobian, "first_step": min(step, end - t)}
-            solver = Radau(self._evaluate_derivative, t, start, end, **options, **tolerances)
-            while solver.status == "running":
-                if self.n_steps >= max_steps:
-                    return IntegrationStatus.STEP_LIMIT, step, n_reached, t
-                solver.step()
-                if solver.status == "failed":
+            if status != IntegrationStatus.DONE:
+                return status, step, n_reached, t
+            if counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED] >= max_total:
+                return IntegrationStatus.STEP_LIMIT, step, n_reached, t
+            if not MIN_STEP_RATIO * duration <= step < math.inf:
+                return IntegrationStatus.STALLED, step, n_reached, t
+            is_last = t + step >= end
+            h, t_next = (end - t, end) if is_last else (step, t + step)
+            start_step(equation)
+            if not has_jacobian:
+                if evaluate_jacobian(equation, t - time_origin, state, buffers.start_derivative, buffers.jacobian) < 0.0:
                     return IntegrationStatus.STALLED, step, n_reached, t
-                self.n_steps += 1
-                rows = slice(n_reached, int(np.searchsorted(output_times, solver.t, side="right")))
-                if rows.stop > n_reached:
-                    reduced_states = solver.dense_output()(output_times[rows])
-                    for row, reduced_state in zip(range(n_reached, rows.stop), reduced_states.T, strict=True):
-                        output_states[row] = self._expand_state(output_times[row], reduced_state)
-                    n_reached = rows.stop
-                t, step = solver.t, solver.step_size or step
-                state[:] = self._expand_state(t, solver.y)
-                self._poses = state[: 3 * self._n_bodies].reshape(-1, 3).copy()
-                if np.max(np.abs(self._poses[:, :2])) > self._max_distance:
-                    return IntegrationStatus.OUT_OF_RANGE, step, n_reached, t
-                if self._is_ill_conditioned():
-                    break
-        return IntegrationStatus.DONE, step, n_reached, t
+                has_jacobian, is_jacobian_current, factorised_h, jacobian_age = True, True, 0.0, 0
+            n_iterations = 0
+            if h != factorised_h:
+                factorised_h = h if factorise_matrices(buffers, h) else 0.0
+            if factorised_h > 0.0:
+                if previous_h > 0.0:
+                    radau_stages.predict_increments(buffers, previous_h, h)
+                else:
+                    buffers.increments[:] = 0.0
+                n_iterations, rate = iterate(equation, buffers, t - time_origin, h, state, limits.tolerance, rate)
+            if n_iterations == 0:
+                counts[StepCounter.REJECTED] += 1
+                step, is_doubtful = 0.5 * h if is_jacobian_current else h, True
+                has_jacobian, previous_h = is_jacobian_current, 0.0 if is_jacobian_current else previous_h
+                continue
+            error = estimate_error(equation, buffers, t - time_origin, h, state, limits.tolerance, is_doubtful)
+            error = max(error, 1e-10) if error < math.inf else math.inf
+            safety = STEP_SAFETY_FACTOR * (4 * n_stages + 1) / (4 * n_stages + n_iterations)
+            if not error <= 1.0:
+                counts[StepCounter.REJECTED] += 1
+                step, is_doubtful = h * max(MIN_STEP_FACTOR, safety * error ** (-1.0 / (n_stages + 1))), True
+                continue
+            counts[StepCounter.ACCEPTED] += 1
+            n_reached = write_outputs(equation, buffers, time_origin, t, h, t_next, state, times, outputs, n_reached)
+            radau_stages.finish_increments(buffers, state)
+            max_factor = 1.0 if is_doubtful else min(MAX_STEP_FACTOR, max(1.0, MAX_PREDICTED_RATE / max(rate, EPSILON)))
+            factor = min(max_factor, max(MIN_STEP_FACTOR, safety * _predict_factor(error, previous_error, h, previous_h, n_stages)))
+            t, previous_h, previous_error, is_doubtful = t_next, h, max(error, 1e-2), False
+            status = finish_step(equation, t - time_origin, state, buffers.start_derivative)
+            jacobian_age += 1
+            has_jacobian, is_jacobian_current = rate <= MAX_KEPT_RATE and jacobian_age < max_jacobian_age, False
+            if has_jacobian and 1.0 <= factor <= MAX_KEPT_STEP_RATIO:
+                factor = 1.0
+            step = max(step, h * factor) if is_last else h * factor  # the last step may be cut very short
+        return status, step, n_reached, t
 
-    def rates_at(self, input_cubics: FloatArray, state: FloatArray) -> tuple[float, float]:
-        """Return the rates of the linearised motion at the start of the cubics in a state.
+    return integrate
 
-        Parameters
-        ----------
-        input_cubics
-            Inputs, as in `integrate`.
-        state
-            State.
 
-        Returns
-        -------
-        decay_rate : float
-            Largest rate at which a displacement decays without oscillation, 1/s; 0 without one, or if the start is singular.
-        oscillation_rate : float
-            Largest rate of all other motion, 1/s.
-        """
-        self._input_cubics, self._cubics_start = input_cubics, 0.0
-        self._choose_partition(state)
-        jacobian = self._evaluate_jacobian(0.0, self._reduce_state(state))
-        if not np.all(np.isfinite(jacobian)):  # the start is singular: nothing is known of the rates
-            return 0.0, 0.0
-        eigenvalues = np.linalg.eigvals(jacobian)
-        decays = -eigenvalues.real > np.abs(eigenvalues.imag)
-        sizes = np.abs(eigenvalues)
-        return float(np.max(sizes[decays], initial=0.0)), float(np.max(sizes[~decays], initial=0.0))
+@jit_in_place
+def _predict_factor(error: float, previous_error: float, h: float, previous_h: float, n_stages: int) -> float:
+    """Return the factor on a step size h that its error allows, relative to the tolerance; previous_h is 0 in a first step.
 
-    def _choose_partition(self, state: FloatArray) -> None:
-        """Take as independent the coordinates that the pivoted QR factorisation of the constraint Jacobian chooses last.
+    The error of the next step is expected to change as it has changed since the previous one (Gustafsson).
+    """
+    exponent = 1.0 / (n_stages + 1)
+    factor: float = error**-exponent
+    return min(factor, h / previous_h * (previous_error / error**2) ** exponent) if previous_h > 0.0 else factor
 
-        The dependent coordinates are solved from the poses of this state.
-        """
-        from scipy.linalg import qr  # slow to import
 
-        self._poses = state[: 3 * self._n_bodies].reshape(-1, 3).copy()
-        self._independent, scaled_jacobian = self._free_coordinates(), self._scaled_constraint_jacobian()
-        if len(scaled_jacobian):
-            _, triangle, order = qr(scaled_jacobian, mode="economic", pivoting=True)
-            pivots = np.abs(np.diag(triangle))
-            self._independent = np.sort(self._independent[order[np.sum(pivots > RANK_TOLERANCE * pivots[0]) :]])
-        inverse_mass = self._system.inverse_mass.copy()
-        inverse_mass.ravel()[self._independent] = 0.0  # the projection does not change these
-        self._partitioned_system = self._system._replace(inverse_mass=inverse_mass)
+def _make_output(functions: StiffEquationFunctions[Equation]) -> Callable[..., int]:
+    """Return the function that fills the outputs at the times within a step, from t to t_next, and returns how many are filled."""
+    write_output = functions.write_output
 
-    def _free_coordinates(self) -> IntArray:
-        """Return the indices of the coordinates with finite mass among all 3 n_bodies."""
-        return np.flatnonzero(self._system.inverse_mass.ravel() > 0.0)
+    def write_outputs(
+        equation: Equation,
+        buffers: RadauBuffers,
+        time_origin: float,
+        t: float,
+        h: float,
+        t_next: float,
+        state: FloatArray,
+        times: FloatArray,
+        outputs: FloatArray,
+        n_reached: int,
+    ) -> int:
+        while n_reached < times.size and times[n_reached] <= t_next:
+            radau_stages.interpolate_state(buffers, state, (times[n_reached] - t) / h, buffers.stage_state)
+            write_output(equation, times[n_reached] - time_origin, buffers.stage_state, outputs[n_reached])
+            n_reached += 1
+        return n_reached
 
-    def _scaled_constraint_jacobian(self) -> FloatArray:
-        """Return the constraint Jacobian (rows, free coordinates), each column multiplied by the scale of its coordinate."""
-        jacobian, free = evaluate_jacobian(self._system.constraint_rows, self._poses[np.newaxis])[0], self._free_coordinates()
-        scaled_jacobian: FloatArray = jacobian.reshape(len(jacobian), self._poses.size)[:, free] * self._error_scale[free]
-        return scaled_jacobian
-
-    def _is_ill_conditioned(self) -> bool:
-        """Return whether the dependent coordinates are close to singular."""
-        dependent = self._scaled_constraint_jacobian()[:, ~np.isin(self._free_coordinates(), self._independent)]
-        singular_values = np.linalg.svd(dependent, compute_uv=False)
-        return bool(singular_values.size and singular_values[-1] < MIN_PARTITION_RATIO * singular_values[0])
-
-    def _reduce_state(self, state: FloatArray) -> FloatArray:
-        """Return independent coordinates, their velocities, energy states and lags."""
-        n_coordinates = 3 * self._n_bodies
-        return np.concatenate([state[self._independent], state[n_coordinates + self._independent], state[2 * n_coordinates :]])
-
-    def _expand_state(self, time: float, z: FloatArray) -> FloatArray:
-        """Return the state of all bodies, with constraints satisfied, from the reduced state z at a time (s)."""
-        n_independent = len(self._independent)
-        poses, velocities = self._poses.copy(), np.zeros_like(self._poses)
-        poses.ravel()[self._independent] = z[:n_independent]
-        velocities.ravel()[self._independent] = z[n_independent : 2 * n_independent]
-        model, local_time = (self._partitioned_system, self._workspace), time - self._cubics_start
-        project_state(*model, self._input_cubics, local_time, poses, velocities, self._constraint_tolerance)
-        return np.concatenate([poses.ravel(), velocities.ravel(), z[2 * n_independent :]])
-
-    def _evaluate_jacobian(self, time: float, z: FloatArray) -> FloatArray:
-        """Return the Jacobian of the reduced derivative by finite differences.
-
-        Work and dissipated energy act on nothing: their columns are zero.
-        """
-        derivative = self._evaluate_derivative(time, z)
-        result = np.zeros((z.size, z.size))
-        steps = DIFFERENCE_STEP_RATIO * np.maximum(np.abs(z), self._reduce_state(self._error_scale))
-        n_motion = 2 * len(self._independent)
-        for k in (*range(n_motion), *range(n_motion + N_ENERGY_STATES, z.size)):
-            z_shifted = z.copy()
-            z_shifted[k] += steps[k]
-            result[:, k] = (self._evaluate_derivative(time, z_shifted) - derivative) / (z_shifted[k] - z[k])
-        return result
-
-    def _evaluate_derivative(self, time: float, z: FloatArray) -> FloatArray:
-        """Return the derivative of the reduced state z at a time (s)."""
-        state = self._expand_state(time, z)
-        self.n_evaluations += 1
-        derivative = np.empty(state.size)
-        evaluate_state_derivative(self._system, self._workspace, self._input_cubics, time - self._cubics_start, state, derivative)
-        return self._reduce_state(derivative)
+    return write_outputs

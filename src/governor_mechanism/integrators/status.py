@@ -28,3 +28,5 @@ class IntegrationStatus(IntEnum):
     """Events follow each other at one time without end."""
     TURNED_BACK = 10
     """A shaft that must not turn back does."""
+    SINGULAR_COORDINATES = 11
+    """The independent coordinates become unsuitable: others are needed."""

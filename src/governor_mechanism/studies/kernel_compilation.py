@@ -20,8 +20,10 @@ from governor_mechanism.units.text_table import format_table
 MACHINE_CODE_PATTERN = "*.nbc"
 """Files of the cache that hold machine code."""
 
-SHORT_RUN_TIMES, BOUNCING_RUN_TIMES = (0.0, 0.01), (0.0, 0.4)
-"""Reported times of a run without contacts that needs all kernels of its engine, and of one that strikes a stop, s."""
+SHORT_RUN_TIMES, BOUNCING_RUN_TIMES, STIFF_RUN_TIMES = (0.0, 0.01), (0.0, 0.4), (0.0, 10.0)
+"""Reported times of a run without contacts that needs all kernels of its engine, of one that strikes a stop, and of a stiff one, for which
+explicit steps would take longer, s.
+"""
 
 BOUNCING_GOVERNOR: Mapping[str, Any] = {
     "machine": "pendulum_governor",
@@ -149,6 +151,7 @@ _KERNEL_USES: Mapping[str, Callable[[], object]] = {
     "engine reduced, contacts": partial(_run_with_contacts, "reduced"),
     "engine multibody": partial(_run_smoothly, "multibody"),
     "engine multibody, contacts": partial(_run_with_contacts, "multibody"),
+    "engine multibody, stiff": lambda: _run("multibody", load_scene("stiff_flyball"), STIFF_RUN_TIMES),
     "engine impulse": lambda: _run("impulse", load_scene("porter_dry_friction"), SHORT_RUN_TIMES),
     "equilibria": lambda: find_equilibria(load_scene("porter")),
     "sweep": _sweep,

@@ -16,8 +16,9 @@ from governor_mechanism.engines.multibody.integration import (
     integrate_multibody_over_kinks,
     integrate_multibody_to_event,
 )
+from governor_mechanism.engines.multibody.partition import ImplicitIntegrator
 from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits, make_step_buffers
-from governor_mechanism.integrators.radau import RadauIntegrator
+from governor_mechanism.integrators.radau import RadauLimits
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid
@@ -38,17 +39,17 @@ from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
 
-MIN_STEPS_TO_SWITCH, MIN_STEPS_TO_SWITCH_PER_STATE = 300, 0.5
-"""Fewest remaining explicit steps, and additional ones per component of the state, that justify an implicit method."""
+MIN_STEPS_TO_SWITCH = 1500
+"""Fewest remaining explicit steps that justify an implicit method.
+
+In the two runs of a certificate they take about 0.06 s, the time in which its kernels are loaded from the cache.
+"""
 
 MIN_IMPLICIT_STEPS = 100
 """Implicit steps after which the explicit method may take over again: about what a smooth motion needs for a transient and its end."""
 
-IMPLICIT_STEPS_PER_MOTION, IMPLICIT_STEPS_OF_TRANSIENT = 1.5, 30.0
+IMPLICIT_STEPS_PER_MOTION, IMPLICIT_STEPS_OF_TRANSIENT = 3.0, 40.0
 """Implicit steps in the time in which a motion changes, and those of the transient at its start; rough, as measured at 1e-6."""
-
-IMPLICIT_STEP_COST = 30.0
-"""Number of explicit steps that take as long as an implicit one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +63,9 @@ class MultibodySettings(ErrorControlSettings):
     max_distance_ratio
         Distance from the origin, in length scales, beyond which a body has flown away: rounding exceeds the accuracy there.
     implicit_step_cost
-        Number of explicit steps that take as long as an implicit one, in the count of `max_steps`.
+        Number of explicit steps that take as long as an implicit one in a small mechanism; measured from 1 to 30 bodies: 2 to 5.
+    implicit_step_cost_per_state
+        Additional ones per component of the state: the linear equations of an implicit step are dense.
     restart_step_ratio
         Largest step size after an event, as a fraction of the largest step.
     event_time_tolerance
@@ -73,7 +76,8 @@ class MultibodySettings(ErrorControlSettings):
 
     constraint_tolerance_ratio: float = 1e-14
     max_distance_ratio: float = 1e6
-    implicit_step_cost: float = 100.0
+    implicit_step_cost: float = 4.0
+    implicit_step_cost_per_state: float = 0.02
     restart_step_ratio: float = 0.04
     event_time_tolerance: float = 1e-13
     max_simultaneous_events: int = 30
@@ -116,14 +120,15 @@ class ConstrainedIntegrator:
         self.scene_contacts = (
             SceneContacts(self.scene, evaluator.time_scale, self.constraint_tolerance) if has_contacts(self.scene) else None
         )
+        # The implicit method knows no events, kinks and shafts that stall.
+        is_smooth = self.scene_contacts is None and not has_kinks(self.scene)
+        self._min_stiff_steps = float(MIN_STEPS_TO_SWITCH) if is_smooth else np.inf
         warn_before_compiling(self.integration_kernel, 15)
         with compiled_beside(self.integration_kernel, self._make_integration_arguments):
             self.initial_state = self._make_initial_state(*lowering.from_mass_centres(self.system, *initial_motion))
-        self.error_scale = self._make_error_scale(evaluator.time_scale)
-        self._min_stiff_steps = float(MIN_STEPS_TO_SWITCH + MIN_STEPS_TO_SWITCH_PER_STATE * self.error_scale.size)
-        if self.scene_contacts is not None:
-            self._min_stiff_steps = np.inf  # the implicit method knows no events
-        self._stable_step, motion_time = self._find_stable_step(float(np.max(reported_times, initial=0.0)))
+            self.error_scale = self._make_error_scale(evaluator.time_scale)
+            self._implicit_step_cost = settings.implicit_step_cost + settings.implicit_step_cost_per_state * self.error_scale.size
+            self._stable_step, motion_time = self._find_stable_step(float(np.max(reported_times, initial=0.0)))
         self.error_scale = self._make_error_scale(motion_time)
         max_interval = settings.monitor_interval_ratio * motion_time
         self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
@@ -151,10 +156,12 @@ class ConstrainedIntegrator:
         return equation, buffers, (0.0, 0.0), vector, vector, StepLimits(1.0, 1.0, 1.0, 1, 1.0), np.zeros((0, 1))
 
     def compile_kernels(self) -> None:
-        """Compile or load the kernels by an integration over an empty interval, so that no run's cost includes it."""
+        """Compile or load the kernels by integrations over an empty interval, so that no run's cost includes it."""
         if self.scene_contacts is not None:
             self.scene_contacts.start(self.initial_state.copy(), self.input_cubics(0.0))
         ExplicitRun(self, StepLimits(1.0, 1.0, 1.0, 1, self._min_stiff_steps), self.initial_state.copy(), 0.0, np.empty(0)).integrate(0.0)
+        if self._stable_step < np.inf:
+            self._make_implicit_integrator().compile_kernel(self.input_cubics(0.0), self.initial_state)
 
     def integrate(self, tolerance: float, step_factor: float = 1.0) -> IntegrationResult:
         """Integrate from the start over all monitor times, with the largest step multiplied by a factor."""
@@ -164,24 +171,24 @@ class ConstrainedIntegrator:
         if contacts is not None:
             contacts.start(state, self.input_cubics(0.0))
         run, status = ExplicitRun(self, limits, state, 0.0, times), IntegrationStatus.DONE
-        radau: RadauIntegrator | None = None
+        implicit: ImplicitIntegrator | None = None
         explicit_step, worthwhile_steps = limits.step, 0
-        max_implicit_steps = math.ceil(self.max_steps / self.settings.implicit_step_cost)
+        max_implicit_steps = math.ceil(self.max_steps / self._implicit_step_cost)
         if self._stable_step < np.inf:
             status, run.step = IntegrationStatus.STIFF, self._stable_step
         for start, end in pairwise(self.breakpoints.tolist()):
             run.time = start
-            if status == IntegrationStatus.DONE and (radau is None or run.is_never_stiff):
+            if status == IntegrationStatus.DONE and (implicit is None or run.is_never_stiff):
                 status = run.integrate(end)
             if status == IntegrationStatus.STIFF:
-                radau = self._make_radau()
+                implicit = self._make_implicit_integrator()
                 self.stiffness_onset, explicit_step = min(self.stiffness_onset, run.time), run.step
-                n_explicit = (self.breakpoints[-1] - run.time) / (IMPLICIT_STEP_COST * explicit_step)
+                n_explicit = (self.breakpoints[-1] - run.time) / (self._implicit_step_cost * explicit_step)
                 worthwhile_steps = min(max(math.ceil(n_explicit), MIN_IMPLICIT_STEPS), max_implicit_steps)
-            if radau is not None and not run.is_never_stiff:
-                rows, span = run.rows_until(end), (run.time, end)
-                status, run.step, n_reached, run.time = radau.integrate(
-                    self.input_cubics(start), span, start, times[rows], state, tolerance, worthwhile_steps, run.states[rows]
+            if implicit is not None and not run.is_never_stiff:
+                rows, implicit_limits = run.rows_until(end), RadauLimits(tolerance, run.step, worthwhile_steps - implicit.n_steps)
+                status, run.step, n_reached, run.time = implicit.integrate(
+                    self.input_cubics(run.time), (run.time, end), times[rows], state, implicit_limits, run.states[rows]
                 )
                 run.n_filled += n_reached
                 if status == IntegrationStatus.STEP_LIMIT and worthwhile_steps < max_implicit_steps:
@@ -195,17 +202,17 @@ class ConstrainedIntegrator:
             run.states[run.n_filled - 1, work_index] = state[work_index]
             if contacts is not None:  # an input function has a jump or a kink
                 contacts.change_mode(end, state, self.input_cubics(end))
-        if radau is not None:
-            self.implicit_steps += radau.n_steps
-            run.counts[StepCounter.EVALUATIONS] += radau.n_evaluations
-            run.output_force_counts += radau.n_evaluations * lowering.count_output_forces(self.system)
+        if implicit is not None:
+            self.implicit_steps += implicit.n_steps
+            run.counts += implicit.counts
+            run.output_force_counts += implicit.counts[StepCounter.EVALUATIONS] * lowering.count_output_forces(self.system)
         self.counters += run.counts
         self.output_force_counts += run.output_force_counts
         events = drop_cancelled_events(contacts.events if contacts else (), SIMULTANEITY_TOLERANCE * self.evaluator.time_scale)
         return IntegrationResult(run.states[: run.n_filled], status, run.step, tuple(run.contact_modes), events)
 
-    def _make_radau(self) -> RadauIntegrator:
-        return RadauIntegrator(*self.model, self.error_scale, self.constraint_tolerance, self.max_distance)
+    def _make_implicit_integrator(self) -> ImplicitIntegrator:
+        return ImplicitIntegrator(*self.model, self.error_scale, self.constraint_tolerance, self.max_distance)
 
     def _find_stable_step(self, duration: float) -> tuple[float, float]:
         """Return the largest stable explicit step if implicit steps cost less from the start on, else infinity, and the time of the motion.
@@ -217,11 +224,11 @@ class ConstrainedIntegrator:
         is_damped = is_damped or len(self.system.lags) > 0 or any(effect.dissipates for effect in output_forces_of(self.scene))
         if not is_damped or self._min_stiff_steps == np.inf:
             return math.inf, self.evaluator.time_scale
-        decay_rate, oscillation_rate = self._make_radau().rates_at(self.input_cubics(0.0), self.initial_state)
+        decay_rate, oscillation_rate = self._make_implicit_integrator().rates_at(self.input_cubics(0.0), self.initial_state)
         motion_rate = max(oscillation_rate, loading_rate(self.scene))
         n_explicit = duration * decay_rate / STABILITY_LIMIT
         n_implicit = IMPLICIT_STEPS_OF_TRANSIENT + IMPLICIT_STEPS_PER_MOTION * duration * motion_rate
-        is_stiff = n_explicit > max(self._min_stiff_steps, IMPLICIT_STEP_COST * n_implicit)
+        is_stiff = n_explicit > max(self._min_stiff_steps, self._implicit_step_cost * n_implicit)
         return (STABILITY_LIMIT / decay_rate, 1 / (motion_rate or 1.0)) if is_stiff else (math.inf, self.evaluator.time_scale)
 
     def state_history(self, states: FloatArray) -> StateHistory:

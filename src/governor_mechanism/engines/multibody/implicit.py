@@ -1,0 +1,218 @@
+"""Implicit integration of a stiff mechanism in independent coordinates, an unconstrained equation with few components; compiled."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from governor_mechanism.integrators.radau import RadauLimits, StiffEquationFunctions, make_radau
+from governor_mechanism.integrators.radau_systems import RadauBuffers
+from governor_mechanism.integrators.stages import StepCounter
+from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.mechanics.dynamics import equations_of_motion
+from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
+from governor_mechanism.numerics.array_copy import copy_array
+from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.types import FloatArray, IntArray
+
+DIFFERENCE_STEP_RATIO = 1e-7
+"""Step of the finite differences relative to a component or its scale: a compromise between rounding and curvature."""
+
+MAX_OPEN_RATIO = 1e5
+"""Largest constraint violation of a projected state, in constraint tolerances: beyond rounding far from the origin, a joint stays open."""
+
+MAX_DEPENDENCE_GROWTH = 5.0
+"""Growth of the dependence (see `PartitionedEquation`) with which other independent coordinates are chosen.
+
+They are chosen so that the dependence is about 1 at first. Where it grows, the independent coordinates approach a turning point.
+"""
+
+OPEN_JOINT = -1.0
+"""Quality of a state whose joints stay open, or whose derivative is not a number."""
+
+
+class PartitionedEquation(NamedTuple):
+    """Equation of a mechanism without contacts in independent coordinates.
+
+    Its state has the independent coordinates, their velocities, the lags, and the energy states, of which nothing depends.
+    The dependence is the largest change of a dependent coordinate relative to that of an independent one, both in their scales.
+
+    Attributes
+    ----------
+    system
+        Mechanism and force elements as arrays.
+    projected_system
+        The same with infinite masses of the independent coordinates: a projection changes the others alone.
+    workspace
+        Arrays of one evaluation, overwritten.
+    input_cubics
+        Local cubics of the input functions and their integrals; shape (functions, 5).
+    components
+        Index in the full state of each component; shape (components,).
+    n_independent
+        Number of independent coordinates.
+    error_scale
+        Scale of each component of the full state; shape (full components,).
+    constraint_tolerance
+        Largest constraint violation left by the projection, m.
+    max_distance
+        Distance from the origin beyond which a body has flown away, m.
+    full_state
+        Present full state; shape (full components,).
+    stage_poses
+        Poses at the last evaluation of each stage, from which the next projection starts; shape (stages, coordinates).
+    buffer
+        Full state of one evaluation; shape (full components,).
+    derivative
+        Its derivative; shape (full components,).
+    shifted_derivative
+        Derivative at a shifted state; shape (components,).
+    dependence
+        The dependence at the last Jacobian, and the largest allowed one, 0 before the first Jacobian; shape (2,).
+    counts
+        Counters, indexed by `StepCounter`.
+    """
+
+    system: System
+    projected_system: System
+    workspace: SystemWorkspace
+    input_cubics: FloatArray
+    components: IntArray
+    n_independent: int
+    error_scale: FloatArray
+    constraint_tolerance: float
+    max_distance: float
+    full_state: FloatArray
+    stage_poses: FloatArray
+    buffer: FloatArray
+    derivative: FloatArray
+    shifted_derivative: FloatArray
+    dependence: FloatArray
+    counts: IntArray
+
+
+@jit_in_place
+def _expand(equation: PartitionedEquation, local_time: float, state: FloatArray, poses: FloatArray, result: FloatArray) -> float:
+    """Fill the full state of a reduced one, with dependent coordinates solved from given poses on; return the quality."""
+    n_coordinates = poses.size
+    for i in range(n_coordinates):
+        result[i], result[n_coordinates + i] = poses[i], 0.0
+    for i in range(state.size):
+        result[equation.components[i]] = state[i]
+    residual = equations_of_motion.project_state(
+        equation.projected_system,
+        equation.workspace,
+        equation.input_cubics,
+        local_time,
+        result[:n_coordinates].reshape(-1, 3),
+        result[n_coordinates : 2 * n_coordinates].reshape(-1, 3),
+        equation.constraint_tolerance,
+    )
+    return 1.0 if residual <= MAX_OPEN_RATIO * equation.constraint_tolerance else OPEN_JOINT
+
+
+@jit_in_place
+def _evaluate_from(equation: PartitionedEquation, local_time: float, state: FloatArray, poses: FloatArray, result: FloatArray) -> float:
+    """Fill the reduced derivative, and the full state and derivative into the buffers; return the quality."""
+    if _expand(equation, local_time, state, poses, equation.buffer) < 0.0:
+        return OPEN_JOINT
+    equations_of_motion.evaluate_state_derivative(
+        equation.system, equation.workspace, equation.input_cubics, local_time, equation.buffer, equation.derivative
+    )
+    equation.counts[StepCounter.EVALUATIONS] += 1
+    total = 0.0
+    for i in range(state.size):
+        result[i] = equation.derivative[equation.components[i]]
+        total += result[i]
+    return 1.0 if abs(total) < np.inf else OPEN_JOINT
+
+
+@jit_in_place
+def _start_step(equation: PartitionedEquation) -> None:
+    for stage in range(equation.stage_poses.shape[0]):
+        for i in range(equation.stage_poses.shape[1]):
+            equation.stage_poses[stage, i] = equation.full_state[i]
+
+
+@jit_in_place
+def _evaluate(equation: PartitionedEquation, local_time: float, state: FloatArray, derivative: FloatArray, stage: int) -> float:
+    poses = equation.stage_poses[stage]
+    quality = _evaluate_from(equation, local_time, state, poses, derivative)
+    if quality >= 0.0:
+        copy_array(poses, equation.buffer[: poses.size])
+    return quality
+
+
+@jit_in_place
+def _evaluate_jacobian(
+    equation: PartitionedEquation, local_time: float, state: FloatArray, derivative: FloatArray, jacobian: FloatArray
+) -> float:
+    """Fill the Jacobian by finite differences, and find the dependence."""
+    scales, poses = equation.error_scale, equation.full_state[: equation.stage_poses.shape[1]]
+    dependence = 1.0
+    for k in range(jacobian.shape[1]):
+        value, scale = state[k], scales[equation.components[k]]
+        state[k] = value + DIFFERENCE_STEP_RATIO * max(abs(value), scale)
+        step = state[k] - value
+        quality = _evaluate_from(equation, local_time, state, poses, equation.shifted_derivative)
+        state[k] = value
+        if quality < 0.0:
+            return quality
+        for i in range(jacobian.shape[0]):
+            jacobian[i, k] = (equation.shifted_derivative[i] - derivative[i]) / step
+        if k < equation.n_independent:
+            for i in range(poses.size):
+                dependence = max(dependence, abs(equation.buffer[i] - poses[i]) / scales[i] * (scale / step))
+    equation.dependence[0] = dependence
+    if equation.dependence[1] == 0.0:
+        equation.dependence[1] = MAX_DEPENDENCE_GROWTH * dependence
+    return 1.0
+
+
+@jit_in_place
+def _finish_step(equation: PartitionedEquation, local_time: float, state: FloatArray, derivative: FloatArray) -> IntegrationStatus:
+    n_coordinates = equation.stage_poses.shape[1]
+    if _evaluate_from(equation, local_time, state, equation.full_state[:n_coordinates], derivative) < 0.0:
+        return IntegrationStatus.STALLED
+    copy_array(equation.full_state, equation.buffer)
+    for k in range(n_coordinates // 3):
+        if not abs(equation.buffer[3 * k]) + abs(equation.buffer[3 * k + 1]) <= equation.max_distance:
+            return IntegrationStatus.OUT_OF_RANGE
+    return IntegrationStatus.DONE if equation.dependence[0] <= equation.dependence[1] else IntegrationStatus.SINGULAR_COORDINATES
+
+
+@jit_in_place
+def _write_output(equation: PartitionedEquation, local_time: float, state: FloatArray, output: FloatArray) -> None:
+    _expand(equation, local_time, state, equation.full_state[: equation.stage_poses.shape[1]], output)
+
+
+_integrate = jit_in_place(make_radau(StiffEquationFunctions(_start_step, _evaluate, _evaluate_jacobian, _finish_step, _write_output)))
+
+
+@jit_in_place
+def integrate_implicitly(
+    equation: PartitionedEquation,
+    buffers: RadauBuffers,
+    span: tuple[float, float],
+    time_origin: float,
+    state: FloatArray,
+    limits: RadauLimits,
+    times: FloatArray,
+    states: FloatArray,
+) -> tuple[IntegrationStatus, float, int, float]:
+    """Integrate a reduced state in place, over an interval without breakpoints; full states are filled at the times.
+
+    The input cubics begin at the time origin (s). Returns status, next step (s), number of times reached, and time of the state (s).
+    """
+    return _integrate(equation, buffers, span, time_origin, state, limits, times, states)
+
+
+@jit_in_place
+def evaluate_linearisation(
+    equation: PartitionedEquation, local_time: float, state: FloatArray, derivative: FloatArray, jacobian: FloatArray
+) -> float:
+    """Fill the derivative of a reduced state and its Jacobian by finite differences; return whether they are finite (positive)."""
+    poses = equation.full_state[: equation.stage_poses.shape[1]]
+    if _evaluate_from(equation, local_time, state, poses, derivative) < 0.0:
+        return OPEN_JOINT
+    copy_array(equation.full_state, equation.buffer)
+    return _evaluate_jacobian(equation, local_time, state, derivative, jacobian)

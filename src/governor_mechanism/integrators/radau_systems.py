@@ -1,0 +1,151 @@
+"""Buffers of the Radau IIA methods, and the linear systems of their iteration; compiled."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from governor_mechanism.integrators.radau_tableau import RadauTableau, make_radau_tableau
+from governor_mechanism.numerics.dense_lu import factorise_lu, solve_lu
+from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.types import ComplexArray, FloatArray, IntArray
+
+
+class RadauBuffers(NamedTuple):
+    """Method and buffers of one integration.
+
+    A state begins with the components on which the derivative depends (n_coupled); those after them are quadratures.
+
+    Attributes
+    ----------
+    tableau
+        Coefficients of the method, with s stages.
+    error_scale
+        Scale of every component; shape (components,).
+    jacobian
+        Derivatives of the state derivative by the coupled components; shape (components, n_coupled).
+    real_factors
+        LU factors of the matrix of the real eigenvalue; shape (n_coupled, n_coupled).
+    complex_factors
+        Those of the complex eigenvalues; shape (pairs, n_coupled, n_coupled).
+    pivots
+        Their row exchanges, of the real matrix last; shape (pairs + 1, n_coupled).
+    increments
+        Differences of the states at the stages from the start; shape (s, components).
+    previous_increments
+        Those of the step before; shape (s, components).
+    residuals
+        Derivatives at the stages, then residuals of the collocation equations; shape (s, components).
+    real_update
+        Update of the iteration along the real eigenvector; shape (components,).
+    complex_updates
+        Those along the complex eigenvectors; shape (pairs, components).
+    stage_state
+        State at a stage or at an output time; shape (components,).
+    start_derivative
+        Derivative at the start of the step; shape (components,).
+    errors
+        Errors of the step; shape (components,).
+    weights
+        Weights of start and stages in an interpolated state; shape (s + 1,).
+    counts
+        Counters, indexed by `StepCounter`.
+    """
+
+    tableau: RadauTableau
+    error_scale: FloatArray
+    jacobian: FloatArray
+    real_factors: FloatArray
+    complex_factors: ComplexArray
+    pivots: IntArray
+    increments: FloatArray
+    previous_increments: FloatArray
+    residuals: FloatArray
+    real_update: FloatArray
+    complex_updates: ComplexArray
+    stage_state: FloatArray
+    start_derivative: FloatArray
+    errors: FloatArray
+    weights: FloatArray
+    counts: IntArray
+
+
+def make_radau_buffers(n_stages: int, n_coupled: int, error_scale: FloatArray, counts: IntArray) -> RadauBuffers:
+    """Allocate the buffers of an integration.
+
+    Parameters
+    ----------
+    n_stages
+        Number of stages of the method, odd.
+    n_coupled
+        Number of leading components on which the derivative depends.
+    error_scale
+        Scale of every component; shape (components,).
+    counts
+        Counters, indexed by `StepCounter`, increased by the integration.
+
+    Returns
+    -------
+    RadauBuffers
+        The buffers.
+    """
+    n, n_pairs = error_scale.size, n_stages // 2
+    increments, previous_increments, residuals = (np.zeros((n_stages, n)) for _ in range(3))
+    real_update, stage_state, start_derivative, errors = (np.zeros(n) for _ in range(4))
+    return RadauBuffers(
+        tableau=make_radau_tableau(n_stages),
+        error_scale=error_scale,
+        jacobian=np.zeros((n, n_coupled)),
+        real_factors=np.zeros((n_coupled, n_coupled)),
+        complex_factors=np.zeros((n_pairs, n_coupled, n_coupled), dtype=np.complex128),
+        pivots=np.zeros((n_pairs + 1, n_coupled), dtype=np.int64),
+        increments=increments,
+        previous_increments=previous_increments,
+        residuals=residuals,
+        real_update=real_update,
+        complex_updates=np.zeros((n_pairs, n), dtype=np.complex128),
+        stage_state=stage_state,
+        start_derivative=start_derivative,
+        errors=errors,
+        weights=np.zeros(n_stages + 1),
+        counts=counts,
+    )
+
+
+@jit_in_place
+def _fill_matrix(jacobian: FloatArray, diagonal: Any, matrix: NDArray[Any]) -> None:
+    """Fill the coupled part of diagonal * identity - jacobian."""
+    for i in range(matrix.shape[0]):
+        for j in range(matrix.shape[0]):
+            matrix[i, j] = -jacobian[i, j]
+        matrix[i, i] += diagonal
+
+
+@jit_in_place
+def factorise_matrices(buffers: RadauBuffers, h: float) -> bool:
+    """Factorise the matrices of the iteration for a step size, and return whether all are regular."""
+    tableau, n_pairs = buffers.tableau, buffers.complex_factors.shape[0]
+    _fill_matrix(buffers.jacobian, tableau.real_eigenvalue / h, buffers.real_factors)
+    is_regular = factorise_lu(buffers.real_factors, buffers.pivots[n_pairs])
+    for k in range(n_pairs):
+        _fill_matrix(buffers.jacobian, tableau.complex_eigenvalues[k] / h, buffers.complex_factors[k])
+        is_regular = factorise_lu(buffers.complex_factors[k], buffers.pivots[k]) and is_regular
+    return is_regular
+
+
+@jit_in_place
+def solve_shifted(jacobian: FloatArray, diagonal: Any, factors: NDArray[Any], pivots: IntArray, vector: NDArray[Any]) -> None:
+    """Solve (diagonal * identity - jacobian) x = vector in place; the quadratures follow from the coupled components."""
+    solve_lu(factors, pivots, vector)
+    for i in range(pivots.size, vector.size):
+        total = vector[i]
+        for j in range(pivots.size):
+            total += jacobian[i, j] * vector[j]
+        vector[i] = total / diagonal
+
+
+@jit_in_place
+def solve_real(buffers: RadauBuffers, h: float, vector: FloatArray) -> None:
+    """Solve with the matrix of the real eigenvalue in place."""
+    n_pairs = buffers.complex_factors.shape[0]
+    solve_shifted(buffers.jacobian, buffers.tableau.real_eigenvalue / h, buffers.real_factors, buffers.pivots[n_pairs], vector)
