@@ -11,9 +11,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.engines import ReducedEngine
 from governor_mechanism.engines.certificate import initial_tolerance
-from governor_mechanism.engines.reduced import passage
 from governor_mechanism.engines.reduced.batch import ReducedBatch
-from governor_mechanism.engines.reduced.integration import integrate_reduced
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.scenes.parser import parse_scene_document
@@ -70,21 +68,6 @@ def test_the_random_governors_end_in_different_ways():
     """The test above compares complete runs and runs that end early."""
     outcomes = [run_in_batch(draw_governor(np.random.default_rng(seed))).outcome for seed in range(40)]
     assert min(outcomes.count(one) for one in (Outcome.NOT_CERTIFIED, Outcome.LEFT_RANGE)) >= 8
-
-
-def test_the_end_of_a_table_is_reached_in_few_integrations(monkeypatch):
-    """A heavy sleeve falls to where arms and links are in line; near there pieces are narrow, and steps must not overshoot."""
-    porter = gm.load("porter")
-    document = {**porter.document, "dimensions": {**porter.document["dimensions"], "sleeve_mass": 70.0}}
-    calls = []
-
-    def integrate(*arguments):
-        calls.append(integrate_reduced(*arguments))
-        return calls[-1]
-
-    monkeypatch.setattr(passage, "integrate_reduced", integrate)
-    assert run_in_batch(parse_scene_document(document)).outcome is Outcome.LEFT_RANGE
-    assert len(calls) < 40
 
 
 def test_tables_are_as_accurate_as_the_steps_need():

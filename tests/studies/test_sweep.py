@@ -421,14 +421,14 @@ def test_large_numbers_with_a_unit_are_taken_at_their_word(scene):
 
 def test_rows_do_not_depend_on_their_company(scene, monkeypatch):
     tasks = []
-    monkeypatch.setattr("governor_mechanism.studies.sweep.run.compute_row", lambda task, index: _noted(tasks, task, index))
+    monkeypatch.setattr("governor_mechanism.studies.sweep.run.compute_row", lambda task, *row: _noted(tasks, task, *row))
     whole = gm.sweep(scene, [ARMS, MASSES])
     assert [compute_row(tasks[0], index) for index in (7, 2)] == [whole.rows[7], whole.rows[2]]
 
 
-def _noted(tasks, task, index):
+def _noted(tasks, task, *row):
     tasks.append(task)
-    return compute_row(task, index)
+    return compute_row(task, *row)
 
 
 @pytest.mark.parametrize(
@@ -471,7 +471,7 @@ def test_rows_made_together_are_those_of_single_runs(monkeypatch):
     together = gm.sweep(scene, vary, TAKEN)
     made = []
     with monkeypatch.context() as patched:
-        patched.setattr(SweepTask, "run_batched", lambda task, index: made.append(index))
+        patched.setattr(SweepTask, "run_together", lambda task, indices: made.extend(indices) or [None] * len(indices))
         single = gm.sweep(scene, vary, TAKEN)
     assert len(made) == 18  # they would have been made together
     assert together.outcomes == single.outcomes
@@ -501,15 +501,8 @@ def test_rows_made_together_depend_on_nothing_but_their_values():
 )
 def test_other_sweeps_make_their_rows_one_by_one(monkeypatch, document, vary, quantities, options):
     made = []
-    monkeypatch.setattr(ReducedBatch, "run", _noting(made, ReducedBatch.run))
+    for name in ("run", "run_recorded"):
+        monkeypatch.setattr(ReducedBatch, name, lambda *arguments: made.append(arguments))
     found = gm.sweep(parse_scene_document(document, "porter.toml"), vary, quantities, **options)
     assert found.ok
-    assert not any(glimpse is not None for glimpse in made)
-
-
-def _noting(made, glimpse):
-    def noted(batch, scene):
-        made.append(glimpse(batch, scene))
-        return made[-1]
-
-    return noted
+    assert not made
