@@ -152,12 +152,14 @@ class ReducedBatch:
         """Return the results of rows with numbers (rows, places) in a template, which is changed."""
         reduction = template.arrays.reduction._replace(fit_tolerance=self._fit_tolerance)
         arrays, n_rows = template.arrays._replace(reduction=reduction), len(numbers)
-        readings, ends = np.empty((n_rows, 1 + len(self.names), 2, len(self._request.times))), np.empty((n_rows, len(RowEnd)))
+        readings, ends = np.zeros((n_rows, 1 + len(self.names), 2, len(self._request.times))), np.empty((n_rows, len(RowEnd)))
         n_done, capacity = 0, INITIAL_TABLE_CAPACITY
         while n_done < n_rows:
             buffers = make_row_buffers(arrays, len(self._request.times), capacity)
             n_done = integrate_rows(arrays, template.buffer, places, numbers, n_done, self._request, buffers, readings, ends)
             capacity *= 2
+        for k, name in enumerate(self.names, start=1):
+            readings[:, k, 0] = unwrap_output(scene.part.mechanism.reading(name), readings[:, k, 0])
         return [self._make_result(scene, *row) for row in zip(readings, ends.tolist(), strict=True)]
 
     def _make_result(self, scene: Scene, readings: FloatArray, end: Sequence[float]) -> UncertifiedResult | None:
@@ -173,7 +175,7 @@ class ReducedBatch:
         motions = dict(zip([mechanism.coordinate, *self.names], readings[:, :, :n_reached], strict=True))
         return UncertifiedResult(
             times=self._request.times[:n_reached],
-            readings={name: unwrap_output(mechanism.reading(name), motions[name][0]) for name in self._names},
+            readings={name: motions[name][0] for name in self._names},
             rates={name: motions[name][1] for name in self._names},
             outcome=outcome or Outcome.NOT_CERTIFIED,
             detail=detail,

@@ -96,7 +96,7 @@ def integrate_passage(
         )
         last_time = time
         if is_end:
-            time += time_at_rate(motion_table.end_coordinate(side) - state[0], state[1])
+            time += time_to_travel(motion_table.end_coordinate(side) - state[0], state[1], buffers.stages.derivatives[1, 0])
             return PassageEnd(IntegrationStatus.TABLE_ENDED, step, n_filled, time, side)
     return PassageEnd(IntegrationStatus.DONE, step, n_filled, time, side)
 
@@ -120,6 +120,19 @@ def make_table_end_limits(settings: ReducedSettings) -> TableEndLimits:
 def time_at_rate(travel: float, rate: float) -> float:
     """Return the time (s) of a travel at a rate; 0 if the rate does not lead there."""
     return max(travel / rate, 0.0) if rate != 0.0 else 0.0
+
+
+def time_to_travel(travel: float, rate: float, acceleration: float) -> float:
+    """Return the time (s) of a travel from a rate on at a constant acceleration, or at the rate alone if that stops it.
+
+    0 if it leads away.
+    """
+    if rate == 0.0 or travel / rate <= 0.0:
+        return 0.0
+    square_of_end_rate = rate * rate + 2.0 * acceleration * travel
+    if not square_of_end_rate > 0.0:
+        return travel / rate
+    return 2.0 * travel / (rate + math.copysign(math.sqrt(square_of_end_rate), rate))
 
 
 def approach_table_end(

@@ -8,7 +8,7 @@ import numpy as np
 
 from governor_mechanism.engines.certificate import TOLERANCE_SAFETY_FACTOR
 from governor_mechanism.engines.reduced.integration import ReducedEquation, integrate_without_contacts, make_reduced_buffers
-from governor_mechanism.engines.reduced.passage import TableEndLimits, approach_table_end, time_at_rate
+from governor_mechanism.engines.reduced.passage import TableEndLimits, approach_table_end, time_at_rate, time_to_travel
 from governor_mechanism.engines.reduced.row_arrays import RowArrays, RowScalar
 from governor_mechanism.integrators.dop853 import StepBuffers, StepLimits
 from governor_mechanism.integrators.stages import StepCounter
@@ -19,19 +19,21 @@ from governor_mechanism.mechanics.kinematics.coordinate_assembly import Assembly
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES, ReducedModel
 from governor_mechanism.mechanics.reduction.motion_table import find_end_coordinate
 from governor_mechanism.mechanics.reduction.node_evaluation import (
+    Coefficient,
     LagrangianArrays,
     LagrangianWorkspace,
     ReductionArrays,
     make_lagrangian_workspace,
 )
 from governor_mechanism.mechanics.reduction.table import ExtensionStatus, PiecewiseTable, allocate_table, begin_table, evaluate_node
-from governor_mechanism.mechanics.reduction.table_refinement import extend_table
+from governor_mechanism.mechanics.reduction.table_refinement import extend_table, start_table
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import N_CHEBYSHEV_NODES
 from governor_mechanism.numerics.jit import jit_in_place, jit_unlocked
 from governor_mechanism.types import FloatArray, IntArray
 
-approach_table_end_jit, time_at_rate_jit = jit_in_place(approach_table_end), jit_in_place(time_at_rate)
+approach_table_end_jit = jit_in_place(approach_table_end)
+time_at_rate_jit, time_to_travel_jit = jit_in_place(time_at_rate), jit_in_place(time_to_travel)
 begin_table_jit, find_end_coordinate_jit = jit_in_place(begin_table), jit_in_place(find_end_coordinate)
 
 
@@ -53,6 +55,9 @@ class RowEnd(IntEnum):
     IS_AT_BOUND = 6
     """Whether that is the bound of the coordinate."""
 
+
+START_MARGIN = 0.02
+"""Distance from the start at which a table begins behind it, in widths of its first piece: more than the error of a motion that returns."""
 
 NOT_STARTED = -1
 """Status of a row that cannot be assembled at its start."""
@@ -231,10 +236,14 @@ def _integrate_row(arrays: RowArrays, request: RowRequest, buffers: RowBuffers, 
     if not continue_to_coordinate(assembly, buffers.workspace.assembly, q, buffers.poses):
         return True
     begin_table_jit(reduction, table, q, buffers.poses)
+    if not start_table(reduction, buffers.workspace, table):
+        return True
+    first_side = 1 if _find_start_direction(reduction, buffers.workspace.coefficients, scalars[RowScalar.START_RATE]) > 0.0 else 0
+    _begin_behind_start(reduction, buffers, q, first_side)
     state[:] = 0.0
     state[0], state[1] = q, scalars[RowScalar.START_RATE]
     copy_array(buffers.states[0], state)
-    status, time, n_reached, side = _integrate_along_table(arrays, reduction, request, buffers)
+    status, time, n_reached, side = _integrate_along_table(arrays, reduction, request, buffers, first_side)
     if table.n_pieces[0] == 0:
         return True
     if status == _TABLE_TOO_SMALL:
@@ -242,7 +251,7 @@ def _integrate_row(arrays: RowArrays, request: RowRequest, buffers: RowBuffers, 
     edge, bound = table.intervals[table.end_pieces[side], side], reduction.high if side == 1 else reduction.low
     end_coordinate = find_end_coordinate_jit(edge, bound, assembly.coordinate_scale)
     if status == IntegrationStatus.TABLE_ENDED:
-        time += time_at_rate_jit(end_coordinate - state[0], state[1])
+        time += time_to_travel_jit(end_coordinate - state[0], state[1], buffers.steps.stages.derivatives[1, 0])
     end[RowEnd.STATUS], end[RowEnd.TIME], end[RowEnd.REACHED_COUNT] = status, time, 1 + n_reached
     end[RowEnd.SIDE], end[RowEnd.END_REASON] = side, table.end_reasons[side]
     end[RowEnd.END_COORDINATE], end[RowEnd.IS_AT_BOUND] = end_coordinate, end_coordinate == bound
@@ -251,8 +260,28 @@ def _integrate_row(arrays: RowArrays, request: RowRequest, buffers: RowBuffers, 
 
 
 @jit_in_place
+def _find_start_direction(reduction: ReductionArrays, coefficients: FloatArray, rate: float) -> float:
+    """Return a number with the sign of the motion at the start, at a constant spindle speed: its rate, or from rest the force."""
+    centrifugal = 0.5 * coefficients[Coefficient.SPINDLE_INERTIA_DERIVATIVE] * reduction.steady_speed**2
+    return rate if rate != 0.0 else float(centrifugal - coefficients[Coefficient.POTENTIAL_DERIVATIVE])
+
+
+@jit_in_place
+def _begin_behind_start(reduction: ReductionArrays, buffers: RowBuffers, q: float, side: int) -> None:
+    """Begin the table, which was started at a coordinate, a little behind that if it leads to a side, unless it ends there.
+
+    A motion that comes back to its start then needs no further piece.
+    """
+    table, margin = buffers.table, START_MARGIN * buffers.table.next_widths[side]
+    margin = min(margin, 0.5 * (q - reduction.low if side == 1 else reduction.high - q))
+    begin_table_jit(reduction, table, q - margin if side == 1 else q + margin, buffers.poses)
+    if not start_table(reduction, buffers.workspace, table):
+        begin_table_jit(reduction, table, q, buffers.poses)
+
+
+@jit_in_place
 def _integrate_along_table(
-    arrays: RowArrays, reduction: ReductionArrays, request: RowRequest, buffers: RowBuffers
+    arrays: RowArrays, reduction: ReductionArrays, request: RowRequest, buffers: RowBuffers, first_side: int
 ) -> tuple[int, float, int, int]:
     """Integrate from the state of the buffers along their table, and extend that where the motion leaves it, as `integrate_passage` does.
 
@@ -286,7 +315,7 @@ def _integrate_along_table(
     )
     equation = ReducedEquation(model, buffers.piece, counts, TOLERANCE_SAFETY_FACTOR * request.tolerance * scale)
     max_step = request.max_step_ratio * arrays.scalars[RowScalar.MAX_STEP_SCALE]
-    step, last_time, n_filled, side = request.first_step_ratio * max_step, -math.inf, 1, 1
+    step, last_time, n_filled, side = request.first_step_ratio * max_step, -math.inf, 1, first_side
     while time < end:
         # In one place, also for the first piece: the machine code of this function contains that of the table.
         extension = extend_table(reduction, buffers.workspace, table, side)

@@ -9,14 +9,18 @@ from governor_mechanism.mechanics.kinematics.coordinate_assembly import continue
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, make_lagrangian_workspace
 from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
-from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, allocate_table, evaluate_poses, grow_table
+from governor_mechanism.mechanics.reduction.table import (
+    BOUND_TOLERANCE,
+    EndReason,
+    ExtensionStatus,
+    allocate_table,
+    evaluate_poses,
+    grow_table,
+)
 from governor_mechanism.mechanics.reduction.table_refinement import extend_table
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import FLIGHT_DETAIL
 from governor_mechanism.types import FloatArray
-
-BOUND_TOLERANCE = 1e-3
-"""Distance from the coordinate's bound, in coordinate scales, within which a table that cannot be extended counts as ending there."""
 
 INITIAL_TABLE_CAPACITY = 32
 """Number of pieces allocated at first."""

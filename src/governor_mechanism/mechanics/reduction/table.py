@@ -16,6 +16,9 @@ INITIAL_PIECE_WIDTH = 0.1
 `N_CHEBYSHEV_NODES` of the width, so that a less accurate table begins with a wider one.
 """
 
+BOUND_TOLERANCE = 1e-3
+"""Distance from the coordinate's bound, in coordinate scales, within which a table that cannot be extended counts as ending there."""
+
 
 class ExtensionStatus(IntEnum):
     """Result of `extend_table`."""

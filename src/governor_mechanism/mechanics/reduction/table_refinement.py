@@ -11,7 +11,7 @@ import numpy as np
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowKind
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import is_on_branch, solve_position
 from governor_mechanism.mechanics.reduction.node_evaluation import LagrangianWorkspace, ReductionArrays, TableColumn, evaluate_columns
-from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, PiecewiseTable
+from governor_mechanism.mechanics.reduction.table import BOUND_TOLERANCE, EndReason, ExtensionStatus, PiecewiseTable
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place
@@ -29,8 +29,13 @@ MAX_DISTANCE = 1e6
 MIN_PIECE_WIDTH = 1e-9
 """Smallest width of a piece, in coordinate scales; where a narrower one is needed, the table ends."""
 
-WIDEN_THRESHOLD = 1e-3
-"""Fit residual relative to the tolerance below which the next piece is twice as wide."""
+INTENDED_RESIDUAL = 0.05
+"""Fit residual relative to the tolerance for which the width of a piece is chosen: below 1, because the residual grows along a table that
+approaches a singularity, and a piece that is refused costs as much as one that is added.
+"""
+
+MAX_WIDENING, MIN_NARROWING, MAX_NARROWING = 2.0, 0.8, 0.25
+"""Largest factor from the width of a piece to that of the next one; and largest and smallest factor on that of a piece that is refused."""
 
 MAX_ROUNDING_ERROR = 1e-7
 """Largest error of a piece whose coefficients have stagnated at rounding level, as near a change point, relative to its column's scale."""
@@ -70,14 +75,29 @@ def extend_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table:
     ExtensionStatus
         Whether a piece was added.
     """
-    if table.n_pieces[0] == 0 and not _start_table(arrays, workspace, table):
+    if table.n_pieces[0] == 0 and not start_table(arrays, workspace, table):
         return ExtensionStatus.TABLE_ENDED
     return _add_piece(arrays, workspace, table, side)
 
 
 @jit
-def _start_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: PiecewiseTable) -> bool:
-    """Solve the initial node of a table and set the scales from it; return whether that was possible."""
+def start_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: PiecewiseTable) -> bool:
+    """Solve the initial node of a table and set the scales from it.
+
+    Parameters
+    ----------
+    arrays
+        The lowered mechanism.
+    workspace
+        Buffers of the node evaluation; they hold the coefficients of the node afterwards.
+    table
+        The table without pieces; changed in place.
+
+    Returns
+    -------
+    bool
+        Whether that was possible.
+    """
     node, columns = table.initial_node, np.zeros(table.column_scales.size)
     if not solve_position(arrays.lagrangian.assembly, workspace.assembly, table.intervals[0, 0], node):
         table.end_reasons[:] = EndReason.AT_SINGULARITY
@@ -127,6 +147,11 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
         table.end_reasons[side] = EndReason.TOO_FAR
         return ExtensionStatus.TABLE_ENDED
     width = min(table.next_widths[side], max(MAX_PIECE_WIDTH * coordinate_scale, WIDTH_PER_DISTANCE * distance))
+    # An error of the acceleration near the bound moves the motion by at most its product with the distance that is left.
+    has_too_much_rounding, noise_limit = (
+        False,
+        NOISE_LIMIT * max(1.0, coordinate_scale / max(abs(bound - start), MIN_PIECE_WIDTH * coordinate_scale)),
+    )
     while True:
         end, at_bound = start + direction * width, False
         if direction * (end - bound) >= 0.0:
@@ -140,16 +165,16 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
         residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
         if residual <= 1.0 and rounding * arrays.fit_tolerance < MAX_ROUNDING_ERROR:
             if (
-                rounding > NOISE_LIMIT
+                rounding > noise_limit
                 and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.lagrangian.assembly.coordinate_scale
                 and not at_bound
             ):
-                end = _reduce_rounding_by_resizing(arrays, workspace, table, piece, edge_piece, start, end, rounding)
+                end = _reduce_rounding_by_resizing(arrays, workspace, table, piece, edge_piece, start, end, rounding, noise_limit)
                 residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
                 # No step control corrects the error of the table at a change point, and the error estimate would not show it.
                 near_change_point = workspace.assembly.min_pivot[0] < CHANGE_POINT_RATIO * table.periodicity[4]
                 if (
-                    rounding > NOISE_LIMIT
+                    rounding > noise_limit
                     and near_change_point
                     and abs(bound - end) > CHANGE_POINT_MARGIN * arrays.lagrangian.assembly.coordinate_scale
                 ):
@@ -163,9 +188,15 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
                 return ExtensionStatus.TABLE_ENDED
             residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
             break
-        width = 0.5 * abs(end - start)
+        has_too_much_rounding = has_too_much_rounding or residual <= 1.0
+        is_smooth = 1.0 < residual < math.inf  # else the poses could not be found, or rounding is too large
+        width = abs(end - start) * (max(MAX_NARROWING, min(MIN_NARROWING, _width_factor(residual))) if is_smooth else 0.5)
     table.periodicity[3] = max(table.periodicity[3], rounding)
-    table.next_widths[side] = abs(end - start) * (2.0 if residual < WIDEN_THRESHOLD else 1.0)
+    # Towards a singularity rounding grows with a power of the distance that is left.
+    table.next_widths[side] = abs(end - start) * (0.5 if has_too_much_rounding else min(MAX_WIDENING, _width_factor(residual)))
+    is_near_bound = abs(bound - end) < BOUND_TOLERANCE * coordinate_scale
+    if has_too_much_rounding and is_near_bound and table.end_reasons[side] == EndReason.NOT_ENDED:
+        table.end_reasons[side] = EndReason.AT_BOUND  # at a change point there, narrower pieces would lead little nearer
     table.neighbours[piece, 1 - side] = edge_piece if piece > 0 else -1
     table.neighbours[piece, side] = -1
     if piece > 0:
@@ -178,6 +209,12 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
 
 
 @jit_in_place
+def _width_factor(residual: float) -> float:
+    """Return the factor on the width of a piece for which its residual becomes the intended one; it grows with a power of the width."""
+    return math.inf if residual == 0.0 else float((INTENDED_RESIDUAL / residual) ** (1.0 / N_CHEBYSHEV_NODES))
+
+
+@jit_in_place
 def _reduce_rounding_by_resizing(
     arrays: ReductionArrays,
     workspace: LagrangianWorkspace,
@@ -187,11 +224,18 @@ def _reduce_rounding_by_resizing(
     start: float,
     end: float,
     least: float,
+    noise_limit: float,
 ) -> float:
-    """Return the end of the piece with the least rounding error; near a change point that depends on the positions of the nodes."""
+    """Return the end of the first trial piece with little rounding error, or of that with the least one.
+
+    Near a change point the rounding error depends on the positions of the nodes. Narrower pieces are tried before wider ones.
+    """
     best, bound = end, arrays.high if end > start else arrays.low
     for k in range(N_RESIZE_TRIALS):
-        trial_end = start + (end - start) * (0.3 + 1.4 * (k + 0.5) / N_RESIZE_TRIALS)
+        if least <= noise_limit:
+            break
+        j = N_RESIZE_TRIALS // 2 - 1 - k if k < N_RESIZE_TRIALS // 2 else k
+        trial_end = start + (end - start) * (0.3 + 1.4 * (j + 0.5) / N_RESIZE_TRIALS)
         if (trial_end - bound) * (end - start) >= 0.0:
             break
         residual, rounding = _fill_piece(arrays, workspace, table, piece, neighbour, start, trial_end)
