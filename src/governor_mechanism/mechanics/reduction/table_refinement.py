@@ -29,13 +29,8 @@ MAX_DISTANCE = 1e6
 MIN_PIECE_WIDTH = 1e-9
 """Smallest width of a piece, in coordinate scales; where a narrower one is needed, the table ends."""
 
-INTENDED_RESIDUAL = 0.05
-"""Fit residual relative to the tolerance for which the width of a piece is chosen: below 1, because the residual grows along a table that
-approaches a singularity, and a piece that is refused costs as much as one that is added.
-"""
-
-MAX_WIDENING, MIN_NARROWING, MAX_NARROWING = 2.0, 0.8, 0.25
-"""Largest factor from the width of a piece to that of the next one; and largest and smallest factor on that of a piece that is refused."""
+WIDEN_THRESHOLD = 1e-3
+"""Fit residual relative to the tolerance below which the next piece is twice as wide."""
 
 MAX_ROUNDING_ERROR = 1e-7
 """Largest error of a piece whose coefficients have stagnated at rounding level, as near a change point, relative to its column's scale."""
@@ -147,11 +142,11 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
         table.end_reasons[side] = EndReason.TOO_FAR
         return ExtensionStatus.TABLE_ENDED
     width = min(table.next_widths[side], max(MAX_PIECE_WIDTH * coordinate_scale, WIDTH_PER_DISTANCE * distance))
-    # An error of the acceleration near the bound moves the motion by at most its product with the distance that is left.
-    has_too_much_rounding, noise_limit = (
-        False,
-        NOISE_LIMIT * max(1.0, coordinate_scale / max(abs(bound - start), MIN_PIECE_WIDTH * coordinate_scale)),
-    )
+    has_too_much_rounding, noise_limit, acceptable_noise = False, NOISE_LIMIT, 0.0
+    distance_left = max(abs(bound - start), MIN_PIECE_WIDTH * coordinate_scale)
+    if distance_left < CHANGE_POINT_MARGIN * coordinate_scale:
+        # An error of the acceleration there moves the motion by at most its product with the distance that is left.
+        noise_limit = acceptable_noise = NOISE_LIMIT * coordinate_scale / distance_left
     while True:
         end, at_bound = start + direction * width, False
         if direction * (end - bound) >= 0.0:
@@ -169,7 +164,7 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
                 and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.lagrangian.assembly.coordinate_scale
                 and not at_bound
             ):
-                end = _reduce_rounding_by_resizing(arrays, workspace, table, piece, edge_piece, start, end, rounding, noise_limit)
+                end = _reduce_rounding_by_resizing(arrays, workspace, table, piece, edge_piece, start, end, rounding, acceptable_noise)
                 residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
                 # No step control corrects the error of the table at a change point, and the error estimate would not show it.
                 near_change_point = workspace.assembly.min_pivot[0] < CHANGE_POINT_RATIO * table.periodicity[4]
@@ -189,11 +184,11 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
             residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
             break
         has_too_much_rounding = has_too_much_rounding or residual <= 1.0
-        is_smooth = 1.0 < residual < math.inf  # else the poses could not be found, or rounding is too large
-        width = abs(end - start) * (max(MAX_NARROWING, min(MIN_NARROWING, _width_factor(residual))) if is_smooth else 0.5)
+        width = 0.5 * abs(end - start)
     table.periodicity[3] = max(table.periodicity[3], rounding)
-    # Towards a singularity rounding grows with a power of the distance that is left.
-    table.next_widths[side] = abs(end - start) * (0.5 if has_too_much_rounding else min(MAX_WIDENING, _width_factor(residual)))
+    table.next_widths[side] = abs(end - start) * (2.0 if residual < WIDEN_THRESHOLD else 1.0)
+    if has_too_much_rounding and acceptable_noise > 0.0:
+        table.next_widths[side] = 0.5 * abs(end - start)  # rounding grows with a power of the distance that is left
     is_near_bound = abs(bound - end) < BOUND_TOLERANCE * coordinate_scale
     if has_too_much_rounding and is_near_bound and table.end_reasons[side] == EndReason.NOT_ENDED:
         table.end_reasons[side] = EndReason.AT_BOUND  # at a change point there, narrower pieces would lead little nearer
@@ -209,12 +204,6 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
 
 
 @jit_in_place
-def _width_factor(residual: float) -> float:
-    """Return the factor on the width of a piece for which its residual becomes the intended one; it grows with a power of the width."""
-    return math.inf if residual == 0.0 else float((INTENDED_RESIDUAL / residual) ** (1.0 / N_CHEBYSHEV_NODES))
-
-
-@jit_in_place
 def _reduce_rounding_by_resizing(
     arrays: ReductionArrays,
     workspace: LagrangianWorkspace,
@@ -224,15 +213,15 @@ def _reduce_rounding_by_resizing(
     start: float,
     end: float,
     least: float,
-    noise_limit: float,
+    acceptable_noise: float,
 ) -> float:
-    """Return the end of the first trial piece with little rounding error, or of that with the least one.
+    """Return the end of the first trial piece whose rounding error is acceptable, or of that with the least one.
 
     Near a change point the rounding error depends on the positions of the nodes. Narrower pieces are tried before wider ones.
     """
     best, bound = end, arrays.high if end > start else arrays.low
     for k in range(N_RESIZE_TRIALS):
-        if least <= noise_limit:
+        if least <= acceptable_noise:
             break
         j = N_RESIZE_TRIALS // 2 - 1 - k if k < N_RESIZE_TRIALS // 2 else k
         trial_end = start + (end - start) * (0.3 + 1.4 * (j + 0.5) / N_RESIZE_TRIALS)
