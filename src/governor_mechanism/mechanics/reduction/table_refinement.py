@@ -246,7 +246,7 @@ def _fill_piece(
     columns, values = np.empty(table.column_scales.size), np.empty((table.column_scales.size, N_CHEBYSHEV_NODES))
     first, last, direction = (0, N_CHEBYSHEV_NODES - 1, 1) if end > start else (N_CHEBYSHEV_NODES - 1, 0, -1)
     guess, node, node_before = np.empty(table.pose_increment.size), table.initial_node, table.initial_node
-    q = q_before = table.intervals[0, 0]
+    q = q_before = table.periodicity[1]
     if piece > 0:  # the two nearest nodes of its neighbour
         node, node_before = table.nodes[neighbour, last], table.nodes[neighbour, last - direction]
         q = table.intervals[neighbour, 2] + CHEBYSHEV_NODES[last] / table.intervals[neighbour, 3]
