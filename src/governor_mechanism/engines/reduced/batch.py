@@ -153,6 +153,7 @@ class ReducedBatch:
         reduction = template.arrays.reduction._replace(fit_tolerance=self._fit_tolerance)
         arrays, n_rows = template.arrays._replace(reduction=reduction), len(numbers)
         readings, ends = np.zeros((n_rows, 1 + len(self.names), 2, len(self._request.times))), np.empty((n_rows, len(RowEnd)))
+        template.buffer[places] = numbers[0]  # the buffers below are made from numbers, not from labels
         n_done, capacity = 0, INITIAL_TABLE_CAPACITY
         while n_done < n_rows:
             buffers = make_row_buffers(arrays, len(self._request.times), capacity)

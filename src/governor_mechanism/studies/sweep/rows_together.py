@@ -100,9 +100,12 @@ class RowsTogether:
                 left = left[1:]
                 continue
             numbers, is_valid = record.evaluate(values[left])
+            n_used += 1
+            if not is_valid.any():
+                continue
             for index, result in zip(left[is_valid].tolist(), self._batch.run_recorded(record, numbers[is_valid]), strict=True):
                 results[index] = result
-            left, n_used = left[~is_valid], n_used + 1
+            left = left[~is_valid]
         return results
 
     def _get_record(self, index: int, values: FloatArray) -> RecordedRows | None:
