@@ -199,7 +199,7 @@ def _require_unchanged_document(scene: Scene) -> Mapping[str, Any]:
     return scene.document if parsed_scene.run == scene.run else {**scene.document, "run": asdict(scene.run)}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # a cluster hashes functions, and a document has no hash
 class RowFunction:
     """Function that computes the rows of indices; it can be pickled."""
 
