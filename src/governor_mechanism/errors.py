@@ -70,7 +70,7 @@ def require_finite(value: float, unit: str, what: str) -> None:
     MechanismError
         If the value is NaN or infinite.
     """
-    if not math.isfinite(value):
+    if not -math.inf < value < math.inf:
         raise MechanismError(f"{what} must be a finite number; got {value!r} {unit}".rstrip())
 
 
@@ -91,7 +91,7 @@ def require_positive(value: float, unit: str, what: str) -> None:
     MechanismError
         If the value is zero, negative, NaN or infinite.
     """
-    if not (value > 0 and math.isfinite(value)):
+    if not 0 < value < math.inf:
         raise MechanismError(f"{what} must be positive; got {value:g} {unit}".rstrip())
 
 

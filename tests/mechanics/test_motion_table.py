@@ -17,8 +17,11 @@ from governor_mechanism.mechanics.reduction.equation_of_motion import (
     evaluate_table_output,
     make_reduced_model,
 )
+from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
-from governor_mechanism.mechanics.reduction.table import find_piece
+from governor_mechanism.mechanics.reduction.node_evaluation import make_lagrangian_workspace
+from governor_mechanism.mechanics.reduction.table import ExtensionStatus, allocate_table, find_piece
+from governor_mechanism.mechanics.reduction.table_refinement import extend_table
 from governor_mechanism.model.joints import GROUND, Pin, Point
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, Limit, LineAngle
@@ -85,6 +88,21 @@ def test_poses_and_tangents_on_both_sides_of_the_start(ends):
     np.testing.assert_allclose(poses[:, 2, 0], x, atol=TABLE_ERROR)
     np.testing.assert_allclose(tangents[:, 2, 0], slope, atol=10 * TABLE_ERROR)
     np.testing.assert_allclose(poses[:, 0, 2], angles, atol=TABLE_ERROR)
+
+
+def test_a_table_may_begin_on_either_side_also_where_its_first_width_is_refused():
+    """The piece below covers what the one above does in the mirror; a first width of 2 rad is too large for the fit tolerance."""
+    scene = slider_crank()
+    arrays, _, _ = lower_reduced_scene(scene)
+    workspace, poses = make_lagrangian_workspace(arrays.lagrangian), PositionSolver(scene.mechanism).solve({"crank_angle": 0.0})
+    widths = []
+    for side in (0, 1):
+        table = allocate_table(arrays, 4, 0.0, poses)
+        table.next_widths[:] = 2.0
+        assert extend_table(arrays, workspace, table, side) == ExtensionStatus.PIECE_ADDED
+        assert table.intervals[0, 1 - side] == 0.0
+        widths.append(table.intervals[0, 1] - table.intervals[0, 0])
+    assert widths[0] == widths[1] < 2.0
 
 
 def test_a_table_that_has_gone_round_repeats_itself_in_both_directions():

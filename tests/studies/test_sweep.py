@@ -12,6 +12,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines.reduced.batch import ReducedBatch
+from governor_mechanism.engines.reduced.row_arrays import RecordedRows
 from governor_mechanism.render.figures.sweep import sweep_figure
 from governor_mechanism.scenes.changed_document import replace_document_value
 from governor_mechanism.scenes.parser import parse_scene_document
@@ -421,14 +422,14 @@ def test_large_numbers_with_a_unit_are_taken_at_their_word(scene):
 
 def test_rows_do_not_depend_on_their_company(scene, monkeypatch):
     tasks = []
-    monkeypatch.setattr("governor_mechanism.studies.sweep.run.compute_row", lambda task, index: _noted(tasks, task, index))
+    monkeypatch.setattr("governor_mechanism.studies.sweep.run.compute_row", lambda task, *row: _noted(tasks, task, *row))
     whole = gm.sweep(scene, [ARMS, MASSES])
     assert [compute_row(tasks[0], index) for index in (7, 2)] == [whole.rows[7], whole.rows[2]]
 
 
-def _noted(tasks, task, index):
+def _noted(tasks, task, *row):
     tasks.append(task)
-    return compute_row(task, index)
+    return compute_row(task, *row)
 
 
 @pytest.mark.parametrize(
@@ -471,7 +472,7 @@ def test_rows_made_together_are_those_of_single_runs(monkeypatch):
     together = gm.sweep(scene, vary, TAKEN)
     made = []
     with monkeypatch.context() as patched:
-        patched.setattr(SweepTask, "run_batched", lambda task, index: made.append(index))
+        patched.setattr(SweepTask, "run_together", lambda task, indices: made.extend(indices) or [None] * len(indices))
         single = gm.sweep(scene, vary, TAKEN)
     assert len(made) == 18  # they would have been made together
     assert together.outcomes == single.outcomes
@@ -479,6 +480,28 @@ def test_rows_made_together_are_those_of_single_runs(monkeypatch):
     for one, other in zip(together.rows, single.rows, strict=True):
         # The same steps, but along tables that are only as accurate as these need; 1e-8 asked.
         np.testing.assert_allclose(one.numbers, other.numbers, rtol=1e-10, atol=1e-10)
+
+
+def test_rows_made_together_are_the_same_by_threads_and_in_chunks_of_any_size(tmp_path, monkeypatch):
+    scene = parse_scene_document(PLAIN, "porter.toml")
+    vary = {"dimensions.sleeve_mass": np.linspace(10.0, 90.0, 15).tolist(), "dimensions.arm": [0.29, 0.3, 0.01]}
+    with monkeypatch.context() as patched:
+        patched.setattr(workers, "_map_in_processes", None)  # threads need none
+        patched.setattr("joblib.cpu_count", lambda: 3)
+        gm.sweep(scene, vary, TAKEN, out=tmp_path / "threads", workers=3)
+        patched.setattr(workers, "MAX_CHUNK_TIME", 0.0)
+        gm.sweep(scene, vary, TAKEN, out=tmp_path / "one by one")
+    found = gm.sweep(scene, vary, TAKEN, out=tmp_path / "alone")
+    assert set(found.outcomes) == {"ok", "left_range"}
+    for folder in ("threads", "one by one"):
+        assert listing(tmp_path / folder) == listing(tmp_path / "alone")
+
+
+def test_rows_that_cannot_be_recorded_are_described_one_by_one(monkeypatch):
+    scene, vary = parse_scene_document(PLAIN, "porter.toml"), {"dimensions.arm": [0.29, 0.3, 0.33]}
+    recorded = gm.sweep(scene, vary, TAKEN)
+    monkeypatch.setattr(RecordedRows, "record", None)
+    assert list(gm.sweep(scene, vary, TAKEN).rows) == list(recorded.rows)
 
 
 def test_rows_made_together_depend_on_nothing_but_their_values():
@@ -501,15 +524,8 @@ def test_rows_made_together_depend_on_nothing_but_their_values():
 )
 def test_other_sweeps_make_their_rows_one_by_one(monkeypatch, document, vary, quantities, options):
     made = []
-    monkeypatch.setattr(ReducedBatch, "run", _noting(made, ReducedBatch.run))
+    for name in ("run", "run_recorded"):
+        monkeypatch.setattr(ReducedBatch, name, lambda *arguments: made.append(arguments))
     found = gm.sweep(parse_scene_document(document, "porter.toml"), vary, quantities, **options)
     assert found.ok
-    assert not any(glimpse is not None for glimpse in made)
-
-
-def _noting(made, glimpse):
-    def noted(batch, scene):
-        made.append(glimpse(batch, scene))
-        return made[-1]
-
-    return noted
+    assert not made

@@ -15,6 +15,7 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Limit, PointCoordinate
 from governor_mechanism.model.part import EQUILIBRIUM, TURNING_PLANE
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
+from governor_mechanism.numerics import elementary
 from governor_mechanism.types import Vector2
 
 MIN_DIMENSION, MAX_DIMENSION = 1e-9, 1e9
@@ -195,7 +196,7 @@ def unsupported_effect_messages(machine: str, effects: Iterable[Effect], support
 
 def rotate_point(x: float, y: float, angle: float) -> Vector2:
     """Rotate a point about the origin (m, rad)."""
-    cosine, sine = math.cos(angle), math.sin(angle)
+    cosine, sine = elementary.cos(angle), elementary.sin(angle)
     return cosine * x - sine * y, sine * x + cosine * y
 
 

@@ -126,7 +126,7 @@ class InputFunction:
     @property
     def is_constant(self) -> bool:
         """Whether all values over time are equal and no reading matters."""
-        return len(set(self.values)) == 1 and not self.depends_on_readings
+        return all(value == self.values[0] for value in self.values) and not self.depends_on_readings
 
     @property
     def depends_on_readings(self) -> bool:

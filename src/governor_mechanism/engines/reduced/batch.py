@@ -6,39 +6,34 @@ accurate as its steps, so that it has few pieces.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf
 
 import numpy as np
 
 from governor_mechanism.engines.base import make_reported_times
-from governor_mechanism.engines.reduced.integration import (
-    ReducedEquation,
-    integrate_without_contacts,
-    make_reduced_buffers,
-    make_reduced_equation,
-)
-from governor_mechanism.engines.reduced.passage import describe_passage_end, integrate_passage
+from governor_mechanism.engines.reduced.passage import describe_passage_end, make_table_end_limits
+from governor_mechanism.engines.reduced.row_arrays import RecordedRows, RowArrays, RowTemplate, lower_row
+from governor_mechanism.engines.reduced.row_integration import NOT_STARTED, RowEnd, RowRequest, integrate_rows, make_row_buffers
 from governor_mechanism.engines.reduced.settings import ReducedSettings
-from governor_mechanism.integrators.dop853 import StepLimits
-from governor_mechanism.integrators.stages import StepCounter
-from governor_mechanism.mechanics.contact.transition import make_event_log
-from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
-from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES
-from governor_mechanism.mechanics.reduction.lowering import ForceParameter
-from governor_mechanism.mechanics.reduction.motion_table import MotionTable
+from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.mechanics.kinematics.output_variables import unwrap_output
+from governor_mechanism.mechanics.reduction.motion_table import INITIAL_TABLE_CAPACITY, TableEnd
 from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE
-from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.numerics.jit import warn_before_compiling
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, IntArray
 
 FIT_TOLERANCE_RATIO = 0.1
 """Truncation error of a table relative to the error of a step."""
 
 MAX_FIT_TOLERANCE = 1e-10
 """Largest truncation error of a table. Its pieces are then 1.8 times as wide as those of the most accurate one; wider ones save little."""
+
+MAX_ROWS_AT_ONCE = 256
+"""Largest number of rows that are run at once: what they share then costs less than a hundredth of them."""
+
+MAX_NUMBERS_AT_ONCE = 1_000_000
+"""Largest number of values and rates of readings of the rows that are run at once."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +70,7 @@ class UncertifiedResult:
 
 
 class ReducedBatch:
-    """Run scenes like a template, each from a value and rate of its coordinate, with shared buffers.
+    """Run scenes like a template, each from a value and rate of its coordinate. Threads may share a batch.
 
     Parameters
     ----------
@@ -90,15 +85,26 @@ class ReducedBatch:
     """
 
     def __init__(self, template: Scene, names: Sequence[str], tolerance: float, max_steps: int) -> None:
-        warn_before_compiling(integrate_without_contacts, 20)
-        self._times, self._names = make_reported_times(template), list(names)
-        self._tolerance, self._max_steps, self._settings = tolerance, max_steps, ReducedSettings()
+        warn_before_compiling(integrate_rows, 40)
+        mechanism, settings = template.part.mechanism, ReducedSettings()
+        self._names = list(names)
+        self.names = [name for name in names if name != mechanism.coordinate]
+        """The readings other than the coordinate."""
+        self._request = RowRequest(
+            times=make_reported_times(template),
+            tolerance=tolerance,
+            max_steps=max_steps,
+            max_step_ratio=settings.max_step_ratio,
+            first_step_ratio=settings.first_step_ratio,
+            table_end_limits=make_table_end_limits(settings),
+        )
         self._fit_tolerance = min(max(FIT_TOLERANCE_RATIO * tolerance, MIN_FIT_TOLERANCE), MAX_FIT_TOLERANCE)
-        self._counts = np.zeros(len(StepCounter), dtype=np.int64)
-        n_times = len(self._times)
-        self._states, self._modes = np.empty((n_times, N_STATES)), np.zeros((n_times, 1), dtype=np.int64)
-        self._input_cubics, self._mode = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
-        self._event_log = make_event_log(0)
+
+    @property
+    def rows_at_once(self) -> int:
+        """Number of rows to run at once: so many that what they share costs little, and so few that their readings take little memory."""
+        n_numbers = 2 * len(self._request.times) * (1 + len(self.names))
+        return max(1, min(MAX_ROWS_AT_ONCE, MAX_NUMBERS_AT_ONCE // n_numbers))
 
     def run(self, scene: Scene) -> UncertifiedResult | None:
         """Run a scene.
@@ -113,55 +119,65 @@ class ReducedBatch:
         UncertifiedResult | None
             The result, or None if the scene is not conservative or cannot be assembled at its start.
         """
-        mechanism = scene.part.mechanism
-        start, rate = scene.start.values.get(mechanism.coordinate), scene.start.rates.get(mechanism.coordinate, 0.0)
-        if not isinstance(start, float):
+        arrays = self.lower(scene)
+        if arrays is None:
             return None
-        poses = np.array(mechanism.initial_guess, dtype=np.float64)
-        motion_table = MotionTable(scene, start, poses, fit_tolerance=self._fit_tolerance, is_guess=True)
-        arrays, forces = motion_table.arrays, motion_table.forces
-        if not (motion_table.is_started and arrays.is_conservative and arrays.low < start < arrays.high):
+        return self._integrate(scene, RowTemplate(arrays), np.zeros(0, dtype=np.int64), np.zeros((1, 0)))[0]
+
+    def lower(self, scene: Scene) -> RowArrays | None:
+        """Return the arrays of a scene, or None if it is not conservative or does not start at a value of its coordinate."""
+        if not isinstance(scene.start.values.get(scene.part.mechanism.coordinate), float):
             return None
+        arrays = lower_row(scene, self.names)
+        return arrays if arrays.reduction.is_conservative else None
 
-        def make_equation(time: float) -> ReducedEquation:
-            return make_reduced_equation(motion_table.table, forces, self._input_cubics, self._mode, self._counts, self._tolerance)
+    def run_recorded(self, rows: RecordedRows, numbers: FloatArray) -> list[UncertifiedResult | None]:
+        """Run rows of one record.
 
-        state = np.zeros(N_STATES)
-        state[:2] = start, rate
-        self._states[0], self._counts[:] = state, 0
-        max_step = self._settings.max_step_ratio * max_step_scale(scene)
-        limits = StepLimits(self._tolerance, self._settings.first_step_ratio * max_step, max_step, self._max_steps, inf)
-        passage = integrate_passage(
-            motion_table,
-            make_equation,
-            make_reduced_buffers(forces, self._counts),
-            (0.0, float(self._times[-1])),
-            self._times[1:],
-            state,
-            limits,
-            self._states[1:],
-            self._modes[1:],
-            self._event_log,
-            time_scale=float(forces.parameters[ForceParameter.TIME_SCALE]),
-            settings=self._settings,
+        Parameters
+        ----------
+        rows
+            The record, for the readings `names`.
+        numbers
+            Numbers of the rows, as `RecordedRows.evaluate` returns them; shape (rows, places).
+
+        Returns
+        -------
+        list
+            The results, or None for a row that cannot be assembled at its start.
+        """
+        return self._integrate(rows.scene, rows.template.copy(), rows.places, numbers)
+
+    def _integrate(self, scene: Scene, template: RowTemplate, places: IntArray, numbers: FloatArray) -> list[UncertifiedResult | None]:
+        """Return the results of rows with numbers (rows, places) in a template, which is changed."""
+        reduction = template.arrays.reduction._replace(fit_tolerance=self._fit_tolerance)
+        arrays, n_rows = template.arrays._replace(reduction=reduction), len(numbers)
+        readings, ends = np.zeros((n_rows, 1 + len(self.names), 2, len(self._request.times))), np.empty((n_rows, len(RowEnd)))
+        template.buffer[places] = numbers[0]  # the buffers below are made from numbers, not from labels
+        n_done, capacity = 0, INITIAL_TABLE_CAPACITY
+        while n_done < n_rows:
+            buffers = make_row_buffers(arrays, len(self._request.times), capacity)
+            n_done = integrate_rows(arrays, template.buffer, places, numbers, n_done, self._request, buffers, readings, ends)
+            capacity *= 2
+        for k, name in enumerate(self.names, start=1):
+            readings[:, k, 0] = unwrap_output(scene.part.mechanism.reading(name), readings[:, k, 0])
+        return [self._make_result(scene, *row) for row in zip(readings, ends.tolist(), strict=True)]
+
+    def _make_result(self, scene: Scene, readings: FloatArray, end: Sequence[float]) -> UncertifiedResult | None:
+        """Return the result of a row with readings (1 + readings, 2, times) and an end, indexed by `RowEnd`."""
+        if end[RowEnd.STATUS] == NOT_STARTED:
+            return None
+        mechanism, n_reached, status = scene.part.mechanism, int(end[RowEnd.REACHED_COUNT]), IntegrationStatus(int(end[RowEnd.STATUS]))
+        outcome, detail = None, ""
+        if status != IntegrationStatus.DONE:
+            side, reason, is_at_bound = int(end[RowEnd.SIDE]), int(end[RowEnd.END_REASON]), bool(end[RowEnd.IS_AT_BOUND])
+            table_end = TableEnd(side, reason, end[RowEnd.END_COORDINATE], is_at_bound)
+            outcome, detail = describe_passage_end(scene, table_end, status, end[RowEnd.TIME], self._request.max_steps)
+        motions = dict(zip([mechanism.coordinate, *self.names], readings[:, :, :n_reached], strict=True))
+        return UncertifiedResult(
+            times=self._request.times[:n_reached],
+            readings={name: motions[name][0] for name in self._names},
+            rates={name: motions[name][1] for name in self._names},
+            outcome=outcome or Outcome.NOT_CERTIFIED,
+            detail=detail,
         )
-        outcome, detail = describe_passage_end(scene, motion_table, passage.status, passage.time, passage.side, self._max_steps)
-        readings, rates = self._evaluate_readings(scene, motion_table, self._states[: 1 + passage.n_reached])
-        return UncertifiedResult(self._times[: 1 + passage.n_reached], readings, rates, outcome or Outcome.NOT_CERTIFIED, detail)
-
-    def _evaluate_readings(
-        self, scene: Scene, motion_table: MotionTable, states: FloatArray
-    ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
-        """Return the readings of the batch, and their rates, in states (n, N_STATES)."""
-        mechanism, readings, rates = scene.part.mechanism, {}, {}
-        others = [name for name in self._names if name != mechanism.coordinate]
-        if mechanism.coordinate in self._names:
-            readings[mechanism.coordinate], rates[mechanism.coordinate] = states[:, 0].copy(), states[:, 1].copy()
-        if others:
-            poses, tangents = motion_table.evaluate_poses(states[:, 0])
-            for name in others:
-                output = evaluate_output(mechanism, name, poses)
-                wraps = isinstance(mechanism.reading(name), LineAngle)
-                readings[name] = np.unwrap(output.value) if wraps else output.value
-                rates[name] = np.sum(output.gradient * tangents, axis=(-2, -1)) * states[:, 1]
-        return readings, rates

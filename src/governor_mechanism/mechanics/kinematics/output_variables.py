@@ -186,5 +186,5 @@ def wrap_difference(reading: Reading, difference: float) -> float:
 
 
 def unwrap_output(reading: Reading, values: FloatArray) -> FloatArray:
-    """Return the values (n,) of a reading along a motion, continuous over full turns."""
+    """Return the values (..., n) of a reading along motions, continuous over full turns."""
     return np.unwrap(values) if isinstance(reading, LineAngle) else values  # the angle of a body is continuous already

@@ -55,7 +55,7 @@ class CubicTimeFunction:
             values = np.concatenate([values[:1], values, values[-1:]])
         harmonics = [(item.amplitude, 2 * np.pi * item.frequency, item.phase) for item in motion.harmonics] if motion else []
         self._harmonics: FloatArray = np.array(harmonics).reshape(-1, 3)
-        self._is_level, self._first_value = len(set(function.values)) == 1, float(values[0])
+        self._is_level, self._first_value = all(value == function.values[0] for value in function.values), float(values[0])
         self.is_constant = self._is_level and not harmonics
         is_spline = motion is not None and not motion.has_rests
         self._cubic = None if self._is_level else _make_piecewise_cubic(times, values, is_spline)

@@ -222,7 +222,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
     ]
     shaft_elements, first_load_input = _shaft_elements(scene, prefix, part, train)
     forces = ReducedForces(
-        parameters=_make_parameters(scene, arrays, train, shaft_elements, first_load_input),
+        parameters=_make_parameters(scene, part, arrays, train, shaft_elements, first_load_input),
         one_sided_springs=np.array(one_sided_springs).reshape(-1, 3),
         output_forces=_output_forces(scene, names, gases),
         contacts=make_contact_table(scene, names, first_friction_input),
@@ -280,13 +280,19 @@ def _output_forces(scene: Scene, names: list[str], gases: Sequence[CylinderGas])
 
 
 def _make_parameters(
-    scene: Scene, arrays: ReductionArrays, train: ShaftTrain, shaft_elements: list[tuple[int, float, float]], first_load_input: int
+    scene: Scene,
+    part: Part,
+    arrays: ReductionArrays,
+    train: ShaftTrain,
+    shaft_elements: list[tuple[int, float, float]],
+    first_load_input: int,
 ) -> FloatArray:
     """Return the scalars of a scene, indexed by `ForceParameter`."""
     spindle = next((plane.given_speed for plane in scene.system.planes if plane.given_speed), None) or Spindle()
     energy_scale = sum(body.mass for body in scene.mechanism.bodies) * (scene.mechanism.length_scale / arrays.time_scale) ** 2
-    assembly, own_mass = arrays.lagrangian.assembly, float(np.sum(arrays.lagrangian.bodies["mass"]))
-    own_energy_scale = own_mass * (float(assembly.pose_scales[0]) / arrays.time_scale) ** 2
+    assembly, mechanism = arrays.lagrangian.assembly, part.mechanism
+    own_mass = sum(body.mass for body in mechanism.bodies)
+    own_energy_scale = own_mass * (mechanism.length_scale / arrays.time_scale) ** 2
     rotors = [body for body in scene.mechanism.bodies if body.name in train.motion]
     values = {
         ForceParameter.IS_SPINDLE_LOADED: arrays.lagrangian.has_centrifugal_forces,

@@ -1,6 +1,7 @@
 """Motion table of one scene: it grows with the motion, and says why it ends."""
 
 import time
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -8,14 +9,18 @@ from governor_mechanism.mechanics.kinematics.coordinate_assembly import continue
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, make_lagrangian_workspace
 from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
-from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, allocate_table, evaluate_poses, grow_table
+from governor_mechanism.mechanics.reduction.table import (
+    BOUND_TOLERANCE,
+    EndReason,
+    ExtensionStatus,
+    allocate_table,
+    evaluate_poses,
+    grow_table,
+)
 from governor_mechanism.mechanics.reduction.table_refinement import extend_table
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import FLIGHT_DETAIL
 from governor_mechanism.types import FloatArray
-
-BOUND_TOLERANCE = 1e-3
-"""Distance from the coordinate's bound, in coordinate scales, within which a table that cannot be extended counts as ending there."""
 
 INITIAL_TABLE_CAPACITY = 32
 """Number of pieces allocated at first."""
@@ -101,30 +106,56 @@ class MotionTable:
     def end_coordinate(self, side: int) -> float:
         """Return the coordinate at which the table ends below (0) or above (1): its bound, or the end of the last piece."""
         edge = float(self.table.intervals[self.table.end_pieces[side], side])
-        bound = self.arrays.high if side == 1 else self.arrays.low
-        return bound if abs(edge - bound) < BOUND_TOLERANCE * self.arrays.lagrangian.assembly.coordinate_scale else edge
+        return find_end_coordinate(edge, self._bound(side), self.arrays.lagrangian.assembly.coordinate_scale)
+
+    def describe_end(self, side: int) -> "TableEnd":
+        """Return how the table ends below (0) or above (1)."""
+        coordinate = self.end_coordinate(side)
+        return TableEnd(side, int(self.table.end_reasons[side]), coordinate, coordinate == self._bound(side))
 
     def end_message(self, side: int) -> tuple[bool, str]:
         """Return whether the table ends at a limit given in the scene, and what happens there."""
-        prefix, part = parts_with_coordinate(self.scene)[0]
-        mechanism, reason = part.mechanism, int(self.table.end_reasons[side])
-        own_limits = [limit for limit in mechanism.limits if limit.reading == mechanism.coordinate]
-        other_limits = [limit for limit in mechanism.limits if limit.reading != mechanism.coordinate]
-        bound = self.arrays.high if side == 1 else self.arrays.low
-        if reason == EndReason.TOO_FAR:
-            return True, FLIGHT_DETAIL
-        if own_limits and (reason == EndReason.AT_BOUND or self.end_coordinate(side) == bound):
-            limit, at_high = own_limits[0], side == 1
-        elif reason >= EndReason.AT_LIMIT:
-            limit, at_high = other_limits[(reason - EndReason.AT_LIMIT) // 2], bool((reason - EndReason.AT_LIMIT) % 2)
-        else:
-            return False, (
-                f"{prefix + mechanism.coordinate!r} is at a turning point, or the joints at a change point, and does not determine "
-                f"the poses at {self.end_coordinate(side):.6g}"
-            )
-        return True, f"{prefix}{limit.reading}: {limit.high_message if at_high else limit.low_message}"
+        return describe_table_end(self.scene, self.describe_end(side))
+
+    def _bound(self, side: int) -> float:
+        return self.arrays.high if side == 1 else self.arrays.low
 
     def evaluate_poses(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return poses and their derivative (n, bodies, 3) at tabulated values (n,) of the coordinate."""
         poses, tangents = evaluate_poses(self.table, np.ascontiguousarray(values))
         return poses, tangents
+
+
+def find_end_coordinate(edge: float, bound: float, coordinate_scale: float) -> float:
+    """Return the coordinate at which a table ends: its bound if the end of its last piece is near that, else that end."""
+    return bound if abs(edge - bound) < BOUND_TOLERANCE * coordinate_scale else edge
+
+
+@dataclass(frozen=True)
+class TableEnd:
+    """How a table ends: side (0 below, 1 above), reason (`EndReason`), coordinate there, and whether that is its bound."""
+
+    side: int
+    reason: int
+    coordinate: float
+    is_at_bound: bool
+
+
+def describe_table_end(scene: Scene, end: TableEnd) -> tuple[bool, str]:
+    """Return whether the table of a scene ends at a limit given in the scene, and what happens there."""
+    prefix, part = parts_with_coordinate(scene)[0]
+    mechanism, reason = part.mechanism, end.reason
+    own_limits = [limit for limit in mechanism.limits if limit.reading == mechanism.coordinate]
+    other_limits = [limit for limit in mechanism.limits if limit.reading != mechanism.coordinate]
+    if reason == EndReason.TOO_FAR:
+        return True, FLIGHT_DETAIL
+    if own_limits and (reason == EndReason.AT_BOUND or end.is_at_bound):
+        limit, at_high = own_limits[0], end.side == 1
+    elif reason >= EndReason.AT_LIMIT:
+        limit, at_high = other_limits[(reason - EndReason.AT_LIMIT) // 2], bool((reason - EndReason.AT_LIMIT) % 2)
+    else:
+        return False, (
+            f"{prefix + mechanism.coordinate!r} is at a turning point, or the joints at a change point, and does not determine "
+            f"the poses at {end.coordinate:.6g}"
+        )
+    return True, f"{prefix}{limit.reading}: {limit.high_message if at_high else limit.low_message}"

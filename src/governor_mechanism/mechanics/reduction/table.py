@@ -16,6 +16,9 @@ INITIAL_PIECE_WIDTH = 0.1
 `N_CHEBYSHEV_NODES` of the width, so that a less accurate table begins with a wider one.
 """
 
+BOUND_TOLERANCE = 1e-3
+"""Distance from the coordinate's bound, in coordinate scales, within which a table that cannot be extended counts as ending there."""
+
 
 class ExtensionStatus(IntEnum):
     """Result of `extend_table`."""
@@ -109,24 +112,39 @@ def allocate_table(arrays: ReductionArrays, capacity: int, q: float, poses: Floa
         A table without pieces.
     """
     n_columns, n_bodies = count_columns(arrays), len(arrays.lagrangian.bodies)
-    width = INITIAL_PIECE_WIDTH * (arrays.fit_tolerance / MIN_FIT_TOLERANCE) ** (1.0 / N_CHEBYSHEV_NODES)
     table = PiecewiseTable(
         intervals=np.zeros((capacity, 4)),
-        neighbours=np.full((capacity, 2), -1, dtype=np.int64),
+        neighbours=np.zeros((capacity, 2), dtype=np.int64),
         coefficients=np.zeros((capacity, n_columns, N_CHEBYSHEV_NODES)),
         nodes=np.zeros((capacity, N_CHEBYSHEV_NODES, 3, 3 * n_bodies)),
         n_pieces=np.zeros(1, dtype=np.int64),
         end_pieces=np.zeros(2, dtype=np.int64),
         end_reasons=np.zeros(2, dtype=np.int64),
-        next_widths=np.full(2, width * arrays.lagrangian.assembly.coordinate_scale),
-        periodicity=np.array([0.0, q, 1.0, 0.0, 0.0]),
+        next_widths=np.zeros(2),
+        periodicity=np.zeros(5),
         pose_increment=np.zeros(3 * n_bodies),
         column_scales=np.zeros(n_columns),
         node_scales=np.zeros((2, 3 * n_bodies)),
         initial_node=np.zeros((3, 3 * n_bodies)),
     )
-    table.intervals[0, :2], table.initial_node[0] = q, poses.ravel()
+    begin_table(arrays, table, q, poses)
     return table
+
+
+def begin_table(arrays: ReductionArrays, table: PiecewiseTable, q: float, poses: FloatArray) -> None:
+    """Empty a table that starts at a coordinate (SI), near poses (bodies, 3)."""
+    width = INITIAL_PIECE_WIDTH * (arrays.fit_tolerance / MIN_FIT_TOLERANCE) ** (1.0 / N_CHEBYSHEV_NODES)
+    table.n_pieces[0] = 0
+    table.end_pieces[:] = 0
+    table.end_reasons[:] = EndReason.NOT_ENDED
+    table.next_widths[:] = width * arrays.lagrangian.assembly.coordinate_scale
+    table.neighbours[0, :] = -1
+    table.periodicity[:] = 0.0
+    table.periodicity[1], table.periodicity[2] = q, 1.0
+    table.intervals[0, 0] = table.intervals[0, 1] = q
+    for k in range(poses.shape[0]):
+        for c in range(3):
+            table.initial_node[0, 3 * k + c] = poses[k, c]
 
 
 def grow_table(table: PiecewiseTable) -> PiecewiseTable:
@@ -202,13 +220,39 @@ def evaluate_poses(table: PiecewiseTable, values: FloatArray) -> FloatArray:
     """
     weights, piece, result = np.empty(N_CHEBYSHEV_NODES), 0, np.empty((2, values.size, table.pose_increment.size))
     for i in range(values.size):
-        piece, t, _ = find_piece(table.intervals, table.neighbours, table.periodicity, values[i], piece)
-        barycentric_weights(t, weights)
-        n_periods = math.floor((values[i] - table.periodicity[1]) / table.periodicity[0]) if table.periodicity[0] > 0.0 else 0.0
-        for c in range(table.pose_increment.size):
-            pose = tangent = 0.0
-            for k in range(N_CHEBYSHEV_NODES):
-                pose += weights[k] * table.nodes[piece, k, 0, c]
-                tangent += weights[k] * table.nodes[piece, k, 1, c]
-            result[0, i, c], result[1, i, c] = pose + n_periods * table.pose_increment[c], tangent
+        piece = evaluate_node(table, values[i], piece, weights, result[:, i])
     return result.reshape((2, values.size, table.pose_increment.size // 3, 3))
+
+
+@jit_in_place
+def evaluate_node(table: PiecewiseTable, q: float, piece_guess: int, weights: FloatArray, node: FloatArray) -> int:
+    """Fill poses and their derivative by the coordinate into a node (2, 3 bodies); return the index of the piece.
+
+    Parameters
+    ----------
+    table
+        The table; it must cover the coordinate.
+    q
+        Leading coordinate, SI.
+    piece_guess
+        Index of the piece at which the search starts.
+    weights
+        Buffer; shape (N_CHEBYSHEV_NODES,).
+    node
+        Result; shape (2, 3 bodies).
+
+    Returns
+    -------
+    int
+        Index of the piece.
+    """
+    piece, t, _ = find_piece(table.intervals, table.neighbours, table.periodicity, q, piece_guess)
+    barycentric_weights(t, weights)
+    n_periods = math.floor((q - table.periodicity[1]) / table.periodicity[0]) if table.periodicity[0] > 0.0 else 0.0
+    for c in range(table.pose_increment.size):
+        pose = tangent = 0.0
+        for k in range(N_CHEBYSHEV_NODES):
+            pose += weights[k] * table.nodes[piece, k, 0, c]
+            tangent += weights[k] * table.nodes[piece, k, 1, c]
+        node[0, c], node[1, c] = pose + n_periods * table.pose_increment[c], tangent
+    return piece

@@ -11,7 +11,7 @@ import numpy as np
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowKind
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import is_on_branch, solve_position
 from governor_mechanism.mechanics.reduction.node_evaluation import LagrangianWorkspace, ReductionArrays, TableColumn, evaluate_columns
-from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, PiecewiseTable
+from governor_mechanism.mechanics.reduction.table import BOUND_TOLERANCE, EndReason, ExtensionStatus, PiecewiseTable
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place
@@ -70,14 +70,29 @@ def extend_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table:
     ExtensionStatus
         Whether a piece was added.
     """
-    if table.n_pieces[0] == 0 and not _start_table(arrays, workspace, table):
+    if table.n_pieces[0] == 0 and not start_table(arrays, workspace, table):
         return ExtensionStatus.TABLE_ENDED
     return _add_piece(arrays, workspace, table, side)
 
 
 @jit
-def _start_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: PiecewiseTable) -> bool:
-    """Solve the initial node of a table and set the scales from it; return whether that was possible."""
+def start_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: PiecewiseTable) -> bool:
+    """Solve the initial node of a table and set the scales from it.
+
+    Parameters
+    ----------
+    arrays
+        The lowered mechanism.
+    workspace
+        Buffers of the node evaluation; they hold the coefficients of the node afterwards.
+    table
+        The table without pieces; changed in place.
+
+    Returns
+    -------
+    bool
+        Whether that was possible.
+    """
     node, columns = table.initial_node, np.zeros(table.column_scales.size)
     if not solve_position(arrays.lagrangian.assembly, workspace.assembly, table.intervals[0, 0], node):
         table.end_reasons[:] = EndReason.AT_SINGULARITY
@@ -127,6 +142,11 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
         table.end_reasons[side] = EndReason.TOO_FAR
         return ExtensionStatus.TABLE_ENDED
     width = min(table.next_widths[side], max(MAX_PIECE_WIDTH * coordinate_scale, WIDTH_PER_DISTANCE * distance))
+    has_too_much_rounding, noise_limit, acceptable_noise = False, NOISE_LIMIT, 0.0
+    distance_left = max(abs(bound - start), MIN_PIECE_WIDTH * coordinate_scale)
+    if distance_left < CHANGE_POINT_MARGIN * coordinate_scale:
+        # An error of the acceleration there moves the motion by at most its product with the distance that is left.
+        noise_limit = acceptable_noise = NOISE_LIMIT * coordinate_scale / distance_left
     while True:
         end, at_bound = start + direction * width, False
         if direction * (end - bound) >= 0.0:
@@ -140,16 +160,16 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
         residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
         if residual <= 1.0 and rounding * arrays.fit_tolerance < MAX_ROUNDING_ERROR:
             if (
-                rounding > NOISE_LIMIT
+                rounding > noise_limit
                 and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.lagrangian.assembly.coordinate_scale
                 and not at_bound
             ):
-                end = _reduce_rounding_by_resizing(arrays, workspace, table, piece, edge_piece, start, end, rounding)
+                end = _reduce_rounding_by_resizing(arrays, workspace, table, piece, edge_piece, start, end, rounding, acceptable_noise)
                 residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
                 # No step control corrects the error of the table at a change point, and the error estimate would not show it.
                 near_change_point = workspace.assembly.min_pivot[0] < CHANGE_POINT_RATIO * table.periodicity[4]
                 if (
-                    rounding > NOISE_LIMIT
+                    rounding > noise_limit
                     and near_change_point
                     and abs(bound - end) > CHANGE_POINT_MARGIN * arrays.lagrangian.assembly.coordinate_scale
                 ):
@@ -163,9 +183,15 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
                 return ExtensionStatus.TABLE_ENDED
             residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
             break
+        has_too_much_rounding = has_too_much_rounding or residual <= 1.0
         width = 0.5 * abs(end - start)
     table.periodicity[3] = max(table.periodicity[3], rounding)
     table.next_widths[side] = abs(end - start) * (2.0 if residual < WIDEN_THRESHOLD else 1.0)
+    if has_too_much_rounding and acceptable_noise > 0.0:
+        table.next_widths[side] = 0.5 * abs(end - start)  # rounding grows with a power of the distance that is left
+    is_near_bound = abs(bound - end) < BOUND_TOLERANCE * coordinate_scale
+    if has_too_much_rounding and is_near_bound and table.end_reasons[side] == EndReason.NOT_ENDED:
+        table.end_reasons[side] = EndReason.AT_BOUND  # at a change point there, narrower pieces would lead little nearer
     table.neighbours[piece, 1 - side] = edge_piece if piece > 0 else -1
     table.neighbours[piece, side] = -1
     if piece > 0:
@@ -187,11 +213,18 @@ def _reduce_rounding_by_resizing(
     start: float,
     end: float,
     least: float,
+    acceptable_noise: float,
 ) -> float:
-    """Return the end of the piece with the least rounding error; near a change point that depends on the positions of the nodes."""
+    """Return the end of the first trial piece whose rounding error is acceptable, or of that with the least one.
+
+    Near a change point the rounding error depends on the positions of the nodes. Narrower pieces are tried before wider ones.
+    """
     best, bound = end, arrays.high if end > start else arrays.low
     for k in range(N_RESIZE_TRIALS):
-        trial_end = start + (end - start) * (0.3 + 1.4 * (k + 0.5) / N_RESIZE_TRIALS)
+        if least <= acceptable_noise:
+            break
+        j = N_RESIZE_TRIALS // 2 - 1 - k if k < N_RESIZE_TRIALS // 2 else k
+        trial_end = start + (end - start) * (0.3 + 1.4 * (j + 0.5) / N_RESIZE_TRIALS)
         if (trial_end - bound) * (end - start) >= 0.0:
             break
         residual, rounding = _fill_piece(arrays, workspace, table, piece, neighbour, start, trial_end)
@@ -213,7 +246,7 @@ def _fill_piece(
     columns, values = np.empty(table.column_scales.size), np.empty((table.column_scales.size, N_CHEBYSHEV_NODES))
     first, last, direction = (0, N_CHEBYSHEV_NODES - 1, 1) if end > start else (N_CHEBYSHEV_NODES - 1, 0, -1)
     guess, node, node_before = np.empty(table.pose_increment.size), table.initial_node, table.initial_node
-    q = q_before = table.intervals[0, 0]
+    q = q_before = table.periodicity[1]
     if piece > 0:  # the two nearest nodes of its neighbour
         node, node_before = table.nodes[neighbour, last], table.nodes[neighbour, last - direction]
         q = table.intervals[neighbour, 2] + CHEBYSHEV_NODES[last] / table.intervals[neighbour, 3]

@@ -13,8 +13,7 @@ from governor_mechanism.studies.sweep.workers import (
     RowComputer,
     RowFunction,
     compute_alone,
-    compute_chunk,
-    compute_in_processes,
+    compute_in_parallel,
     make_chunks,
     record_interrupts,
 )
@@ -82,7 +81,7 @@ def row_computer(workers: int, cluster: Any) -> Iterator[RowComputer]:
         If dask.distributed is missing, no scheduler with a worker answers, or a worker has other versions of the packages.
     """
     if cluster is None:
-        yield compute_alone if workers == 1 else partial(compute_in_processes, n_processes=workers)
+        yield compute_alone if workers == 1 else partial(compute_in_parallel, n_workers=workers)
         return
     try:
         import distributed
@@ -150,7 +149,7 @@ def _compute_on_cluster(function: RowFunction, indices: Sequence[int], client: A
         parallel = Parallel(n_jobs=-1, return_as="generator_unordered", batch_size=1)
     with record_interrupts(only_first=True):
         try:
-            with closing(parallel(delayed(partial(compute_chunk, function))(one) for one in chunks)) as results:
+            with closing(parallel(delayed(function)(one) for one in chunks)) as results:
                 yield from results
         except (KilledWorker, CancelledError, CommClosedError) as error:
             raise RunFailed(f"the cluster was lost: {error}; finished rows on disk are kept") from error
