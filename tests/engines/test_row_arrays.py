@@ -11,6 +11,7 @@ import governor_mechanism as gm
 from governor_mechanism.engines.reduced.row_arrays import RecordedRows, lower_row
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.registry import MACHINES
+from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.numerics.row_numbers import NotRecordable
 from governor_mechanism.scenes.library import shipped_scenes
@@ -21,11 +22,15 @@ N_ROWS = 30
 
 
 def is_recordable(scene) -> bool:
-    """Return whether a scene is one part of a machine that [start] sets in motion from a value of its coordinate."""
+    """Return whether a scene is one part of a machine that starts from a value of its coordinate, and that no gas drives.
+
+    The notes of an engine are texts with its numbers, and its rows are not run together.
+    """
     if len(scene.parts) != 1 or scene.part.machine not in MACHINES:
         return False
     mechanism = scene.part.mechanism
-    return not mechanism.count_drivers() and isinstance(scene.start.values.get(mechanism.coordinate), float)
+    is_engine = any(isinstance(element, CylinderGas) for element in mechanism.force_elements)
+    return not is_engine and not mechanism.count_drivers() and isinstance(scene.start.values.get(mechanism.coordinate), float)
 
 
 SCENES = {name: scene for name in shipped_scenes() if is_recordable(scene := gm.load(name))}
