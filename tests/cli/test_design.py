@@ -49,7 +49,7 @@ def test_the_flywheel_of_the_paper_is_designed_with_its_third_term_marked(tmp_pa
     assert result.exit_code == 0, result.output
     told = json.loads(result.stdout)
     assert "back pressure (66)" in told["paper"]["misprints"]
-    assert [Path(name).name for name in told["files"]] == ["flywheel_design.png"]
+    assert [Path(name).name for name in told["files"]] == ["flywheel_design.toml", "flywheel_design.png"]
     assert "the cycle does not close" in result.stderr
     text = call("flywheel", "--no-figure", "--out", str(tmp_path)).stdout
     assert "this makes the flywheel 28 % too light" in text

@@ -12,19 +12,18 @@ from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.multibody.engine import MultibodyRunner
 from governor_mechanism.engines.reduced.integration import integration_kernel, make_integration_arguments
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts
 from governor_mechanism.scenes.library import load_scene
 
 
-@pytest.mark.parametrize("model", ["porter", "porter_dry_friction", "slider_crank_torque"])
+@pytest.mark.parametrize("model", ["porter", "porter_dry_friction", "slider_crank_torque", "air_engine"])
 def test_reduced_calls_the_integration_that_is_compiled_ahead(model):
     scene = load_scene(model)
     ReducedEngine().run(scene, times=[0.0, 0.01], certify=False)
-    kernel = integration_kernel(has_contacts(scene))
+    kernel = integration_kernel(scene)
     assert kernel.signature_of(make_integration_arguments(scene)) in kernel._dispatcher.signatures
 
 
-@pytest.mark.parametrize("model", ["porter", "porter_dry_friction"])
+@pytest.mark.parametrize("model", ["porter", "porter_dry_friction", "air_engine"])
 def test_multibody_calls_the_integration_that_is_compiled_ahead(model):
     scene = load_scene(model)
     integrator = MultibodyRunner(

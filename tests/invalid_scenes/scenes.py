@@ -271,7 +271,7 @@ WORDING_SCENES: list[tuple[str, str]] = [
         "unknown machine",
         (
             'machine "pendulum_govenor" is unknown; known are pendulum_governor, parabolic_governor, hartung, '
-            "slide_valve, slider_crank, stephenson, custom. Did you mean 'pendulum_governor'?"
+            "slide_valve, slider_crank, stephenson, flywheel_engine, custom. Did you mean 'pendulum_governor'?"
         ),
     ),
     ("misspelt machine, the rest wrong too", 'effects.centrifugal must be true or false; found "yes"'),
@@ -308,7 +308,10 @@ WORDING_SCENES: list[tuple[str, str]] = [
     ),
     (
         "a number for the machine",
-        ("machine 3 is unknown; known are pendulum_governor, parabolic_governor, hartung, slide_valve, slider_crank, stephenson, custom."),
+        (
+            "machine 3 is unknown; known are pendulum_governor, parabolic_governor, hartung, slide_valve, slider_crank, stephenson, "
+            "flywheel_engine, custom."
+        ),
     ),
     ("a number for the title", 'title must be one line of text, at most 200 characters; found 3; write title = "..."'),
     (

@@ -9,7 +9,7 @@ import pytest
 
 import governor_mechanism as gm
 from crank_scenes import air_engine_document, air_engine_scene
-from governor_mechanism.closed_form.flywheel.engine import AirEngine, gas_torque, stored_work
+from governor_mechanism.closed_form.flywheel.engine import AirEngine, gas_torque, gas_work, stored_work
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.force_elements import element_potential_energy
@@ -295,3 +295,16 @@ def test_a_throttle_out_of_range_or_without_a_load_is_refused():
             air_engine_scene({"throttle": throttle, "load_torque": 100.0})
     with pytest.raises(MechanismError, match="no load closes the cycle all the time"):
         air_engine_scene({"throttle": [[0.0, 0.5], [1.0, 0.9]]})
+
+
+def test_the_mean_torque_over_cut_off_and_throttle_is_the_work_of_a_stroke():
+    cut_offs, openings = [0.3, 0.5, 0.8], [0.0, 0.5, 1.0]
+    document = air_engine_document({"load_torque": 100.0}, duration=1.5, accuracy=1e-6)
+    found = gm.sweep(parse_scene_document(document), {"dimensions.cut_off": cut_offs}, quantities=["mean gas torque"])
+    for cut_off, torque in zip(cut_offs, found.column("mean gas torque"), strict=True):
+        engine = AirEngine(**(flywheel.ENGINE | {"cut_off": cut_off}))
+        assert torque == pytest.approx(gas_work(engine) / math.pi, rel=1e-12)
+    throttled = gm.sweep(parse_scene_document(document), {"dimensions.throttle": openings}, quantities=["mean gas torque"])
+    torques = np.array(throttled.column("mean gas torque"))
+    assert torques[2] == pytest.approx(gas_work(AirEngine(**flywheel.ENGINE)) / math.pi, rel=1e-12)
+    assert np.diff(torques) == pytest.approx([0.5 * (torques[2] - torques[0])] * 2)  # in proportion to the pressure of admission

@@ -11,6 +11,8 @@ import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.output_variables import DerivedReading, SpringForce, StaticForce
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.observables.derived_readings import evaluate_derived_readings
+from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.observables.static_forces import compute_static_force, evaluate_static_forces
 from governor_scenes import PORTER, governor_scene
 from hartung_scenes import PAPER_DIMENSIONS, hartung_scene
@@ -58,5 +60,8 @@ class Foreign(DerivedReading):
 
 def test_an_output_without_an_equation_is_a_fault_of_the_program() -> None:
     scene = telling(hartung_scene(PAPER_DIMENSIONS), Foreign(name="what"))
-    with pytest.raises(TypeError, match="no equation is known for derived forces of type Foreign"):
-        evaluate_static_forces(scene, np.array([scene.part.mechanism.initial_guess]))
+    poses = np.array([scene.part.mechanism.initial_guess])
+    nothing = {"work": np.zeros(1), "dissipated_energy": np.zeros(1), "lags": np.zeros((1, 0))}
+    still = StateHistory(times=np.zeros(1), poses=poses, velocities=0.0 * poses, **nothing)
+    with pytest.raises(TypeError, match="no equation is known for derived readings of type Foreign"):
+        evaluate_derived_readings(scene, still)

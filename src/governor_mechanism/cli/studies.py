@@ -145,18 +145,18 @@ def sweep(
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Run a scene at a grid or list of values of its keys. The same command continues an interrupted sweep."""
-    from governor_mechanism.studies.sweep.checkpoint import journal_path
+    from governor_mechanism.studies.sweep.checkpoint import count_journal_rows, journal_path
 
     console.prepare_folder(out)
     loaded = gm.load(scene)
     journal_file = journal_path(out, loaded.source)
-    n_done = n_rows = 0
+    n_rows = 0
     try:
         with console.show_progress_bar("sweep") as show_progress:
 
             def report(done: int, total: int) -> None:
-                nonlocal n_done, n_rows
-                n_done, n_rows = done, total
+                nonlocal n_rows
+                n_rows = total
                 if show_progress is not None:
                     show_progress(done, total)
 
@@ -164,7 +164,8 @@ def sweep(
             result = gm.sweep(loaded, vary, quantity or None, engine=engine, accuracy=accuracy, certify=certify, **where)
     except KeyboardInterrupt:
         if journal_file.exists():
-            console.print_to_stderr(f"{n_done} of {n_rows} rows are in {journal_file}; the same command continues from there")
+            n_kept = count_journal_rows(journal_file)  # an interruption may come between a row and its report
+            console.print_to_stderr(f"{n_kept} of {n_rows} rows are in {journal_file}; the same command continues from there")
         raise
     files = [journal_file.with_suffix(kind) for kind in (".csv", ".json")]
     if not no_figure:

@@ -13,7 +13,16 @@ from governor_mechanism.mechanics.kinematics.output_variables import OutputDeriv
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.force_elements import CylinderGas, ForceElement
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import AppliedTorque, CylinderPressure, Reading, ShaftSpeed, StoredWork, ThrottleOpening
+from governor_mechanism.model.output_variables import (
+    AppliedTorque,
+    CylinderPressure,
+    Reading,
+    ShaftSpeed,
+    SpringForce,
+    StaticForce,
+    StoredWork,
+    ThrottleOpening,
+)
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, ReadingFunction
 from governor_mechanism.observables.run_result import StateHistory
@@ -58,6 +67,10 @@ def evaluate_derived_readings(scene: Scene, history: StateHistory) -> dict[str, 
                 readings[output.name] = evaluate_load(scene, _gas(mechanism, output.element).throttle or InputFunction(), history)
             case AppliedTorque():
                 readings[output.name] = _applied_torque(scene, output, history)
+            case SpringForce() | StaticForce():
+                continue
+            case _:
+                raise TypeError(f"no equation is known for derived readings of type {type(output).__name__}")
     return readings
 
 

@@ -310,7 +310,7 @@ def _suggest_unit(unit: str, expected: QuantityKind) -> str:
     return f". Did you mean {lowered[matches[0]]!r}?" if matches else ""
 
 
-DISPLAY_UNITS = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "rad/s": (30 / math.pi, "rpm"), "1": (1.0, "")}
+DISPLAY_UNITS = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "rad/s": (30 / math.pi, "rpm"), "Pa": (1e-5, "bar"), "1": (1.0, "")}
 """Customary units for display by SI unit, with their number per SI unit; other units are displayed as they are."""
 
 

@@ -126,6 +126,23 @@ class SweepFiles:
             raise MechanismError(f"out: {self._table_path} exists, but the record of its sweep is missing; {hint}")
 
 
+def count_journal_rows(path: Path) -> int:
+    """Return the number of finished rows in a journal.
+
+    Parameters
+    ----------
+    path
+        Path of the journal.
+
+    Returns
+    -------
+    int
+        Complete lines after the one that identifies the sweep.
+    """
+    with path.open("rb") as journal:
+        return max(sum(line.endswith(b"\n") for line in journal) - 1, 0)
+
+
 def _read_identity(path: Path) -> Mapping[str, Any] | None:
     with path.open(encoding="utf-8", errors="replace") as stream:
         text = stream.readline() if path.suffix == ".part" else stream.read()

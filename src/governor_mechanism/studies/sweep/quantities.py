@@ -19,6 +19,7 @@ from governor_mechanism.mechanics.kinematics.output_variables import READING_UNI
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.observables.gas_torque import mean_gas_torque
 from governor_mechanism.observables.valve_motion import has_valve_events, valve_motion_of
 from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, find_event_angles
 from governor_mechanism.scenes.problems import ProblemCode, ProblemCollector
@@ -37,6 +38,9 @@ VALVE_RULES: Mapping[str, str] = {
     **{f"{end} cut-off": "" for end in CYLINDER_ENDS},
 }
 """Rules about the valve of a scene in its gear at the start, with their units: lengths, and strokes at cut-off as fractions."""
+
+ENGINE_RULES: Mapping[str, str] = {"mean gas torque": "N m", "speed fluctuation": ""}
+"""Rules about an engine that gas drives, with their units: its mean torque over a stroke, and the coefficient in the last turn of a run."""
 
 SLIP_READING = "die_slip"
 """Reading whose range over a run is the slip of a die block."""
@@ -115,7 +119,8 @@ QuantityRequest = Mapping[str, "str | Callable[[Trajectory], float]"] | Sequence
 def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool) -> tuple[RunQuantity, ...]:
     """Return the requested quantities; None requests final, least and greatest value of the leading coordinate.
 
-    Of a scene with a valve and a driven crank it requests travel, leads and cut-offs of the valve, and the slip of a die block.
+    Of a scene with a valve and a driven crank it requests travel, leads and cut-offs of the valve, and the slip of a die block; of an
+    engine that gas drives its mean torque and the speed fluctuation.
 
     Raises MechanismError with a message for each quantity that is unknown, occurs twice, or cannot be sent to a process.
     """
@@ -123,6 +128,8 @@ def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool)
     has_valve = has_valve_events(scene)
     if requested is None and has_valve:
         requested = [*VALVE_RULES, *([f"span {SLIP_READING}"] if SLIP_READING in reading_units else [])]
+    elif requested is None and scene.mechanism.stall_limits:
+        requested = [*ENGINE_RULES]
     elif requested is None:
         leading = [name for name in (*_leading_coordinates(scene), *reading_units) if name in reading_units]
         requested = [f"{taken} {leading[0]}" for taken in ("final", "min", "max")] if leading else [DURATION_RULE]
@@ -136,6 +143,8 @@ def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool)
         with collector.at(""):
             if isinstance(rule, str) and rule in VALVE_RULES and has_valve:
                 quantities.append(RunQuantity(name=name, rule=rule, unit=VALVE_RULES[rule], scale=scene.mechanism.length_scale))
+            elif isinstance(rule, str) and rule in ENGINE_RULES and scene.mechanism.stall_limits:
+                quantities.append(RunQuantity(name=name, rule=rule, unit=ENGINE_RULES[rule]))
             else:
                 quantities.append(_parse_quantity(name, rule, scene, reading_units, certify=certify))
     repeated = (name for name, count in Counter(one.name for one in quantities).items() if count > 1)
@@ -153,6 +162,7 @@ def find_quantity_reading(quantity: RunQuantity, scene: Scene) -> str | None:
 def find_reading_units(scene: Scene) -> dict[str, str]:
     """Return the names of the readings of a run with their SI units."""
     units = {reading.name: READING_UNITS[reading.quantity] for reading in scene.mechanism.readings}
+    units |= {output.name: output.unit for output in scene.mechanism.derived_readings}
     for plane in scene.system.planes:
         units[f"{plane.prefix}{SPINDLE_SPEED}"] = "rad/s"
         if not plane.given_speed:
@@ -230,11 +240,20 @@ def _evaluate_valve_rule(rule: str, scene: Scene) -> float:
     return stroke if end == CYLINDER_ENDS[0] else 1.0 - stroke
 
 
+def _speed_fluctuation(run: Trajectory) -> float:
+    """Return the largest coefficient of speed fluctuation of the shafts in the last turn of a run."""
+    if not run.speed_fluctuations:
+        raise MechanismError("there is no speed fluctuation: the shaft makes no complete turn; make the run longer")
+    return max(extremes.coefficient for extremes in run.speed_fluctuations.values())
+
+
 def _evaluate_rule(rule: str, run: RunOutput) -> float:
     if rule == DURATION_RULE:
         return float(run.times[-1])
     if rule in VALVE_RULES and isinstance(run, Trajectory):  # a driven scene is not run in a batch
         return _evaluate_valve_rule(rule, run.scene)
+    if rule in ENGINE_RULES and isinstance(run, Trajectory):
+        return mean_gas_torque(run.scene) if rule == "mean gas torque" else _speed_fluctuation(run)
     if rule == ERROR_ESTIMATE_RULE:
         return math.nan if run.error_estimate is None else run.error_estimate
     statistic, is_rate, reading = _split_rule(rule)

@@ -1,0 +1,38 @@
+"""Mean torque of the gas in the cylinders of an engine."""
+
+import math
+
+from governor_mechanism.effects.gas_pressure import gas_work
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.force_elements import CylinderGas
+from governor_mechanism.model.scene import Scene
+
+
+def mean_gas_torque(scene: Scene) -> float:
+    """Return the mean torque of gas in cylinders over a stroke: its work over half a turn, whatever the connecting rods.
+
+    Parameters
+    ----------
+    scene
+        Scene of an engine.
+
+    Returns
+    -------
+    float
+        Torque, N m; positive if it drives.
+
+    Raises
+    ------
+    MechanismError
+        If a throttle moves, so that strokes differ, or the scene has no gas in cylinders.
+    """
+    gases = [element for element in scene.mechanism.force_elements if isinstance(element, CylinderGas)]
+    if not gases:
+        raise MechanismError("the mean gas torque is that of an engine; this scene has no gas in cylinders")
+    work = 0.0
+    for gas in gases:
+        if gas.throttle is not None and not gas.throttle.is_constant:
+            raise MechanismError("the mean gas torque is that of a throttle at rest; here it moves")
+        opening = 1.0 if gas.throttle is None else gas.throttle.values[0]
+        work += opening * float(gas_work(gas.coefficients, gas.stroke, math.pi))
+    return work / math.pi
