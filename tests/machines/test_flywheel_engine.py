@@ -6,12 +6,14 @@ import math
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
+from scipy.optimize import brentq
 
 import governor_mechanism as gm
 from crank_scenes import air_engine_document, air_engine_scene
 from governor_mechanism.closed_form.flywheel.engine import AirEngine, gas_torque, gas_work, stored_work
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.errors import MechanismError
+from governor_mechanism.errors import MechanismError, UnsupportedEffect
 from governor_mechanism.mechanics.dynamics.force_elements import element_potential_energy
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.scenes.parser import parse_scene_document
@@ -287,6 +289,109 @@ def test_a_control_of_the_throttle_reaches_its_end_by_name():
         assert "throttle_opening is set to 1.0" in run.message
         assert run.readings["throttle_opening"].max() <= 1.0
         assert run.times[-1] == pytest.approx(5.0 / 6.3, abs=0.05)  # 5 rad at the mean speed
+
+
+MOVING_CUT_OFFS = {
+    "readings": [0.2, {"reading": "crank_angle", "gain": 0.02}],
+    "time": [[0.0, 0.15], [2.0, 0.6]],
+    "steps of a table": {"reading": "crank_angle", "table": [[0.0, 0.5], [5.0, 0.5], [5.1, 0.2], [40.0, 0.3]]},
+}
+
+
+def cut_offs_of_strokes(run, setting, is_read_at_dead_centres):
+    """The cut-off in each stroke by hand: at its dead centre, or where the travel reaches it."""
+    angles, speeds = run.readings["crank_angle"], run.readings["shaft_speed"]
+    time_at = CubicHermiteSpline(angles, run.times, 1.0 / speeds)  # to 1e-9 s between times 1 ms apart
+
+    def cut_off_at(angle):
+        if isinstance(setting, dict):
+            return np.interp(angle, *np.transpose(setting["table"]))
+        is_over_time = isinstance(setting[0], list)
+        return np.interp(time_at(angle), *np.transpose(setting)) if is_over_time else setting[0] + setting[1]["gain"] * angle
+
+    def cut_off_angle(start):
+        return brentq(lambda angle: 0.5 * (1 - math.cos(angle - start)) - cut_off_at(angle), start, start + math.pi, xtol=1e-13)
+
+    starts = math.pi * np.arange(int(angles[-1] // math.pi) + 1)
+    return np.array([cut_off_at(start if is_read_at_dead_centres else cut_off_angle(start)) for start in starts])
+
+
+@pytest.mark.parametrize("setting", MOVING_CUT_OFFS)
+@pytest.mark.parametrize("reading_time", ["at dead centre", "within stroke"])
+def test_a_moving_cut_off_gives_each_stroke_the_work_of_its_own(setting, reading_time):
+    # In a stroke the speed follows from the work of the closed form with the cut-off that holds in it.
+    load = 300.0
+    changes = {"cut_off": MOVING_CUT_OFFS[setting], "cut_off_read": reading_time, "load_torque": load}
+    run = run_with("multibody", air_engine_scene(changes, duration=2.0, output_interval=0.001))
+    cut_offs = cut_offs_of_strokes(run, MOVING_CUT_OFFS[setting], reading_time == "at dead centre")
+    pressure = load * math.pi / (flywheel.ENGINE["area"] * flywheel.ENGINE["stroke"])
+    engines = [AirEngine(**(flywheel.ENGINE | {"load_pressure": pressure, "cut_off": value})) for value in cut_offs]
+    works = np.cumsum([0.0, *(float(stored_work(engine, crank_angle=math.pi)) for engine in engines)])
+    angles = run.readings["crank_angle"][1:]
+    strokes = (angles // math.pi).astype(int)
+    stored = [works[n] + stored_work(engines[n], crank_angle=angle - n * math.pi) for n, angle in zip(strokes, angles, strict=True)]
+    exact = np.sqrt(flywheel.EXAMPLE_START_SPEED**2 + 2 * np.array(stored) / flywheel.EXAMPLE_INERTIA)
+    assert np.max(np.abs(run.readings["shaft_speed"][1:] - exact)) < 1e-8  # of 6.3 rad/s; a hundred times the asked accuracy
+    assert run.energy.drift < 1e-9
+    is_past = 0.5 * (1 - np.cos(angles - strokes * math.pi)) > cut_offs[strokes] + 1e-6
+    held = run.readings["cut_off"][1:] if reading_time == "at dead centre" else run.readings["cut_off"][1:][is_past]
+    expected = cut_offs[strokes] if reading_time == "at dead centre" else cut_offs[strokes][is_past]
+    assert held == pytest.approx(expected, abs=1e-8)
+
+
+def test_a_governor_sets_the_cut_off_at_dead_centres():
+    document = governed_cut_off_document()
+    run = MultibodyEngine().run(parse_scene_document(document))
+    assert run.outcome is Outcome.DONE, run.message
+    angles, cut_off, lift = run.readings["engine.crank_angle"], run.readings["engine.cut_off"], run.readings["governor.sleeve_lift"]
+    strokes = (angles // math.pi).astype(int)
+    for n in range(1, strokes[-1]):
+        (in_stroke,) = np.nonzero(strokes == n)
+        assert np.ptp(cut_off[in_stroke]) < 1e-12
+        at_dead_centre = np.interp(n * math.pi, angles, lift)  # its curvature over 2 ms is far below 1e-6
+        assert cut_off[in_stroke[0]] == pytest.approx(0.375 - 2.0 * (at_dead_centre - 0.09), abs=1e-5)
+    # The load falls from 700 to 400 N m: less gas is let in.
+    assert cut_off[-1] < cut_off[0] - 0.01
+    assert run.energy.drift < 1e-9
+
+
+def governed_cut_off_document():
+    engine = air_engine_document({"load_torque": [[0.0, 700.0], [1.0, 700.0], [1.0, 100.0]], "inertia": 800.0}, crank_rate=6.2)
+    run = {"duration": 4.0, "output_interval": 0.002, "accuracy": 1e-8}
+    governor = {
+        "machine": "pendulum_governor",
+        "dimensions": {"arm": 0.3, "link": 0.3, "offset": 0, "ball_mass": 5.0},
+        "effects": {"gravity": True, "centrifugal": True, "dashpot": {"arm_angle": 6.0}},
+        "start": {"arm_angle": "equilibrium"},
+    }
+    control = {"type": "control", "reading": "governor.sleeve_lift", "sets": "engine.cut_off", "gain": "-2 1/m", "about": "90 mm"}
+    parts = {"engine": {key: value for key, value in engine.items() if key != "run"}, "governor": governor}
+    belt = {"type": "follow", "first": "engine.crank_angle", "second": "governor.spindle_angle", "ratio": 1.0}
+    return {"run": run, "part": parts, "coupling": {"belt": belt, "cam": control}}
+
+
+def test_what_cannot_set_the_cut_off_is_refused_by_name():
+    document = governed_cut_off_document()
+    document["part"]["engine"]["dimensions"]["throttle"] = 0.8
+    with pytest.raises(MechanismError, match=r"sets 'engine\.cut_off' of an engine with a throttle; control one of them"):
+        parse_scene_document(document)
+    with pytest.raises(MechanismError, match="the cut-off moves, so that no load closes the cycle all the time"):
+        air_engine_scene({"cut_off": MOVING_CUT_OFFS["time"]})
+    with pytest.raises(MechanismError, match=r"cut_off must lie between 0 and 1, the end of the stroke; got 1\.5"):
+        air_engine_scene({"cut_off": [[0.0, 0.5], [1.0, 1.5]], "load_torque": 100.0})
+    with pytest.raises(MechanismError, match=r"cut_off_read.*at dead centre.*within stroke"):
+        air_engine_scene({"cut_off_read": "now"})
+    for engine in ("reduced", "impulse"):
+        with pytest.raises(UnsupportedEffect, match=r"cut-off of 'expansion', which moves|cut-off that moves, here that of 'expansion'"):
+            ENGINES[engine].run(air_engine_scene({"cut_off": MOVING_CUT_OFFS["time"], "load_torque": 100.0}))
+
+
+def test_a_control_of_the_cut_off_reaches_its_end_by_name():
+    gain = [0.375, {"reading": "crank_angle", "gain": 0.1}]
+    run = ENGINES["multibody"].run(air_engine_scene({"cut_off": gain, "load_torque": 200.0}, accuracy=1e-6))
+    assert run.outcome is Outcome.CONTROL_OUT_OF_RANGE, run.message
+    assert "cut_off is set to 1.0" in run.message
+    assert math.degrees(run.readings["crank_angle"][-1]) // 180 == 1  # 0.375 + 0.2 pi is above 1
 
 
 def test_a_throttle_out_of_range_or_without_a_load_is_refused():

@@ -11,6 +11,9 @@ import numpy as np
 
 from governor_mechanism.model.effect import ForceLaw
 
+SWITCH_COEFFICIENT = 4
+"""Index of the travel at which isotherm and constant pressure meet among the coefficients."""
+
 
 class GasPressure(ForceLaw):
     """The gas on a piston, by its travel (m) and the crank angle (rad), both zero at the dead centre where the forward stroke begins.

@@ -1,12 +1,14 @@
 """Force elements between bodies: springs, dampers, gas in cylinders, applied forces and torques. Frozen values without force laws."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.measured_fields import class_words, measured, require_valid_fields
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, PointDistance, Reading
-from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.model.time_functions import InputFunction, StrokeHold
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,9 +49,24 @@ class ForceElement:
         return None
 
     @property
+    def switch(self) -> InputFunction | None:
+        """Coefficient of the law that moves, as a cut-off; None for most."""
+        return None
+
+    @property
     def inputs(self) -> tuple[InputFunction, ...]:
-        """Loads and factor."""
-        return self.loads if self.factor is None else (*self.loads, self.factor)
+        """Loads, factor and switch."""
+        return (*self.loads, *(one for one in (self.factor, self.switch) if one is not None))
+
+    @property
+    def has_potential(self) -> bool:
+        """Whether nothing but the configuration determines the force, if the law has a potential."""
+        return self.factor is None and self.switch is None
+
+    @property
+    def controlled_parameters(self) -> Mapping[str, str]:
+        """Field of each parameter that a control may set though it is no load, by the name of the parameter."""
+        return {}
 
     def __post_init__(self) -> None:
         first, second = self.bodies
@@ -239,12 +256,18 @@ class CylinderGas(ForceElement):
         Stroke, m.
     throttle
         What all pressures are multiplied by; None for 1.
+    cut_off
+        Travel at the switch, relative to the stroke, as it moves; None if it is switch_travel.
+    reads_at_dead_centres
+        Whether the cut-off is read at dead centres alone, and holds for the stroke; if not, it moves until the supply is cut off.
     """
 
     body: str
     travel: Reading
     crank_angle: BodyAngle
     throttle: InputFunction | None = None
+    cut_off: InputFunction | None = None
+    reads_at_dead_centres: bool = True
     area: float = measured("m2")
     pressure: float = measured("Pa")
     volume: float = measured("")
@@ -278,6 +301,27 @@ class CylinderGas(ForceElement):
     def factor(self) -> InputFunction | None:
         """The throttle."""
         return self.throttle
+
+    @cached_property
+    def switch(self) -> InputFunction | None:
+        """The cut-off that moves, held from the dead centre on, or from the cut-off itself on: the gas behind it is locked in."""
+        if self.cut_off is None or self.cut_off.is_constant:
+            return self.cut_off
+        return replace(self.cut_off, hold=StrokeHold.FROM_DEAD_CENTRE if self.reads_at_dead_centres else StrokeHold.FROM_CUT_OFF)
+
+    @property
+    def strokes_differ(self) -> bool:
+        """Whether throttle or cut-off moves."""
+        return any(not one.is_constant for one in (self.throttle, self.cut_off) if one is not None)
+
+    @property
+    def controlled_parameters(self) -> Mapping[str, str]:
+        """The cut-off of a gas that is admitted at a constant pressure."""
+        return {"cut_off": "cut_off"} if self.begins_constant else {}
+
+    def controlled_default(self) -> InputFunction:
+        """Return what a control of the cut-off adds to."""
+        return InputFunction(values=(self.switch_travel,))
 
     @property
     def coefficients(self) -> tuple[float, ...]:

@@ -255,18 +255,21 @@ class CylinderPressure(DerivedReading):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThrottleOpening(DerivedReading):
-    """Opening of a throttle, 0 to 1; a run ends where it leaves this range.
+class ControlledValue(DerivedReading):
+    """Opening of a throttle or travel at a cut-off, 0 to 1; a run ends where it leaves this range.
 
     Attributes
     ----------
     element
-        Name of the gas that it throttles.
+        Name of the gas that it acts on.
+    is_switch
+        Whether it is the travel at which the pressure of the gas switches.
     """
 
     unit: ClassVar[str] = "1"
 
     element: str
+    is_switch: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 
 from governor_mechanism.errors import MechanismError, require_finite, require_not_negative
 from governor_mechanism.model.measured_fields import measured, require_rising, require_valid_fields
@@ -92,6 +93,13 @@ class HarmonicFunction(ReadingFunction):
             require_finite(number, "", f"harmonic of {self.reading!r}")
 
 
+class StrokeHold(Enum):
+    """What ends the motion of an input for the rest of a stroke: the dead centre at which the stroke begins, or its own event in it."""
+
+    FROM_DEAD_CENTRE = "dead centre"
+    FROM_CUT_OFF = "cut-off"
+
+
 @dataclass(frozen=True, kw_only=True)
 class InputFunction:
     """A value over time, smooth between points and constant before the first and after the last point, and functions of readings.
@@ -109,12 +117,15 @@ class InputFunction:
         Functions of readings to add.
     factors
         Functions of readings to multiply by.
+    hold
+        Event in each stroke of an engine from which the value is held to the next dead centre; None if it is never held.
     """
 
     times: tuple[float, ...] = (0.0,)
     values: tuple[float, ...] = (0.0,)
     functions: tuple[ReadingFunction, ...] = ()
     factors: tuple[ReadingFunction, ...] = ()
+    hold: StrokeHold | None = None
 
     def __post_init__(self) -> None:
         _require_equal_lengths("an input function", self.times, self.values)

@@ -1,11 +1,13 @@
 """Readings that follow from the state of a mechanism, and along which nothing acts."""
 
+from typing import Any
+
 import numpy as np
 
-from governor_mechanism.effects.gas_pressure import gas_pressure
-from governor_mechanism.mechanics.dynamics.contacts import reading_functions_of
+from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, gas_pressure
+from governor_mechanism.mechanics.dynamics.contacts import lagged_functions_of
 from governor_mechanism.mechanics.dynamics.force_elements import element_law
-from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function, output_of_reading
+from governor_mechanism.mechanics.dynamics.inputs import NOT_HELD, evaluate_reading_function, output_of_reading
 from governor_mechanism.mechanics.dynamics.output_forces import pad_coefficients
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
@@ -15,13 +17,13 @@ from governor_mechanism.model.force_elements import CylinderGas, ForceElement
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import (
     AppliedTorque,
+    ControlledValue,
     CylinderPressure,
     Reading,
     ShaftSpeed,
     SpringForce,
     StaticForce,
     StoredWork,
-    ThrottleOpening,
 )
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, ReadingFunction
@@ -29,8 +31,8 @@ from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.observables.static_forces import evaluate_static_forces
 from governor_mechanism.types import FloatArray
 
-THROTTLE_TOLERANCE = 1e-9
-"""Opening beyond 0 and 1 that counts as rounding of a control at its end."""
+CONTROL_TOLERANCE = 1e-9
+"""Excess over 0 or 1 that counts as rounding of a control at its end."""
 
 
 def evaluate_derived_readings(scene: Scene, history: StateHistory) -> dict[str, FloatArray]:
@@ -63,8 +65,8 @@ def evaluate_derived_readings(scene: Scene, history: StateHistory) -> dict[str, 
                 readings[output.name] = _kinetic_energy(mechanism, history) - _kinetic_energy(mechanism, history)[:1]
             case CylinderPressure():
                 readings[output.name] = sum((_pressure(scene, name, history) for name in output.elements), np.zeros(len(history.times)))
-            case ThrottleOpening():
-                readings[output.name] = evaluate_load(scene, _gas(mechanism, output.element).throttle or InputFunction(), history)
+            case ControlledValue():
+                readings[output.name] = _controlled_value(scene, output, history)
             case AppliedTorque():
                 readings[output.name] = _applied_torque(scene, output, history)
             case SpringForce() | StaticForce():
@@ -82,7 +84,7 @@ def _kinetic_energy(mechanism: Mechanism, history: StateHistory) -> FloatArray:
 
 
 def find_first_control_exit(scene: Scene, history: StateHistory) -> tuple[int, str] | None:
-    """Return the index of the first state in which a throttle is set beyond closed or open, and what is set, or None.
+    """Return the index of the first state in which a throttle or a cut-off is set beyond 0 or 1, and what is set, or None.
 
     Parameters
     ----------
@@ -98,13 +100,28 @@ def find_first_control_exit(scene: Scene, history: StateHistory) -> tuple[int, s
     """
     exits = []
     for output in scene.mechanism.derived_readings:
-        if isinstance(output, ThrottleOpening):
-            opening = evaluate_load(scene, _gas(scene.mechanism, output.element).throttle or InputFunction(), history)
-            is_outside = np.abs(opening - 0.5) > 0.5 + THROTTLE_TOLERANCE
+        if isinstance(output, ControlledValue):
+            value = _controlled_value(scene, output, history)
+            is_outside = np.abs(value - 0.5) > 0.5 + CONTROL_TOLERANCE
             if is_outside.any():
                 index = int(np.argmax(is_outside))
-                exits.append((index, f"{output.name} is set to {opening[index]:.6g}, and it lies between 0, closed, and 1, open"))
+                exits.append((index, f"{output.name} is set to {value[index]:.6g}, and it lies between 0 and 1"))
     return min(exits) if exits else None
+
+
+def _controlled_value(scene: Scene, output: ControlledValue, history: StateHistory) -> FloatArray:
+    """Return the value (n,) of a throttle or a cut-off."""
+    gas = _gas(scene.mechanism, output.element)
+    control = gas.switch if output.is_switch else gas.throttle
+    return evaluate_load(scene, control or gas.controlled_default(), history)
+
+
+def _coefficients(scene: Scene, element: ForceElement, history: StateHistory) -> tuple[Any, ...]:
+    """Return the coefficients of the law of a force element; that of a switch which moves is an array (n,)."""
+    coefficients: tuple[Any, ...] = pad_coefficients(element_law(element)[1])
+    if element.switch is None:
+        return coefficients
+    return (*coefficients[:SWITCH_COEFFICIENT], evaluate_load(scene, element.switch, history), *coefficients[SWITCH_COEFFICIENT + 1 :])
 
 
 def _gas(mechanism: Mechanism, name: str) -> CylinderGas:
@@ -119,7 +136,7 @@ def _pressure(scene: Scene, name: str, history: StateHistory) -> FloatArray:
     """Return the pressure (n,) of the gas of a force element, Pa."""
     gas = _gas(scene.mechanism, name)
     travel, crank_angle = (_value(scene.mechanism, output, history.poses) for output in (gas.travel, gas.crank_angle))
-    pressure: FloatArray = gas_pressure(gas.coefficients, travel, crank_angle)
+    pressure: FloatArray = gas_pressure(_coefficients(scene, gas, history)[: len(gas.coefficients)], travel, crank_angle)
     return pressure if gas.throttle is None else pressure * evaluate_load(scene, gas.throttle, history)
 
 
@@ -148,10 +165,11 @@ def _forces(scene: Scene, element: ForceElement, history: StateHistory) -> list[
     """Return the force (n,) of a force element along each of its displacements, N or N m."""
     if element.loads:
         return [evaluate_load(scene, load, history) for load in element.loads]
-    mechanism, (law, coefficients) = scene.mechanism, element_law(element)
+    mechanism, law = scene.mechanism, element_law(element)[0]
+    coefficients = _coefficients(scene, element, history)
     row = OutputDerivatives(rows_of_readings(mechanism, element.displacements[:1], {}), history.poses)
     argument = row.rate(history.velocities) if element.argument is None else _value(mechanism, element.argument, history.poses)
-    force = law.force(pad_coefficients(coefficients), row.value, argument)
+    force = law.force(coefficients, row.value, argument)
     return [force if element.factor is None else force * evaluate_load(scene, element.factor, history)]
 
 
@@ -162,14 +180,21 @@ def evaluate_load(scene: Scene, load: InputFunction, history: StateHistory) -> F
         values = values + _reading_function(scene, function, history)
     for function in load.factors:
         values = values * _reading_function(scene, function, history)
+    if load.hold:
+        held = _lag_states(scene, load, history)
+        values = np.where(held < NOT_HELD, held, values)
     return values
 
 
+def _lag_states(scene: Scene, owner: ReadingFunction | InputFunction, history: StateHistory) -> FloatArray:
+    """Return the states (n,) of the lag or hold of a function."""
+    return history.lags[:, [one is owner for one in lagged_functions_of(scene)].index(True)]
+
+
 def _reading_function(scene: Scene, function: ReadingFunction, history: StateHistory) -> FloatArray:
-    """Return a function (n,) of a reading along a motion; one with a lag has the state of the lag."""
-    lagged = [one for one in reading_functions_of(scene) if one.lag]
+    """Return a function (n,) of a reading along a motion; one with a lag has its state."""
     if function.lag:
-        return history.lags[:, [one is function for one in lagged].index(True)]
+        return _lag_states(scene, function, history)
     name, is_rate = output_of_reading(function.reading)
     output = evaluate_output(scene.mechanism, name, history.poses)
     values = output.rate(history.velocities) if is_rate else output.value

@@ -165,7 +165,7 @@ class ReadingEvaluator:
         """
         has_drives = bool(self._constraint_equations.is_driven.any())
         elements = self.mechanism.force_elements
-        has_nonconservative_loads = any(not isinstance(one, CONSERVATIVE_TYPES) or one.factor is not None for one in elements)
+        has_nonconservative_loads = any(not isinstance(one, CONSERVATIVE_TYPES) or not one.has_potential for one in elements)
         if not (has_drives or has_nonconservative_loads) or len(history.times) < 2:
             return None
         return -integrate_work(self.scene, history, contact_modes)

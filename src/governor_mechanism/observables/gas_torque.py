@@ -24,15 +24,15 @@ def mean_gas_torque(scene: Scene) -> float:
     Raises
     ------
     MechanismError
-        If a throttle moves, so that strokes differ, or the scene has no gas in cylinders.
+        If a throttle or a cut-off moves, so that strokes differ, or the scene has no gas in cylinders.
     """
     gases = [element for element in scene.mechanism.force_elements if isinstance(element, CylinderGas)]
     if not gases:
         raise MechanismError("the mean gas torque is that of an engine; this scene has no gas in cylinders")
     work = 0.0
     for gas in gases:
-        if gas.throttle is not None and not gas.throttle.is_constant:
-            raise MechanismError("the mean gas torque is that of a throttle at rest; here it moves")
+        if gas.strokes_differ:
+            raise MechanismError("the mean gas torque is that of an engine whose throttle and cut-off are at rest; here one moves")
         opening = 1.0 if gas.throttle is None else gas.throttle.values[0]
         work += opening * float(gas_work(gas.coefficients, gas.stroke, math.pi))
     return work / math.pi

@@ -191,7 +191,7 @@ class ControlTable(SceneFileTable):
     def make_element(self, **arguments: Any) -> Coupling:
         """Return the coupling."""
         given = {key: value for key, value in self.given_values().items() if key in ("reading", "about", "lag", *FUNCTION_KEYS)}
-        kinds = ("ratio",) if self.scales else ("torque", "force")
+        kinds = ("ratio",) if self.scales else ("torque", "force", "ratio")
         _, function = parse_first_fitting(kinds, lambda kind: validate(ReadingFunctionTable, given).build(kind))
         return ControlCoupling(function=function, target=self.scales or self.sets, scales=bool(self.scales), **arguments)
 

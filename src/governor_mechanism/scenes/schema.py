@@ -14,9 +14,9 @@ from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.events import CROSSING_DIRECTIONS, NamedCrossing
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Spindle, Start
 from governor_mechanism.model.scene import RunSettings
-from governor_mechanism.model.time_functions import PrescribedMotion
+from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_by_quantity, resolve_reading_name
-from governor_mechanism.scenes.loads import input_function
+from governor_mechanism.scenes.loads import input_function, parse_load
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, wrong_value
 from governor_mechanism.scenes.quantities import choice, instance_of, number_between, parse_name, parse_si, parse_time_points, quantity
 from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, SceneFileTable, Title, validate
@@ -179,7 +179,7 @@ def dimensions_table_model(machine: type[Machine]) -> type[SceneFileTable]:
 def _dimension_validator(field: dataclasses.Field[Any], kind: str, sign: str, hint: str) -> PlainValidator:
     """Return the validator of a dimension: a quantity, one that changes with time, or a load."""
     if field.metadata["is_load"]:
-        return input_function(kind, field.name)
+        return _or_load(kind, sign, field.name)
     return _or_program(kind, sign) if field.metadata["is_program"] else _or_word(field.metadata["omission_word"], kind, sign, hint)
 
 
@@ -197,6 +197,16 @@ def _or_word(word: str, kind: str, sign: str = "any", hint: str = "", *, value_o
                 raise
             suggestion = f".{_suggest_equilibrium(value)}" if word == EQUILIBRIUM else ""
             raise mistake(ProblemCode.WRONG_QUANTITY, f'{error}; or write "{word}"{suggestion}') from error
+
+    return PlainValidator(check)
+
+
+def _or_load(kind: str, sign: str, name: str) -> PlainValidator:
+    """Return the validator of a quantity, or of what changes with time and readings."""
+
+    def check(value: object) -> float | InputFunction:
+        """Return the quantity in SI, or the function."""
+        return parse_load(value, kind, name) if isinstance(value, list | tuple | Mapping) else parse_si(value, kind, sign=sign)
 
     return PlainValidator(check)
 

@@ -100,6 +100,8 @@ class ImpulseEngine(ImpulseSettings, Engine):
             )
         if functions := reading_functions_of(scene):
             return f"engine 'impulse' cannot model loads that depend on readings, here {functions[0].reading!r}; choose engine multibody"
+        if moving := [element.name for element in scene.mechanism.force_elements if element.switch and not element.switch.is_constant]:
+            return f"engine 'impulse' cannot model a cut-off that moves, here that of {moving[0]!r}; choose engine multibody"
         if massless := ", ".join(body.name for body in scene.part.mechanism.bodies if body.mass == 0.0):
             return f"engine 'impulse' cannot model bodies without mass and moving points of the ground: {massless}; use engine 'multibody'"
         mechanism = scene.part.mechanism

@@ -1,5 +1,6 @@
 """Integration of the state of a mechanism, projected onto its constraints after every accepted step: DOP853 with events; compiled."""
 
+import math
 from typing import NamedTuple
 
 from governor_mechanism.integrators.dop853 import (
@@ -16,13 +17,24 @@ from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter,
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics import equations_of_motion
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
+from governor_mechanism.mechanics.dynamics.inputs import HOLD_KINDS, NOT_HELD
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.output_forces import GAS_KINKS, EventFunctionKind
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
+from governor_mechanism.model.time_functions import StrokeHold
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.hermite import quintic_hermite_jit
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
+
+DEAD_CENTRE_TOLERANCE = 1e-8
+"""Sine of the crank angle at which an event is one of a dead centre: above the error of its location, and below all that a step covers."""
+
+CUT_OFF_TOLERANCE = 1e-8
+"""Travel before a cut-off, relative to the stroke, at which an event is that of the cut-off; for the same reason."""
+
+FROM_DEAD_CENTRE, FROM_CUT_OFF = HOLD_KINDS.index(StrokeHold.FROM_DEAD_CENTRE), HOLD_KINDS.index(StrokeHold.FROM_CUT_OFF)
 
 SINGULAR_CONSTRAINT_TOLERANCE_RATIO = 1e-3
 """Factor on the constraint tolerance near a change point, where the error that a violation causes grows like 1 / e."""
@@ -140,10 +152,10 @@ def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float
         sample[k], sample[i] = quintic_hermite_jit(start[k], start[i], acceleration, end[k], end[i], end_acceleration, step.h, fraction)
     for i in range(2 * n_coordinates, start.size):
         sample[i] = start[i] + fraction * (end[i] - start[i])
-    has_force_events = False
+    needs_forces = False
     for i in range(event_functions.size):
-        has_force_events = has_force_events or event_functions[i].kind == EventFunctionKind.FORCE
-    if has_force_events:
+        needs_forces = needs_forces or event_functions[i].kind == EventFunctionKind.FORCE or event_functions[i].input_index >= 0
+    if needs_forces:
         _evaluate(equation, step.local_time + fraction * step.h, sample, stages.derivatives, N_STAGES - 1)
     equations_of_motion.evaluate_event_functions(equation.system, equation.workspace, sample, event_values)
 
@@ -154,6 +166,14 @@ _integrate_to_event = jit_in_place(make_dop853(_EQUATION, has_event_functions=Tr
 
 
 @jit_in_place
+def _evaluate_inputs(equation: MultibodyEquation, local_time: float, state: FloatArray) -> None:
+    n_coordinates = 3 * equation.system.bodies.size
+    poses, velocities = state[:n_coordinates].reshape(-1, 3), state[n_coordinates : 2 * n_coordinates].reshape(-1, 3)
+    lag_states, cubics = state[2 * n_coordinates + equations_of_motion.N_ENERGY_STATES :], equation.input_cubics
+    equations_of_motion.evaluate_inputs_at(equation.system, equation.workspace, poses, velocities, cubics, local_time, lag_states)
+
+
+@jit_in_place
 def _disarm_kinks(equation: MultibodyEquation, buffers: StepBuffers, local_time: float, state: FloatArray) -> None:
     """Let the event functions of kinks that are not negative wait until they are: those of the kink at which the integration goes on.
 
@@ -161,9 +181,38 @@ def _disarm_kinks(equation: MultibodyEquation, buffers: StepBuffers, local_time:
     """
     event_functions, is_armed, values = equation.system.event_functions, equation.workspace.is_armed, buffers.event_values[LAST_SAMPLE]
     is_armed[:] = True
+    _evaluate_inputs(equation, local_time, state)
     _evaluate_events(equation, local_time, state, values)
     for i in range(event_functions.size):
         is_armed[i] = values[i] < 0.0 or event_functions[i].kind not in GAS_KINKS
+
+
+@jit_in_place
+def _update_holds(equation: MultibodyEquation, buffers: StepBuffers, local_time: float, state: FloatArray) -> None:
+    """After an event, set the states of the holds: at a dead centre new ones, and at a cut-off the input there."""
+    system, workspace, values = equation.system, equation.workspace, buffers.event_values[LAST_SAMPLE]
+    lag_states, is_dead_centre = state[6 * system.bodies.size + equations_of_motion.N_ENERGY_STATES :], False
+    _evaluate_inputs(equation, local_time, state)
+    for i in range(system.event_functions.size):
+        event_function = system.event_functions[i]
+        if event_function.kind == EventFunctionKind.DEAD_CENTRE:
+            angle = workspace.output_row_values[event_function.source_index, RowColumn.RESIDUAL]
+            is_dead_centre = is_dead_centre or abs(math.sin(angle)) <= DEAD_CENTRE_TOLERANCE
+    for k in range(system.lags.size):
+        if is_dead_centre and system.lags[k].hold > 0:
+            lag_states[k] = NOT_HELD
+    _evaluate_inputs(equation, local_time, state)
+    workspace.is_armed[:] = True
+    _evaluate_events(equation, local_time, state, values)
+    for k in range(system.lags.size):
+        value = workspace.inputs[system.lags[k].input_index]
+        if is_dead_centre and system.lags[k].hold == FROM_DEAD_CENTRE:
+            lag_states[k] = value
+        if not is_dead_centre and system.lags[k].hold == FROM_CUT_OFF:
+            for i in range(system.event_functions.size):
+                is_own = system.event_functions[i].input_index == system.lags[k].input_index
+                if is_own and system.event_functions[i].kind == EventFunctionKind.SWITCH and values[i] >= -CUT_OFF_TOLERANCE:
+                    lag_states[k] = value
 
 
 @jit_in_place
@@ -178,7 +227,10 @@ def integrate_multibody_to_event(
 ) -> tuple[IntegrationStatus, float, int, float]:
     """Integrate as `integrate_multibody` does, up to the first event."""
     _disarm_kinks(equation, buffers, 0.0, state)
-    return _integrate_to_event(equation, buffers, span, span[0], state, limits, times, states)
+    result = _integrate_to_event(equation, buffers, span, span[0], state, limits, times, states)
+    if result[0] == IntegrationStatus.EVENT:
+        _update_holds(equation, buffers, result[3] - span[0], state)
+    return result
 
 
 @jit_in_place
@@ -202,6 +254,7 @@ def integrate_multibody_over_kinks(
         n_reached += n_new
         if status != IntegrationStatus.EVENT:
             return status, step, n_reached, time
+        _update_holds(equation, buffers, time - span[0], state)
 
 
 @jit_in_place

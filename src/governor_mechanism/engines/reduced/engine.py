@@ -211,6 +211,8 @@ def _shaft_problems(scene: Scene, train: ShaftTrain, own_readings: set[str]) -> 
         if effect.reading not in own_readings:
             yield f"the effect {type(effect).__name__} on {effect.reading!r}, an angle of the shaft"
     for element in scene.mechanism.force_elements:
+        if element.switch is not None:
+            yield f"the cut-off of {element.name!r}, which moves"
         bodies = set(element.bodies)
         if bodies & set(train.rotors) and not (isinstance(element, Torque | TorsionDamper) and bodies <= rotors):
             yield f"force element {element.name!r} on the shaft, which is neither a torque nor a torsion damper"

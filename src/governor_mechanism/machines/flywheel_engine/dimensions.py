@@ -3,10 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from governor_mechanism.machines.base import Machine, dimension_field, optional_field, values_of
+from governor_mechanism.machines.base import Machine, choice_field, dimension_field, optional_field, values_of
 from governor_mechanism.machines.slide_valve import rod_field
 from governor_mechanism.model.time_functions import InputFunction, TableFunction
 
+AT_DEAD_CENTRE, WITHIN_STROKE = "at dead centre", "within stroke"
 PUMP_DIMENSIONS = ("pump_area", "pump_stroke", "pump_clearance", "pump_connecting_rod")
 
 
@@ -23,7 +24,9 @@ class FlywheelEngineDimensions(Machine):
     connecting_rod
         Length of its connecting rod, m; None if infinite.
     cut_off
-        Travel at which the supply is cut off, relative to the stroke.
+        Travel at which the supply is cut off, relative to the stroke, 0 to 1, or over time and readings.
+    cut_off_read
+        When a cut-off that follows a reading takes its value: "at dead centre", for the whole stroke, or "within stroke", at once.
     clearance
         Clearance of the expansion cylinder, relative to the volume of its stroke.
     pump_area
@@ -60,7 +63,8 @@ class FlywheelEngineDimensions(Machine):
     area: float = dimension_field("area", "of the expansion piston")
     stroke: float = dimension_field("length", "of the expansion piston: twice its crank")
     connecting_rod: float | None = rod_field("of the expansion piston; endless if left out")
-    cut_off: float = dimension_field("ratio", "of the stroke at which the supply is cut off", signed=True)
+    cut_off: float | InputFunction = dimension_field("ratio", "of the stroke at which the supply is cut off", signed=True, is_load=True)
+    cut_off_read: str = choice_field((AT_DEAD_CENTRE, WITHIN_STROKE), "when a cut-off that follows a reading takes its value")
     clearance: float = dimension_field("ratio", "of the clearance to the volume of the stroke", signed=True)
     pump_area: float | None = optional_field("area", "of the pump piston; no pump if left out", omission_word="none")
     pump_stroke: float | None = optional_field("length", "of the pump piston; that of the expansion piston if left out")
@@ -89,16 +93,18 @@ class FlywheelEngineDimensions(Machine):
 
     def _cylinder_problems(self) -> Iterator[str]:
         """Yield sentences about cut-off, clearance, pressures and rods."""
-        if not 0 <= self.cut_off <= 1:
-            yield f"cut_off must lie between 0 and 1, the end of the stroke; got {self.cut_off:.6g}"
+        cut_offs = _values_of_control(self.cut_off)
+        outside = [value for value in cut_offs if not 0 <= value <= 1]
+        if outside:
+            yield f"cut_off must lie between 0 and 1, the end of the stroke; got {outside[0]:.6g}"
         if self.clearance < 0:
             yield f"clearance must not be negative; got {self.clearance:.6g}"
-        elif self.clearance + self.cut_off == 0:
+        elif self.clearance == 0 and 0 in cut_offs:
             yield (
                 "clearance and cut_off are both 0: the gas would expand from no volume, where its pressure is infinite; "
                 "give a small clearance, such as 0.02"
             )
-        if self.throttle is not None and not all(0 <= value <= 1 for value in _values_of_throttle(self.throttle)):
+        if self.throttle is not None and not all(0 <= value <= 1 for value in _values_of_control(self.throttle)):
             yield "throttle must lie between 0, closed, and 1, open, at all times and readings"
         for name in ("supply_pressure", "back_pressure"):
             if getattr(self, name) < 0:
@@ -156,8 +162,8 @@ class FlywheelEngineDimensions(Machine):
             )
 
 
-def _values_of_throttle(throttle: float | InputFunction) -> list[float]:
-    """Return the values of a throttle over time, or those of the tables of readings that it follows."""
-    if not isinstance(throttle, InputFunction) or not throttle.functions:
-        return list(values_of(throttle))
-    return [value for function in throttle.functions if isinstance(function, TableFunction) for value in function.values]
+def _values_of_control(control: float | InputFunction) -> list[float]:
+    """Return the values of a throttle or cut-off over time, or those of the tables of readings that it follows."""
+    if not isinstance(control, InputFunction) or not control.functions:
+        return list(values_of(control))
+    return [value for function in control.functions if isinstance(function, TableFunction) for value in function.values]

@@ -14,7 +14,8 @@ from typing import ClassVar
 from governor_mechanism.effects.gas_pressure import gas_work
 from governor_mechanism.effects.piston_masses import PistonMasses
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.flywheel_engine.dimensions import FlywheelEngineDimensions
+from governor_mechanism.machines.base import values_of
+from governor_mechanism.machines.flywheel_engine.dimensions import AT_DEAD_CENTRE, FlywheelEngineDimensions
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import CylinderGas, ForceElement, Torque, TorsionDamper
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
@@ -22,6 +23,7 @@ from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import (
     AppliedTorque,
     BodyAngle,
+    ControlledValue,
     CylinderPressure,
     DerivedReading,
     FollowerHeight,
@@ -30,7 +32,6 @@ from governor_mechanism.model.output_variables import (
     ShaftSpeed,
     StallLimit,
     StoredWork,
-    ThrottleOpening,
 )
 from governor_mechanism.model.part import FIXED_PLANE
 from governor_mechanism.model.time_functions import InputFunction
@@ -101,9 +102,11 @@ class FlywheelEngine(FlywheelEngineDimensions):
             pressure=self.supply_pressure,
             volume=self.clearance,
             change=1.0,
-            switch_travel=self.cut_off,
+            switch_travel=values_of(self.cut_off)[0],
             begins_constant=True,
             back_pressure=self.back_pressure,
+            cut_off=self.cut_off if isinstance(self.cut_off, InputFunction) else None,
+            reads_at_dead_centres=self.cut_off_read == AT_DEAD_CENTRE,
         )
         yield _PistonDrive(
             name="piston",
@@ -167,7 +170,7 @@ class FlywheelEngine(FlywheelEngineDimensions):
 
     def _cycle_notes(self, gases: tuple[CylinderGas, ...]) -> Iterator[str]:
         """Yield a sentence about a cycle that a given load pressure does not close."""
-        if self.load_pressure is None or any(gas.throttle and not gas.throttle.is_constant for gas in gases):
+        if self.load_pressure is None or any(gas.strokes_differ for gas in gases):
             return
         gained, full_work = _work_per_stroke(gases) - self.area * self.load_pressure * self.stroke, self.area * self.stroke
         if abs(gained) > CLOSED_CYCLE_TOLERANCE * full_work * self.supply_pressure:
@@ -190,7 +193,8 @@ class FlywheelEngine(FlywheelEngineDimensions):
                 elements = (gas.name,) if self.throttle is None or gas.name != "expansion" else (gas.name, THROTTLE)
                 yield CylinderPressure(name=f"{gas.name}_pressure", elements=elements, reading=angle, scale=self.supply_pressure)
             else:
-                yield ThrottleOpening(name="throttle_opening", element=gas.name)
+                yield ControlledValue(name="throttle_opening", element=gas.name)
+        yield ControlledValue(name="cut_off", element="expansion", is_switch=True)
         yield StoredWork(name="stored_work")
 
 
@@ -200,11 +204,12 @@ def _as_input(value: float | InputFunction) -> InputFunction:
 
 
 def _work_per_stroke(gases: tuple[CylinderGas, ...]) -> float:
-    """Return the work of gas on the shaft in a stroke, J. Raise MechanismError if a throttle moves."""
+    """Return the work of gas on the shaft in a stroke, J. Raise MechanismError if throttle or cut-off moves."""
     work = 0.0
     for gas in gases:
-        if gas.throttle is not None and not gas.throttle.is_constant:
-            raise MechanismError("the throttle moves, so that no load closes the cycle all the time; give load_pressure or load_torque")
+        if gas.strokes_differ:
+            moving = "throttle" if gas.throttle is not None else "cut-off"
+            raise MechanismError(f"the {moving} moves, so that no load closes the cycle all the time; give load_pressure or load_torque")
         opening = 1.0 if gas.throttle is None else gas.throttle.values[0]
         work += opening * float(gas_work(gas.coefficients, gas.stroke, math.pi))
     return work
@@ -222,6 +227,8 @@ class GasCycle:
     begins_constant: bool
     back_pressure: float = 0.0
     throttle: InputFunction | None = None
+    cut_off: InputFunction | None = None
+    reads_at_dead_centres: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)

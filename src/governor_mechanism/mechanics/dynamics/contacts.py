@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function, output_of_reading
+from governor_mechanism.mechanics.dynamics.inputs import NOT_HELD, evaluate_reading_function, output_of_reading
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.time_functions import InputFunction, ReadingFunction, TableFunction
+from governor_mechanism.model.time_functions import InputFunction, ReadingFunction, StrokeHold, TableFunction
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import FloatArray, RecordArray, record_dtype
 
@@ -194,6 +195,27 @@ def reading_functions_of(scene: Scene) -> tuple[ReadingFunction, ...]:
     return tuple(function for load in loads_of(scene) for function in (*load.functions, *load.factors))
 
 
+@once_per_object
+def lagged_functions_of(scene: Scene) -> tuple[ReadingFunction | InputFunction, ...]:
+    """Return the functions of readings with a lag and the loads that are held.
+
+    Parameters
+    ----------
+    scene
+        Scene with its effects.
+
+    Returns
+    -------
+    tuple[ReadingFunction | InputFunction, ...]
+        They in the order of their states.
+    """
+    found = list[ReadingFunction | InputFunction]()
+    for load in loads_of(scene):
+        found += [function for function in (*load.functions, *load.factors) if function.lag]
+        found += [load] if load.hold else []
+    return tuple(found)
+
+
 def reading_tables_of(scene: Scene) -> tuple[TableFunction, ...]:
     """Return the tables of readings in the loads of a scene; their kinks are events.
 
@@ -271,7 +293,7 @@ def has_kinks(scene: Scene) -> bool:
 
 
 def initial_lags(scene: Scene, poses: FloatArray, velocities: FloatArray) -> FloatArray:
-    """Return the states of the lags at the start: each lag begins at the value that it follows.
+    """Return the states of the lags and holds at the start: each begins at the value that it follows.
 
     Parameters
     ----------
@@ -287,11 +309,20 @@ def initial_lags(scene: Scene, poses: FloatArray, velocities: FloatArray) -> Flo
     FloatArray
         Values in the order of the lags; shape (lags,).
     """
-    values = []
-    for function in reading_functions_of(scene):
-        if function.lag:
-            name, is_rate = output_of_reading(function.reading)
-            output = evaluate_output(scene.mechanism, name, poses)
-            value = np.sum(output.gradient * velocities) if is_rate else output.value
-            values.append(evaluate_reading_function(function, float(value)))
+
+    def evaluate(function: ReadingFunction) -> float:
+        name, is_rate = output_of_reading(function.reading)
+        output = evaluate_output(scene.mechanism, name, poses)
+        value = np.sum(output.gradient * velocities) if is_rate else output.value
+        return evaluate_reading_function(function, float(value))
+
+    values = list[float]()
+    for owner in lagged_functions_of(scene):
+        if isinstance(owner, ReadingFunction):
+            values.append(evaluate(owner))
+        elif owner.hold is StrokeHold.FROM_CUT_OFF:
+            values.append(NOT_HELD)
+        else:
+            total = float(CubicTimeFunction(owner)(np.zeros(1))[0]) + sum(evaluate(function) for function in owner.functions)
+            values.append(total * math.prod(evaluate(function) for function in owner.factors))
     return np.array(values)

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT
 from governor_mechanism.mechanics.dynamics import force_laws
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, assemble_schur_band, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.inputs import evaluate_inputs, output_rate
@@ -76,7 +77,11 @@ def evaluate_accelerations(
             forces[system.planes[p].shaft, 2] -= motion[PlaneColumn.INERTIA_RATE] * motion[PlaneColumn.SPEED]
     output_rows, values, jacobian = system.output_rows, workspace.output_row_values, workspace.output_jacobian
     dissipated_power = -add_output_forces(output_rows, system.output_forces, velocities, workspace.inputs, values, jacobian, forces)
-    power = add_output_forces(output_rows, system.force_elements, velocities, workspace.inputs, values, jacobian, forces) - dissipated_power
+    force_elements = workspace.force_elements
+    for i in range(force_elements.size):
+        if force_elements[i].switch_input >= 0:
+            force_elements[i].coefficients[SWITCH_COEFFICIENT] = workspace.inputs[force_elements[i].switch_input]
+    power = add_output_forces(output_rows, force_elements, velocities, workspace.inputs, values, jacobian, forces) - dissipated_power
     assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, workspace.inverse_mass, workspace.band)
     pivot_ratio = solve_constrained_system(system, workspace, forces, 1.0, result)
     for i in range(workspace.multipliers.size):
@@ -420,6 +425,7 @@ def evaluate_event_functions(system: System, workspace: SystemWorkspace, state: 
         if not workspace.is_armed[i]:
             event_values[i] = -1.0
             continue
+        limit = workspace.inputs[event_function.input_index] if event_function.input_index >= 0 else 0.0
         if event_function.kind == EventFunctionKind.VALUE:
             value = row_values[event_function.source_index, RowColumn.RESIDUAL]
         elif event_function.kind == EventFunctionKind.RATE:
@@ -428,11 +434,9 @@ def evaluate_event_functions(system: System, workspace: SystemWorkspace, state: 
             value = math.sin(row_values[event_function.source_index, RowColumn.RESIDUAL])
         elif event_function.kind == EventFunctionKind.SWITCH:
             travel, angle = row_values[event_function.source_index, RowColumn.RESIDUAL], event_function.argument_index
-            event_values[i] = (
-                travel_in_stroke(event_function.sign, travel, row_values[angle, RowColumn.RESIDUAL]) - event_function.threshold
-            )
+            travel_ratio = travel_in_stroke(event_function.sign, travel, row_values[angle, RowColumn.RESIDUAL])
+            event_values[i] = travel_ratio - event_function.threshold - limit
             continue
         else:
             value = -workspace.multipliers[event_function.source_index]
-        limit = workspace.inputs[event_function.input_index] if event_function.input_index >= 0 else 0.0
         event_values[i] = event_function.sign * value - event_function.threshold - limit

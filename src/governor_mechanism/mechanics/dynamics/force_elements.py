@@ -30,7 +30,7 @@ _ELEMENT_LAWS: dict[type[ForceElement], tuple[type[ForceLaw], tuple[str, ...]]] 
 
 
 CONSERVATIVE_TYPES = Spring | TorsionSpring | CylinderGas
-"""Types of force elements with a potential, unless they have a factor."""
+"""Types of force elements with a potential, unless something moves their law."""
 
 
 def lower_outputs(
@@ -75,13 +75,18 @@ def lower_outputs(
         if not element.loads:
             law, coefficients = element_law(element)
             argument = _row_of_argument(element, readings)
-            has_power, input_index = law.dissipates or element.factor is not None, -1 if element.factor is None else first_input
             records.append(
                 make_output_force(
-                    FORCE_LAWS.index(law), first_row, coefficients, argument_index=argument, has_power=has_power, input_index=input_index
+                    FORCE_LAWS.index(law),
+                    first_row,
+                    coefficients,
+                    argument_index=argument,
+                    has_power=law.dissipates or not element.has_potential,
+                    input_index=-1 if element.factor is None else first_input,
+                    switch_input=-1 if element.switch is None else first_input + (element.factor is not None),
                 )
             )
-            first_input += element.factor is not None
+            first_input += len(element.inputs)
     return rows_of_readings(mechanism, readings, origins), np.array(records, dtype=OUTPUT_FORCE_DTYPE)
 
 
@@ -117,7 +122,7 @@ def element_potential_energy(mechanism: Mechanism, poses: FloatArray) -> FloatAr
     """
     total = np.zeros(poses.shape[:-2])
     for element in mechanism.force_elements:
-        if isinstance(element, CONSERVATIVE_TYPES) and element.factor is None:
+        if isinstance(element, CONSERVATIVE_TYPES) and element.has_potential:
             law, coefficients = element_law(element)
             value = OutputDerivatives(rows_of_readings(mechanism, element.displacements[:1], {}), poses).value
             if isinstance(element, CylinderGas):

@@ -10,7 +10,14 @@ import numpy as np
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
-from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, ReadingFunction, TableFunction
+from governor_mechanism.model.time_functions import (
+    HarmonicFunction,
+    InputFunction,
+    LinearFunction,
+    ReadingFunction,
+    StrokeHold,
+    TableFunction,
+)
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, RecordArray, record_dtype
 
@@ -19,7 +26,8 @@ class InputTermKind(IntEnum):
     """Kind of a term of an input, with s the value of an output and r its rate.
 
     VALUE: a * (s - b) + c. RATE: a * (r - b) + c. HARMONIC: a * cos(c * s) + b * sin(c * s). LAG: the state of a lag. PRODUCT: the input
-    is multiplied by another one. NOT_NEGATIVE: the input is 0 where it would be negative.
+    is multiplied by another one. NOT_NEGATIVE: the input is 0 where it would be negative. HOLD: the input is the state of its hold, unless
+    that is NOT_HELD.
     """
 
     VALUE = 0
@@ -28,13 +36,22 @@ class InputTermKind(IntEnum):
     LAG = 3
     PRODUCT = 4
     NOT_NEGATIVE = 5
+    HOLD = 6
+
+
+NOT_HELD = 2.0
+"""State of a hold while it lets its input move; that of an input which is held lies between 0 and 1."""
+
+HOLD_KINDS = (None, StrokeHold.FROM_DEAD_CENTRE, StrokeHold.FROM_CUT_OFF)
+"""Kinds of the holds by their number in records; None is a lag."""
 
 
 INPUT_TERM_DTYPE = record_dtype("i8 kind input_index source_index", "f8 a b c")
 """One term of an input: kind, the input, the output row, lag or input that it comes from, and the coefficients a, b and c."""
 
-LAG_DTYPE = record_dtype("i8 input_index", "f8 time_constant")
-"""One first-order lag: the input that it follows, and its time constant (s)."""
+LAG_DTYPE = record_dtype("i8 input_index hold", "f8 time_constant")
+"""One first-order lag or hold: the input that it follows, the index of its kind in `HOLD_KINDS`, and the time constant (s) of a lag, which
+is infinite for a hold: only events change its state."""
 
 
 def make_input_terms(
@@ -64,8 +81,8 @@ def make_input_terms(
     n_inputs : int
         Number of inputs behind those of the loads that factors and lags need; as functions of time these are zero.
     """
-    terms, products, frictions = (list[tuple[int, int, int, float, float, float]]() for _ in range(3))
-    lags, first_further_input, table_segments = list[tuple[int, float]](), first_input + len(loads), iter(segments)
+    terms, products, last_terms = (list[tuple[int, int, int, float, float, float]]() for _ in range(3))
+    lags, first_further_input, table_segments = list[tuple[int, int, float]](), first_input + len(loads), iter(segments)
     further_inputs = count(first_further_input)
     for index, load in enumerate(loads, start=first_input):
         for position, function in enumerate((*load.functions, *load.factors)):
@@ -76,12 +93,15 @@ def make_input_terms(
             if function.lag:
                 factor = next(further_inputs) if is_factor else index
                 terms.append((InputTermKind.LAG, factor, len(lags), 0.0, 0.0, 0.0))
-                lags.append((target, function.lag))
+                lags.append((target, 0, function.lag))
             if is_factor:
                 products.append((InputTermKind.PRODUCT, index, factor, 0.0, 0.0, 0.0))
         if index >= first_further_input - n_frictions and load.depends_on_readings:
-            frictions.append((InputTermKind.NOT_NEGATIVE, index, -1, 0.0, 0.0, 0.0))
-    records = np.array(terms + products + frictions, dtype=INPUT_TERM_DTYPE)
+            last_terms.append((InputTermKind.NOT_NEGATIVE, index, -1, 0.0, 0.0, 0.0))
+        if load.hold:
+            last_terms.append((InputTermKind.HOLD, index, len(lags), 0.0, 0.0, 0.0))
+            lags.append((index, HOLD_KINDS.index(load.hold), math.inf))
+    records = np.array(terms + products + last_terms, dtype=INPUT_TERM_DTYPE)
     return records, np.array(lags, dtype=LAG_DTYPE), next(further_inputs) - first_further_input
 
 
@@ -175,7 +195,7 @@ def evaluate_inputs(
         result[k] = evaluate_input(input_cubics, k, local_time)
     for i in range(terms.size):
         term, source = terms[i], 0.0
-        if term.kind == InputTermKind.LAG:
+        if term.kind == InputTermKind.LAG or term.kind == InputTermKind.HOLD:
             source = lag_states[term.source_index]
         elif term.kind == InputTermKind.RATE:
             source = output_rate(output_rows, jacobian, term.source_index, velocities)
@@ -194,6 +214,8 @@ def add_input_term(terms: RecordArray, i: int, source: float, result: FloatArray
         result[term.input_index] = max(result[term.input_index], 0.0)
     elif term.kind == InputTermKind.LAG:
         result[term.input_index] += source
+    elif term.kind == InputTermKind.HOLD:
+        result[term.input_index] = source if source < NOT_HELD else result[term.input_index]
     elif term.kind == InputTermKind.HARMONIC:
         result[term.input_index] += term.a * math.cos(term.c * source) + term.b * math.sin(term.c * source)
     else:

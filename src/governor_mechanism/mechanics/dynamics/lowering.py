@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.effects.gas_pressure import GasPressure
+from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, GasPressure
 from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.mechanics.dynamics import contacts, output_forces
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
@@ -161,6 +161,8 @@ class SystemWorkspace(NamedTuple):
         shape (planes, 4).
     inputs
         Values of the inputs; shape (inputs,).
+    force_elements
+        As those of the system, with the switches of gas at the last evaluation.
     is_armed
         Whether each event function of a kink is monitored; shape (event functions,).
     """
@@ -178,6 +180,7 @@ class SystemWorkspace(NamedTuple):
     inverse_mass: FloatArray
     plane_motion: FloatArray
     inputs: FloatArray
+    force_elements: RecordArray
     is_armed: BoolArray
 
 
@@ -430,9 +433,11 @@ def _gas_event_functions(force_elements: RecordArray, contact_index: int) -> Ite
     """Yield the event functions of the kinks of gas in cylinders."""
     gases = [force for force in force_elements if force["law"] == FORCE_LAWS.index(GasPressure)]
     for gas in gases:
-        switch, stroke = float(gas["coefficients"][4]), float(gas["coefficients"][7])
-        rows = int(gas["output_index"]), int(gas["argument_index"])
-        if 0.0 < switch < 1.0:
+        switch, stroke = float(gas["coefficients"][SWITCH_COEFFICIENT]), float(gas["coefficients"][7])
+        rows, switch_input = (int(gas["output_index"]), int(gas["argument_index"])), int(gas["switch_input"])
+        if switch_input >= 0:
+            yield EventFunctionKind.SWITCH, *rows, 1.0 / stroke, 0.0, EVENT_ROUNDING_RATIO, switch_input, contact_index
+        elif 0.0 < switch < 1.0:
             yield EventFunctionKind.SWITCH, *rows, 1.0 / stroke, switch, EVENT_ROUNDING_RATIO, -1, contact_index
     for angle in sorted({int(gas["argument_index"]) for gas in gases}):
         for sign in (1.0, -1.0):
@@ -509,6 +514,7 @@ def make_system_workspace(system: System) -> SystemWorkspace:
         inverse_mass=system.inverse_mass.copy(),
         plane_motion=np.zeros((len(system.planes), N_PLANE_COLUMNS)),
         inputs=np.zeros(system.n_inputs),
+        force_elements=system.force_elements.copy(),
         is_armed=np.ones(len(system.event_functions), dtype=np.bool_),
     )
 

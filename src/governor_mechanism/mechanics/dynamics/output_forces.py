@@ -27,16 +27,16 @@ sign of sliding, that of a load -1.
 
 OUTPUT_FORCE_DTYPE = np.dtype(
     [
-        *((name, "i8") for name in ("law", "output_index", "argument_index", "has_power", "input_index")),
+        *((name, "i8") for name in ("law", "output_index", "argument_index", "has_power", "input_index", "switch_input")),
         ("slack_below", "f8"),
         ("coefficients", "f8", (MAX_COEFFICIENTS,)),
     ]
 )
 """One force along an output row: index in `FORCE_LAWS`, `SLIDING_FRICTION` or `LOAD`, index of the row, that of the row whose value the
 law takes in place of the rate, or -1, whether it has no potential, the input of a friction force or load, or by which the force of a law is
-multiplied, or -1, value of the output below which it is slack, and its coefficients."""
+multiplied, or -1, the input that is the switch of a gas, or -1, value of the output below which it is slack, and its coefficients."""
 
-OutputForceRecord = tuple[int, int, int, bool, int, float, tuple[float, ...]]
+OutputForceRecord = tuple[int, int, int, bool, int, int, float, tuple[float, ...]]
 """A record of `OUTPUT_FORCE_DTYPE`."""
 
 
@@ -48,10 +48,11 @@ def make_output_force(
     argument_index: int = -1,
     has_power: bool = False,
     input_index: int = -1,
+    switch_input: int = -1,
     slack_below: float = -math.inf,
 ) -> OutputForceRecord:
     """Return a record of `OUTPUT_FORCE_DTYPE`; coefficients that are left out are zero."""
-    return law, output_index, argument_index, has_power, input_index, slack_below, pad_coefficients(coefficients)
+    return law, output_index, argument_index, has_power, input_index, switch_input, slack_below, pad_coefficients(coefficients)
 
 
 def pad_coefficients(coefficients: Sequence[float]) -> tuple[float, ...]:

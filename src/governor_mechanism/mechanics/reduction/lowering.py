@@ -267,7 +267,7 @@ def _output_forces(scene: Scene, names: list[str], gases: Sequence[CylinderGas])
     """Return the force laws that the table does not contain, as in `ReducedForces`."""
     one_sided, n_contacts, rows = one_sided_forces_of(scene), len(contacts_of(scene)), []
     for effect in (effect for effect in output_forces_of(scene) if not _is_tabulated(effect)):
-        law, output_index, _, dissipates, _, _, coefficients = output_force_record(effect, names.index(effect.reading))
+        law, output_index, _, dissipates, *_, coefficients = output_force_record(effect, names.index(effect.reading))
         mode_index = 1 + n_contacts + one_sided.index(effect) if effect in one_sided else -1
         rows.append((output_index, law, dissipates, mode_index, False, -1, *coefficients))
     inputs = [load for element in scene.mechanism.force_elements for load in element.inputs]

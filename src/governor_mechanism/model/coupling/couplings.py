@@ -109,14 +109,22 @@ class ControlCoupling(Coupling):
         MechanismError
             If there is no load of that name.
         """
-        loads = {name: (owner, field_name) for name, owner, field_name in _loads(mechanism, effects)}
+        named = [(name, (owner, field_name)) for name, owner, field_name in _loads(mechanism, effects)]
+        loads = dict(named)
+        if [name for name, _ in named].count(self.target) > 1:
+            raise MechanismError(
+                f"coupling {self.name!r} sets {self.target!r} of an engine with a throttle; control one of them, and leave the other out"
+            )
         if self.target not in loads:
             known = f"the loads are {list(loads)}.{did_you_mean(self.target, loads)}"
             raise MechanismError(f"coupling {self.name!r} sets {self.target!r}, which is no load; {known}")
         owner, field_name = loads[self.target]
-        load: InputFunction = getattr(owner, field_name)
-        kind = "factors" if self.scales else "functions"
-        changed = replace(owner, **{field_name: replace(load, **{kind: (*getattr(load, kind), self.function)})})
+        load: InputFunction = getattr(owner, field_name) or owner.controlled_default()
+        if self.scales:
+            controlled = replace(load, factors=(*load.factors, self.function))
+        else:
+            controlled = replace(load, functions=(*load.functions, self.function))
+        changed = replace(owner, **{field_name: controlled})
         elements = tuple(changed if element is owner else element for element in mechanism.force_elements)
         return replace(mechanism, force_elements=elements), tuple(changed if effect is owner else effect for effect in effects)
 
@@ -127,7 +135,10 @@ def _loads(mechanism: Mechanism, effects: Sequence[OutputEffect]) -> Iterator[tu
     for owner in owners:
         part, dot, reading = ("", "", "") if isinstance(owner, ForceElement) else owner.reading.rpartition(".")
         name = owner.name if isinstance(owner, ForceElement) else f"{part}{dot}{owner.key}.{reading}"
+        parameters = owner.controlled_parameters if isinstance(owner, ForceElement) else {}
+        yield from ((f"{''.join(owner.name.rpartition('.')[:2])}{one}", owner, one_field) for one, one_field in parameters.items())
         names = [one.name for one in fields(owner) if isinstance(getattr(owner, one.name), InputFunction)]
+        names = [one for one in names if one not in parameters.values()]
         yield from ((name if len(names) == 1 else f"{name}.{one}", owner, one) for one in names)
 
 
@@ -185,8 +196,8 @@ def check_loads(mechanism: Mechanism, effects: Sequence[OutputEffect]) -> None:
     forces = [output.name for output in mechanism.derived_readings] + [joint.name for joint in mechanism.joints]
     problems = []
     for _, owner, field_name in _loads(mechanism, effects):
-        load: InputFunction = getattr(owner, field_name)
-        for function in (*load.functions, *load.factors):
+        load: InputFunction | None = getattr(owner, field_name)
+        for function in (*load.functions, *load.factors) if load else ():
             reading, known = function.reading, [*names, *speeds]
             what, last_word = f"a load depends on {reading!r}", reading.rpartition(".")[2]
             if reading in known:
