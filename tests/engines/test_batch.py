@@ -43,6 +43,17 @@ def run_in_batch(scene: Scene):
     return ReducedBatch(scene, READINGS, initial_tolerance(scene.run.accuracy), ReducedEngine().step_limit(scene)).run(scene)
 
 
+@pytest.mark.parametrize("sleeve_mass", [70.0, 75.0, 85.0])
+def test_a_fall_to_the_end_of_the_travel_takes_few_steps(sleeve_mass):
+    # The steps shrink before the dead centre, and the table is extended there; both must stay few.
+    scene = parse_scene_document(gm.load("porter").document | {"run": {"duration": 2.0, "accuracy": 1e-8}})
+    heavier = scene.document | {"dimensions": scene.document["dimensions"] | {"sleeve_mass": sleeve_mass}}
+    run = gm.run(parse_scene_document(heavier), engine="reduced", certify=False)
+    assert run.outcome is Outcome.LEFT_RANGE
+    assert run.cost.steps < 40  # 27, and half as many more
+    assert run.cost.evaluations["table pieces"] < 35  # 23, likewise
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_a_run_of_a_batch_is_the_certified_run_within_the_accuracy_of_both(seed):
     scene = draw_governor(np.random.default_rng(seed))

@@ -375,6 +375,10 @@ def test_what_cannot_set_the_cut_off_is_refused_by_name():
     document["part"]["engine"]["dimensions"]["throttle"] = 0.8
     with pytest.raises(MechanismError, match=r"sets 'engine\.cut_off' of an engine with a throttle; control one of them"):
         parse_scene_document(document)
+    document = governed_cut_off_document()
+    document["coupling"]["cam"]["gain"] = "-2 N/m"
+    with pytest.raises(MechanismError, match="of the kind ratio, but its function has the units of the kind force; change the units"):
+        parse_scene_document(document)
     with pytest.raises(MechanismError, match="the cut-off moves, so that no load closes the cycle all the time"):
         air_engine_scene({"cut_off": MOVING_CUT_OFFS["time"]})
     with pytest.raises(MechanismError, match=r"cut_off must lie between 0 and 1, the end of the stroke; got 1\.5"):

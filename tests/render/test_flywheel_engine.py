@@ -53,9 +53,31 @@ def test_the_indicator_points_show_the_pressures_of_the_closed_form(run, k):
     assert [mark.x for mark in marks(run, k)] == pytest.approx([travel] * 4, abs=1e-6)
 
 
-@pytest.mark.parametrize(("changes", "effects"), [({}, {}), (RODS, {}), (RODS, {"piston_masses": {"piston": 250.0}}), (NO_PUMP, {})])
+MOVING = {"throttle": [[0.0, 1.0], [2.0, 0.5]], "cut_off": [[0.0, 0.15], [2.0, 0.6]], "load_torque": 200.0}
+
+
+def test_the_indicator_points_and_the_diagram_follow_throttle_and_cut_off():
+    moving = gm.run(air_engine_scene(MOVING, accuracy=1e-6))
+    scale, zero = 0.36 * flywheel.ENGINE["stroke"] / 4e5, drawing(moving)._cylinders[0].diagram_base
+    highest = []
+    for k in range(3, len(moving.times), 20):
+        is_return = math.floor(moving.readings["crank_angle"][k] / math.pi) % 2 == 1
+        driving = marks(moving, k)[1 if is_return else 0]
+        pressure = float(moving.readings["expansion_pressure"][k])
+        assert driving.y == pytest.approx(zero + scale * pressure, abs=1e-6 * 0.65)  # errors of the run
+        loops = [
+            shape for shape in drawing(moving).moving_shapes(moving.poses[k], float(moving.times[k])) if shape.role == "head end curve"
+        ]
+        highest.append((max(y for _, y in loops[0].lines[0]) - zero) / scale)
+    openings = moving.readings["throttle_opening"][3::20]
+    assert highest == pytest.approx(1.5e5 + openings * 2.5e5, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "effects"), [({}, {}), (MOVING, {}), (RODS, {}), (RODS, {"piston_masses": {"piston": 250.0}}), (NO_PUMP, {})]
+)
 def test_every_pose_gives_the_same_shapes_within_the_bounds(changes, effects):
-    result = gm.run(parse_scene_document(air_engine_document(changes, effects, duration=1.1, accuracy=1e-6)), engine="reduced")
+    result = gm.run(parse_scene_document(air_engine_document(changes, effects, duration=1.1, accuracy=1e-6)))
     picture = drawing(result)
     frames = [list(picture.moving_shapes(pose, float(time))) for pose, time in zip(result.poses, result.times, strict=True)]
     assert len({tuple((type(shape), shape.role) for shape in frame) for frame in frames}) == 1

@@ -36,7 +36,7 @@ from governor_mechanism.model.output_variables import (
 from governor_mechanism.model.part import FIXED_PLANE
 from governor_mechanism.model.time_functions import InputFunction
 
-FLYWHEEL, SHAFT, LOAD, THROTTLE = "flywheel", "shaft", "load", "throttle"
+FLYWHEEL, SHAFT, LOAD, THROTTLE, EXPANSION = "flywheel", "shaft", "load", "throttle", "expansion"
 CRANK_ANGLE = BodyAngle(name="crank_angle", quantity="angle", body=FLYWHEEL)
 
 CLOSED_CYCLE_TOLERANCE = 1e-9
@@ -114,7 +114,7 @@ class FlywheelEngine(FlywheelEngineDimensions):
             rod=self.connecting_rod,
             piston_mass=masses.piston if masses else 0.0,
             rod_mass=masses.connecting_rod if masses else 0.0,
-            cycles={"expansion": expansion} if self.throttle is None else self._throttled_cycles(expansion, self.throttle),
+            cycles={EXPANSION: expansion} if self.throttle is None else self._throttled_cycles(expansion, self.throttle),
         )
         if self.pump_area is not None and self.pump_clearance is not None:
             yield _PistonDrive(
@@ -130,7 +130,7 @@ class FlywheelEngine(FlywheelEngineDimensions):
         """Return the gas that a closed throttle admits, at the pressure behind the piston, and what the throttle adds to it."""
         closed = replace(expansion, pressure=self.back_pressure)
         surplus = self.supply_pressure - self.back_pressure
-        return {"expansion": closed, THROTTLE: replace(expansion, pressure=surplus, back_pressure=0.0, throttle=_as_input(throttle))}
+        return {EXPANSION: closed, THROTTLE: replace(expansion, pressure=surplus, back_pressure=0.0, throttle=_as_input(throttle))}
 
     def _pump_cycles(self, area: float, clearance: float) -> dict[str, "GasCycle"]:
         """Return the gas behind the pump piston, which expands until air is taken in, and in front, which is compressed until delivery."""
@@ -190,17 +190,40 @@ class FlywheelEngine(FlywheelEngineDimensions):
         yield AppliedTorque(name="load_torque", reading=angle, elements=tuple(load_names) or (LOAD,), sign=-1.0)
         for gas in gases:
             if gas.throttle is None:
-                elements = (gas.name,) if self.throttle is None or gas.name != "expansion" else (gas.name, THROTTLE)
+                elements = (gas.name,) if self.throttle is None or gas.name != EXPANSION else (gas.name, THROTTLE)
                 yield CylinderPressure(name=f"{gas.name}_pressure", elements=elements, reading=angle, scale=self.supply_pressure)
             else:
                 yield ControlledValue(name="throttle_opening", element=gas.name)
-        yield ControlledValue(name="cut_off", element="expansion", is_switch=True)
+        yield ControlledValue(name="cut_off", element=EXPANSION, is_switch=True)
         yield StoredWork(name="stored_work")
 
 
 def _as_input(value: float | InputFunction) -> InputFunction:
     """Return a number as a constant function of time."""
     return value if isinstance(value, InputFunction) else InputFunction(values=(value,))
+
+
+def expansion_gas(mechanism: Mechanism, opening: float, cut_off: float) -> CylinderGas:
+    """Return the gas behind the expansion piston as it is at an opening of the throttle and a cut-off.
+
+    Parameters
+    ----------
+    mechanism
+        Mechanism of an engine.
+    opening
+        Opening of the throttle, 0 to 1; it does not matter without one.
+    cut_off
+        Travel at the cut-off, relative to the stroke.
+
+    Returns
+    -------
+    CylinderGas
+        The gas, without what moves it.
+    """
+    gases = {element.name: element for element in mechanism.force_elements if isinstance(element, CylinderGas)}
+    surplus = gases[THROTTLE].pressure if THROTTLE in gases else 0.0
+    pressure = gases[EXPANSION].pressure + opening * surplus
+    return replace(gases[EXPANSION], pressure=pressure, switch_travel=cut_off, cut_off=None)
 
 
 def _work_per_stroke(gases: tuple[CylinderGas, ...]) -> float:

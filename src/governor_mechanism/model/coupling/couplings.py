@@ -1,12 +1,12 @@
 """Couplings between parts of a scene, their checks, and controls applied to the loads they name. Frozen values without mathematics."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_not_negative
 from governor_mechanism.model.effect import OutputEffect
-from governor_mechanism.model.force_elements import ForceElement
+from governor_mechanism.model.force_elements import CylinderGas, Force, ForceElement, Torque
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction, ReadingFunction
 
@@ -80,14 +80,17 @@ class ControlCoupling(Coupling):
     function
         The function of the reading.
     target
-        Name of the load: a torque or force of a part, the torque on a spindle, or a dry friction.
+        Name of the load: a torque or force of a part, the torque on a spindle, a dry friction, or throttle or cut-off of an engine.
     scales
         Whether the load is multiplied by the function, as by a throttle; otherwise the function is added to it.
+    quantity
+        Quantity of the function that its units imply: "torque", "force" or "ratio"; empty without units.
     """
 
     function: ReadingFunction
     target: str
     scales: bool = False
+    quantity: str = ""
 
     def apply(self, mechanism: Mechanism, effects: tuple[OutputEffect, ...]) -> tuple[Mechanism, tuple[OutputEffect, ...]]:
         """Return a mechanism and effects in which the load that the control names follows its reading.
@@ -107,7 +110,7 @@ class ControlCoupling(Coupling):
         Raises
         ------
         MechanismError
-            If there is no load of that name.
+            If there is no load of that name, or it is of another quantity.
         """
         named = [(name, (owner, field_name)) for name, owner, field_name in _loads(mechanism, effects)]
         loads = dict(named)
@@ -119,6 +122,10 @@ class ControlCoupling(Coupling):
             known = f"the loads are {list(loads)}.{did_you_mean(self.target, loads)}"
             raise MechanismError(f"coupling {self.name!r} sets {self.target!r}, which is no load; {known}")
         owner, field_name = loads[self.target]
+        expected = next((quantity for kind, quantity in _LOAD_QUANTITIES.items() if isinstance(owner, kind)), self.quantity)
+        if self.quantity not in ("", expected) and not self.scales:
+            found = f"is of the kind {expected}, but its function has the units of the kind {self.quantity}"
+            raise MechanismError(f"coupling {self.name!r} sets {self.target!r}, which {found}; change the units")
         load: InputFunction = getattr(owner, field_name) or owner.controlled_default()
         if self.scales:
             controlled = replace(load, factors=(*load.factors, self.function))
@@ -127,6 +134,10 @@ class ControlCoupling(Coupling):
         changed = replace(owner, **{field_name: controlled})
         elements = tuple(changed if element is owner else element for element in mechanism.force_elements)
         return replace(mechanism, force_elements=elements), tuple(changed if effect is owner else effect for effect in effects)
+
+
+_LOAD_QUANTITIES: Mapping[type[ForceElement], str] = {CylinderGas: "ratio", Torque: "torque", Force: "force"}
+"""Quantity of the loads of force elements."""
 
 
 def _loads(mechanism: Mechanism, effects: Sequence[OutputEffect]) -> Iterator[tuple[str, Any, str]]:

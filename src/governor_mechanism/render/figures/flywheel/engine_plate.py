@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from governor_mechanism.effects.gas_pressure import gas_pressure
+from governor_mechanism.machines.flywheel_engine.machine import expansion_gas
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.figures.flywheel.indicator import draw_loop, finish_indicator_panel
@@ -112,9 +113,11 @@ def _draw_forces(panel: Panel, run: Trajectory) -> None:
 
 
 def _cylinders(run: Trajectory) -> list[tuple[str, str, tuple[CylinderGas, ...]]]:
-    """Return name, colour and gas of each cylinder."""
+    """Return name, colour and gas of each cylinder, with throttle and cut-off of the last stroke."""
     gases = {element.name: element for element in run.scene.part.mechanism.force_elements if isinstance(element, CylinderGas)}
-    cylinders = [("expansion cylinder", BLUE, (gases["expansion"],))]
+    opening = run.readings["throttle_opening"][-1] if "throttle_opening" in run.readings else 1.0
+    expansion = expansion_gas(run.scene.part.mechanism, float(opening), float(run.readings["cut_off"][-1]))
+    cylinders = [("expansion cylinder", BLUE, (expansion,))]
     return cylinders + ([("compression pump", VERMILLION, (gases["suction"], gases["delivery"]))] if "suction" in gases else [])
 
 

@@ -4,7 +4,7 @@ The shaft is at the left. The volume axis of the diagram is the travel of the pi
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -52,6 +52,8 @@ class CylinderView:
         Height of the pressure zero of the diagram, m.
     highest_pressure
         Pressure at the top of the diagram, Pa.
+    has_moving_diagram
+        Whether the loops of the diagram change from stroke to stroke.
     """
 
     name: str
@@ -63,6 +65,7 @@ class CylinderView:
     base: float
     diagram_base: float
     highest_pressure: float
+    has_moving_diagram: bool = False
 
     @property
     def axis(self) -> float:
@@ -101,7 +104,12 @@ class CylinderView:
         yield make_rectangle("bore", left, right, low, high)
         yield TextShape("scale", right + wall + 0.03 * u, self.axis, self.name, _RIGHT_END * u - right - wall - 0.03 * u)
         yield from self._diagram_axes()
-        loop = [*((k / _N_CURVE_POINTS, False) for k in range(_N_CURVE_POINTS + 1))]
+        if not self.has_moving_diagram:
+            yield from self._loops()
+
+    def _loops(self) -> Iterator[DrawnShape]:
+        """Yield the pressures on both faces over a turn."""
+        u, loop = self.stroke, [(k / _N_CURVE_POINTS, False) for k in range(_N_CURVE_POINTS + 1)]
         loop += [(1 - k / _N_CURVE_POINTS, True) for k in range(_N_CURVE_POINTS + 1)]
         for role, pressure in (("head end curve", self.far_side_pressure), ("crank end curve", self.shaft_side_pressure)):
             points = [(travel * u, self._height(pressure(travel, is_return))) for travel, is_return in loop]
@@ -127,6 +135,8 @@ class CylinderView:
     def moving_shapes(self, relative_travel: float, is_return: bool) -> Iterator[DrawnShape]:
         """Yield the gas, the piston with its rod, and the indicator points over it."""
         u, (left, right, low, high) = self.stroke, self._bore
+        if self.has_moving_diagram:
+            yield from self._loops()
         x, half = relative_travel * u, 0.5 * PISTON_THICKNESS * u
         faces = self.shaft_side_pressure(relative_travel, is_return), self.far_side_pressure(relative_travel, is_return)
         for (start, end), pressure in zip(((left, x - half), (x + half, right)), faces, strict=True):
@@ -151,6 +161,6 @@ def _pressure(gas: CylinderGas, stroke_travel: float) -> float:
     return float(gas_pressure(gas.coefficients, stroke_travel * gas.stroke, np.float64(0.5 * np.pi)))
 
 
-def highest_pressure(gases: tuple[CylinderGas, ...]) -> float:
+def highest_pressure(gases: Iterable[CylinderGas]) -> float:
     """Return the highest pressure of gases in a stroke, Pa."""
     return max(_pressure(gas, travel) for gas in gases for travel in (0.0, 0.5, 1.0))

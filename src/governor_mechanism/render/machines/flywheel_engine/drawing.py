@@ -5,9 +5,12 @@ The machine stands with its cylinders below the shaft; the drawing lays it on it
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property
 
-from governor_mechanism.machines.flywheel_engine.machine import FLYWHEEL
+import numpy as np
+
+from governor_mechanism.machines.flywheel_engine.machine import FLYWHEEL, expansion_gas
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.render.geometry.primitives import DrawnShape
 from governor_mechanism.render.machines.flywheel_engine.cylinder import BORE_HEIGHT, DIAGRAM_HEIGHT, WALL, CylinderView, highest_pressure
@@ -39,9 +42,23 @@ class FlywheelEngineDrawing(MachineDrawing):
         return {element.name: element for element in elements if isinstance(element, CylinderGas)}
 
     @cached_property
+    def _controls(self) -> FloatArray:
+        """Opening of the throttle, 1 without one, and cut-off at the reported times; shape (n, 2)."""
+        readings = self.select_entries(self.run.readings)
+        cut_offs = readings["cut_off"]
+        return np.column_stack([readings.get("throttle_opening", np.ones_like(cut_offs)), cut_offs])
+
+    def _expansion_gas(self, k: int) -> CylinderGas:
+        """Return the gas behind the expansion piston at the reported time k."""
+        opening, cut_off = self._controls[k].tolist()
+        return expansion_gas(self.part.mechanism, opening, cut_off)
+
+    @cached_property
     def _cylinders(self) -> tuple[CylinderView, ...]:
         """The expansion cylinder, and below it the pump if there is one."""
-        u, top, gases = self.stroke, highest_pressure(tuple(self._gases.values())), self._gases
+        widest_opening = int(np.argmax(self._controls[:, 0]))
+        gases = self._gases | {"expansion": self._expansion_gas(widest_opening)}
+        u, top = self.stroke, highest_pressure(gases.values())
         has_pump = "suction" in gases
         base = (DIAGRAM_HEIGHT + _GAP + _CASTING_HEIGHT + _GAP) * u if has_pump else 0.0
         expansion = CylinderView(
@@ -54,6 +71,7 @@ class FlywheelEngineDrawing(MachineDrawing):
             base=base,
             diagram_base=base + (_CASTING_HEIGHT + _GAP) * u,
             highest_pressure=top,
+            has_moving_diagram=bool(np.any(np.ptp(self._controls, axis=0) > 0.0)),
         )
         if not has_pump:
             return (expansion,)
@@ -87,7 +105,11 @@ class FlywheelEngineDrawing(MachineDrawing):
         yield from self._engine.moving_shapes(crank_angle)
         is_return = bool(math.floor(crank_angle / math.pi) % 2)
         rods = (self.connecting_rod, 0.5 * self.stroke), (self.pump_connecting_rod, 0.5 * self.pump_stroke)
-        for cylinder, (rod, crank) in zip(self._cylinders, rods, strict=False):
+        cylinders = list(self._cylinders)
+        if cylinders[0].has_moving_diagram:
+            last_sample = int(np.searchsorted(self.run.times, time, side="right")) - 1
+            cylinders[0] = replace(cylinders[0], driving=self._expansion_gas(last_sample))
+        for cylinder, (rod, crank) in zip(cylinders, rods, strict=False):
             yield from cylinder.moving_shapes(_relative_travel(crank_angle, crank / rod), is_return)
 
 
