@@ -193,7 +193,7 @@ class ControlTable(SceneFileTable):
         given = {key: value for key, value in self.given_values().items() if key in ("reading", "about", "lag", *FUNCTION_KEYS)}
         kinds = ("ratio",) if self.scales else ("torque", "force", "ratio")
         kind, function = parse_first_fitting(kinds, lambda kind: validate(ReadingFunctionTable, given).build(kind))
-        values = [self.gain] if self.gain is not None else [value for row in (self.table or self.harmonics or ()) for value in row[1:]]
+        values = [self.gain] if self.gain is not None else [value for row in self.table or () for value in row[1:]]
         quantity_name = kind if any(isinstance(value, str) for value in values) else ""
         target = self.scales or self.sets
         return ControlCoupling(function=function, target=target, scales=bool(self.scales), quantity=quantity_name, **arguments)

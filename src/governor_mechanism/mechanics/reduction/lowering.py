@@ -124,7 +124,7 @@ class ForceParameter(IntEnum):
 
 
 def lower_lagrangian(scene: Scene, prefix: str, part: Part, outputs: Sequence[str], effects: Sequence[OutputForce]) -> LagrangianArrays:
-    """Lower a part with one degree of freedom to the arrays of its Lagrangian coefficients.
+    """Lower a part with one degree of freedom to the arrays of its Lagrangian coefficients; gas is left out: its force has kinks.
 
     Parameters
     ----------
@@ -138,8 +138,6 @@ def lower_lagrangian(scene: Scene, prefix: str, part: Part, outputs: Sequence[st
         Readings of the part that are evaluated with the coefficients, among them those of the effects.
     effects
         Effects with a potential.
-
-    Gas in cylinders is left out: its force has kinks.
 
     Returns
     -------
