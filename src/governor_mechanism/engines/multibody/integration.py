@@ -19,7 +19,7 @@ from governor_mechanism.mechanics.dynamics import equations_of_motion
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.inputs import HOLD_KINDS, NOT_HELD
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
-from governor_mechanism.mechanics.dynamics.output_forces import GAS_KINKS, EventFunctionKind
+from governor_mechanism.mechanics.dynamics.output_forces import GAS_KINKS, EventFunctionKind, travel_in_stroke
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.model.time_functions import StrokeHold
 from governor_mechanism.numerics.array_copy import copy_array
@@ -188,9 +188,27 @@ def _disarm_kinks(equation: MultibodyEquation, buffers: StepBuffers, local_time:
 
 
 @jit_in_place
-def _update_holds(equation: MultibodyEquation, buffers: StepBuffers, local_time: float, state: FloatArray) -> None:
+def _is_past_switch(equation: MultibodyEquation, input_index: int) -> bool:
+    """Return whether a piston is past the switch that an input sets, at the last evaluation of the inputs."""
+    values, event_functions = equation.workspace.output_row_values, equation.system.event_functions
+    for i in range(event_functions.size):
+        switch = event_functions[i]
+        if switch.kind == EventFunctionKind.SWITCH and switch.input_index == input_index:
+            travel, angle = values[switch.source_index, RowColumn.RESIDUAL], values[switch.argument_index, RowColumn.RESIDUAL]
+            is_past: bool = travel_in_stroke(switch.sign, travel, angle) >= equation.workspace.inputs[input_index] - CUT_OFF_TOLERANCE
+            return is_past
+    return False
+
+
+@jit_in_place
+def _update_holds(equation: MultibodyEquation, local_time: float, state: FloatArray) -> None:
     """After an event, set the states of the holds: at a dead centre new ones, and at a cut-off the input there."""
-    system, workspace, values = equation.system, equation.workspace, buffers.event_values[LAST_SAMPLE]
+    system, workspace = equation.system, equation.workspace
+    has_holds = False
+    for k in range(system.lags.size):
+        has_holds = has_holds or system.lags[k].hold > 0
+    if not has_holds:
+        return
     lag_states, is_dead_centre = state[6 * system.bodies.size + equations_of_motion.N_ENERGY_STATES :], False
     _evaluate_inputs(equation, local_time, state)
     for i in range(system.event_functions.size):
@@ -202,17 +220,10 @@ def _update_holds(equation: MultibodyEquation, buffers: StepBuffers, local_time:
         if is_dead_centre and system.lags[k].hold > 0:
             lag_states[k] = NOT_HELD
     _evaluate_inputs(equation, local_time, state)
-    workspace.is_armed[:] = True
-    _evaluate_events(equation, local_time, state, values)
     for k in range(system.lags.size):
-        value = workspace.inputs[system.lags[k].input_index]
-        if is_dead_centre and system.lags[k].hold == FROM_DEAD_CENTRE:
-            lag_states[k] = value
-        if not is_dead_centre and system.lags[k].hold == FROM_CUT_OFF:
-            for i in range(system.event_functions.size):
-                is_own = system.event_functions[i].input_index == system.lags[k].input_index
-                if is_own and system.event_functions[i].kind == EventFunctionKind.SWITCH and values[i] >= -CUT_OFF_TOLERANCE:
-                    lag_states[k] = value
+        is_cut_off = system.lags[k].hold == FROM_CUT_OFF and _is_past_switch(equation, system.lags[k].input_index)
+        if (is_dead_centre and system.lags[k].hold == FROM_DEAD_CENTRE) or (is_cut_off and not is_dead_centre):
+            lag_states[k] = workspace.inputs[system.lags[k].input_index]
 
 
 @jit_in_place
@@ -229,7 +240,7 @@ def integrate_multibody_to_event(
     _disarm_kinks(equation, buffers, 0.0, state)
     result = _integrate_to_event(equation, buffers, span, span[0], state, limits, times, states)
     if result[0] == IntegrationStatus.EVENT:
-        _update_holds(equation, buffers, result[3] - span[0], state)
+        _update_holds(equation, result[3] - span[0], state)
     return result
 
 
@@ -254,7 +265,7 @@ def integrate_multibody_over_kinks(
         n_reached += n_new
         if status != IntegrationStatus.EVENT:
             return status, step, n_reached, time
-        _update_holds(equation, buffers, time - span[0], state)
+        _update_holds(equation, time - span[0], state)
 
 
 @jit_in_place
