@@ -20,14 +20,18 @@ import governor_mechanism as gm
 
 for engine in {!r}:
     run = gm.run("porter_cyclic", engine=engine, times=[0.3], certify=False)
+    gm.run("porter", engine=engine, times=[0.01], certify=False)
+    gm.run("air_engine", engine=engine, times=[0.01], certify=False)
     if engine == "reduced":
         gm.sweep("porter", {{"dimensions.arm": [0.3]}}, ["max arm_angle"])
+    if engine == "multibody":
+        gm.run("stiff_flyball", engine=engine, times=[10.0], certify=False)
     if engine == "impulse":
         gm.run("hartung_corrected", engine=engine, times=[5.0], certify=False)
         gm.linearise("haug_governor")
         run.reactions.items()
 """
-"""Runs of some engines that slip and stick, and what else has kernels of its own."""
+"""Runs of some engines that slip and stick, and what else has kernels of its own: no contacts, gas in cylinders, stiff springs."""
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -294,7 +294,8 @@ def test_a_control_of_the_throttle_reaches_its_end_by_name():
 MOVING_CUT_OFFS = {
     "readings": [0.2, {"reading": "crank_angle", "gain": 0.02}],
     "time": [[0.0, 0.15], [2.0, 0.6]],
-    "steps of a table": {"reading": "crank_angle", "table": [[0.0, 0.5], [5.0, 0.5], [5.1, 0.2], [40.0, 0.3]]},
+    "step in time": [[0.0, 0.9], [0.3, 0.9], [0.3, 0.2], [9.0, 0.2]],  # at 0.3 s the piston is between
+    "ramp of a table": {"reading": "crank_angle", "table": [[0.0, 0.5], [5.0, 0.5], [5.1, 0.2], [40.0, 0.3]]},
 }
 
 
@@ -313,7 +314,9 @@ def cut_offs_of_strokes(run, setting, is_read_at_dead_centres):
         return brentq(lambda angle: 0.5 * (1 - math.cos(angle - start)) - cut_off_at(angle), start, start + math.pi, xtol=1e-13)
 
     starts = math.pi * np.arange(int(angles[-1] // math.pi) + 1)
-    return np.array([cut_off_at(start if is_read_at_dead_centres else cut_off_angle(start)) for start in starts])
+    if is_read_at_dead_centres:
+        return np.array([cut_off_at(start) for start in starts])
+    return np.array([0.5 * (1 - math.cos(cut_off_angle(start) - start)) for start in starts])
 
 
 @pytest.mark.parametrize("setting", MOVING_CUT_OFFS)
@@ -337,6 +340,27 @@ def test_a_moving_cut_off_gives_each_stroke_the_work_of_its_own(setting, reading
     held = run.readings["cut_off"][1:] if reading_time == "at dead centre" else run.readings["cut_off"][1:][is_past]
     expected = cut_offs[strokes] if reading_time == "at dead centre" else cut_offs[strokes][is_past]
     assert held == pytest.approx(expected, abs=1e-8)
+
+
+@pytest.mark.parametrize("degrees", [50, 120])
+def test_a_cut_off_behind_the_start_lets_in_no_more(degrees):
+    # The cut-off begins at 0.3 and grows. From 50 deg, travel 0.18, it lies ahead; from 120 deg, travel 0.75, it is passed already.
+    start, gain, load = math.radians(degrees), 0.06, 300.0
+    setting = [0.3, {"reading": "crank_angle", "gain": gain, "about": start}]
+    changes = {"cut_off": setting, "cut_off_read": "within stroke", "load_torque": load}
+    document = air_engine_document(changes, duration=0.16, output_interval=0.001)
+    document["start"]["crank_angle"] = start
+    run = run_with("multibody", parse_scene_document(document))
+    angles, effective = run.readings["crank_angle"], 0.3
+    if degrees == 50:
+        reached = brentq(lambda angle: 0.5 * (1 - math.cos(angle)) - 0.3 - gain * (angle - start), start, math.pi)
+        effective = 0.5 * (1 - math.cos(reached))
+        assert angles[-1] > reached + 0.1
+    pressure = load * math.pi / (flywheel.ENGINE["area"] * flywheel.ENGINE["stroke"])
+    engine = AirEngine(**(flywheel.ENGINE | {"load_pressure": pressure, "cut_off": effective}))
+    gained = stored_work(engine, crank_angle=angles) - stored_work(engine, crank_angle=start)
+    exact = np.sqrt(flywheel.EXAMPLE_START_SPEED**2 + 2 * gained / flywheel.EXAMPLE_INERTIA)
+    assert np.max(np.abs(run.readings["shaft_speed"] - exact)) < 1e-8
 
 
 def test_a_governor_sets_the_cut_off_at_dead_centres():

@@ -5,11 +5,13 @@ it is constant up to the cut-off and follows the isotherm from there on. Each st
 before in the other direction.
 """
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from governor_mechanism.model.effect import ForceLaw
+from governor_mechanism.model.force_elements import CylinderGas
 
 SWITCH_COEFFICIENT = 4
 """Index of the travel at which isotherm and constant pressure meet among the coefficients."""
@@ -68,6 +70,28 @@ def gas_work(coefficients: Any, travel: Any, crank_angle: Any) -> Any:
     is_return = n_strokes % 2.0
     relative_travel = np.clip(is_return + (1.0 - 2.0 * is_return) * travel / stroke, 0.0, 1.0)
     return n_strokes * _work_in_stroke(coefficients, 1.0) + _work_in_stroke(coefficients, relative_travel)
+
+
+def pressure_in_stroke(gas: CylinderGas, travel: Any) -> Any:
+    """Return the absolute pressure of a gas in a forward stroke, Pa, at a travel relative to the stroke."""
+    return gas_pressure(gas.coefficients, travel * gas.stroke, np.full_like(travel, 0.5 * np.pi))
+
+
+def work_per_stroke(gases: Iterable[CylinderGas]) -> float:
+    """Return the work of gases whose throttle and cut-off are at rest in a stroke.
+
+    Parameters
+    ----------
+    gases
+        Gas on the pistons of an engine.
+
+    Returns
+    -------
+    float
+        Work on the shaft, J.
+    """
+    openings = ((gas, 1.0 if gas.throttle is None else gas.throttle.values[0]) for gas in gases)
+    return sum(opening * float(gas_work(gas.coefficients, gas.stroke, np.pi)) for gas, opening in openings)
 
 
 def _work_in_stroke(coefficients: Any, travel: Any) -> Any:

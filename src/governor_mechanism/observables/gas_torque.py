@@ -2,7 +2,7 @@
 
 import math
 
-from governor_mechanism.effects.gas_pressure import gas_work
+from governor_mechanism.effects.gas_pressure import work_per_stroke
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.scene import Scene
@@ -29,10 +29,6 @@ def mean_gas_torque(scene: Scene) -> float:
     gases = [element for element in scene.mechanism.force_elements if isinstance(element, CylinderGas)]
     if not gases:
         raise MechanismError("the mean gas torque is that of an engine; this scene has no gas in cylinders")
-    work = 0.0
-    for gas in gases:
-        if gas.strokes_differ:
-            raise MechanismError("the mean gas torque is that of an engine whose throttle and cut-off are at rest; here one moves")
-        opening = 1.0 if gas.throttle is None else gas.throttle.values[0]
-        work += opening * float(gas_work(gas.coefficients, gas.stroke, math.pi))
-    return work / math.pi
+    if any(gas.strokes_differ for gas in gases):
+        raise MechanismError("the mean gas torque is that of an engine whose throttle and cut-off are at rest; here one moves")
+    return work_per_stroke(gases) / math.pi

@@ -188,42 +188,36 @@ def _disarm_kinks(equation: MultibodyEquation, buffers: StepBuffers, local_time:
 
 
 @jit_in_place
-def _is_past_switch(equation: MultibodyEquation, input_index: int) -> bool:
-    """Return whether a piston is past the switch that an input sets, at the last evaluation of the inputs."""
-    values, event_functions = equation.workspace.output_row_values, equation.system.event_functions
+def _find_switch(equation: MultibodyEquation, input_index: int) -> int:
+    """Return the index of the event function of the switch that an input sets, or -1."""
+    event_functions = equation.system.event_functions
     for i in range(event_functions.size):
-        switch = event_functions[i]
-        if switch.kind == EventFunctionKind.SWITCH and switch.input_index == input_index:
-            travel, angle = values[switch.source_index, RowColumn.RESIDUAL], values[switch.argument_index, RowColumn.RESIDUAL]
-            is_past: bool = travel_in_stroke(switch.sign, travel, angle) >= equation.workspace.inputs[input_index] - CUT_OFF_TOLERANCE
-            return is_past
-    return False
+        if event_functions[i].kind == EventFunctionKind.SWITCH and event_functions[i].input_index == input_index:
+            return i
+    return -1
 
 
 @jit_in_place
 def _update_holds(equation: MultibodyEquation, local_time: float, state: FloatArray) -> None:
-    """After an event, set the states of the holds: at a dead centre new ones, and at a cut-off the input there."""
-    system, workspace = equation.system, equation.workspace
-    has_holds = False
+    """Set the states of the holds: at a dead centre of their own crank new ones, and behind a cut-off the travel at which it was passed."""
+    system, rows, inputs = equation.system, equation.workspace.output_row_values, equation.workspace.inputs
+    lag_states = state[6 * system.bodies.size + equations_of_motion.N_ENERGY_STATES :]
     for k in range(system.lags.size):
-        has_holds = has_holds or system.lags[k].hold > 0
-    if not has_holds:
-        return
-    lag_states, is_dead_centre = state[6 * system.bodies.size + equations_of_motion.N_ENERGY_STATES :], False
-    _evaluate_inputs(equation, local_time, state)
-    for i in range(system.event_functions.size):
-        event_function = system.event_functions[i]
-        if event_function.kind == EventFunctionKind.DEAD_CENTRE:
-            angle = workspace.output_row_values[event_function.source_index, RowColumn.RESIDUAL]
-            is_dead_centre = is_dead_centre or abs(math.sin(angle)) <= DEAD_CENTRE_TOLERANCE
-    for k in range(system.lags.size):
-        if is_dead_centre and system.lags[k].hold > 0:
+        lag = system.lags[k]
+        if lag.hold == 0:
+            continue
+        _evaluate_inputs(equation, local_time, state)
+        switch = system.event_functions[_find_switch(equation, lag.input_index)]
+        travel, angle = rows[switch.source_index, RowColumn.RESIDUAL], rows[switch.argument_index, RowColumn.RESIDUAL]
+        if abs(math.sin(angle)) <= DEAD_CENTRE_TOLERANCE:
             lag_states[k] = NOT_HELD
-    _evaluate_inputs(equation, local_time, state)
-    for k in range(system.lags.size):
-        is_cut_off = system.lags[k].hold == FROM_CUT_OFF and _is_past_switch(equation, system.lags[k].input_index)
-        if (is_dead_centre and system.lags[k].hold == FROM_DEAD_CENTRE) or (is_cut_off and not is_dead_centre):
-            lag_states[k] = workspace.inputs[system.lags[k].input_index]
+            if lag.hold == FROM_DEAD_CENTRE:
+                _evaluate_inputs(equation, local_time, state)
+                lag_states[k] = inputs[lag.input_index]
+        elif lag_states[k] >= NOT_HELD:
+            travel_ratio = travel_in_stroke(switch.sign, travel, angle)
+            if travel_ratio >= inputs[lag.input_index] - CUT_OFF_TOLERANCE:
+                lag_states[k] = travel_ratio
 
 
 @jit_in_place
@@ -237,11 +231,9 @@ def integrate_multibody_to_event(
     states: FloatArray,
 ) -> tuple[IntegrationStatus, float, int, float]:
     """Integrate as `integrate_multibody` does, up to the first event."""
+    _update_holds(equation, 0.0, state)
     _disarm_kinks(equation, buffers, 0.0, state)
-    result = _integrate_to_event(equation, buffers, span, span[0], state, limits, times, states)
-    if result[0] == IntegrationStatus.EVENT:
-        _update_holds(equation, result[3] - span[0], state)
-    return result
+    return _integrate_to_event(equation, buffers, span, span[0], state, limits, times, states)
 
 
 @jit_in_place
@@ -257,6 +249,7 @@ def integrate_multibody_over_kinks(
     """Integrate as `integrate_multibody` does; steps end at kinks of the forces, which event functions locate."""
     (time, end), step, n_reached = span, limits.step, 0
     while True:
+        _update_holds(equation, time - span[0], state)
         _disarm_kinks(equation, buffers, time - span[0], state)
         next_limits = StepLimits(limits.tolerance, step, limits.max_step, limits.max_steps, limits.min_stiff_steps)
         status, step, n_new, time = _integrate_to_event(
@@ -265,7 +258,6 @@ def integrate_multibody_over_kinks(
         n_reached += n_new
         if status != IntegrationStatus.EVENT:
             return status, step, n_reached, time
-        _update_holds(equation, time - span[0], state)
 
 
 @jit_in_place

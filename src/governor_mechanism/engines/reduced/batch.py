@@ -102,7 +102,7 @@ class ReducedBatch:
 
     @property
     def rows_at_once(self) -> int:
-        """Number of rows to run at once: so many that what they share costs little, and so few that their readings take little memory."""
+        """Number of rows to run at once: enough to share what is common to all, few enough to keep their readings in little memory."""
         n_numbers = 2 * len(self._request.times) * (1 + len(self.names))
         return max(1, min(MAX_ROWS_AT_ONCE, MAX_NUMBERS_AT_ONCE // n_numbers))
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from governor_mechanism.effects.gas_pressure import gas_work
+from governor_mechanism.effects.gas_pressure import work_per_stroke
 from governor_mechanism.effects.piston_masses import PistonMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import values_of
@@ -160,7 +160,7 @@ class FlywheelEngine(FlywheelEngineDimensions):
         if self.load_torque is not None:
             yield Torque(name=LOAD, first=FLYWHEEL, second=GROUND, moment=_as_input(self.load_torque))
         elif self.load_damping is None:
-            work = _work_per_stroke(gases) if self.load_pressure is None else self.area * self.load_pressure * self.stroke
+            work = _closing_work(gases) if self.load_pressure is None else self.area * self.load_pressure * self.stroke
             if self.load_pressure is None and not work > 0:
                 raise MechanismError(
                     f"the engine can carry no load: in a stroke the gas does {work:.6g} J of work on the shaft; increase "
@@ -172,7 +172,7 @@ class FlywheelEngine(FlywheelEngineDimensions):
         """Yield a sentence about a cycle that a given load pressure does not close."""
         if self.load_pressure is None or any(gas.strokes_differ for gas in gases):
             return
-        gained, full_work = _work_per_stroke(gases) - self.area * self.load_pressure * self.stroke, self.area * self.stroke
+        gained, full_work = work_per_stroke(gases) - self.area * self.load_pressure * self.stroke, self.area * self.stroke
         if abs(gained) > CLOSED_CYCLE_TOLERANCE * full_work * self.supply_pressure:
             closing = self.load_pressure + gained / full_work
             yield (
@@ -226,16 +226,12 @@ def expansion_gas(mechanism: Mechanism, opening: float, cut_off: float) -> Cylin
     return replace(gases[EXPANSION], pressure=pressure, switch_travel=cut_off, cut_off=None)
 
 
-def _work_per_stroke(gases: tuple[CylinderGas, ...]) -> float:
+def _closing_work(gases: tuple[CylinderGas, ...]) -> float:
     """Return the work of gas on the shaft in a stroke, J. Raise MechanismError if throttle or cut-off moves."""
-    work = 0.0
-    for gas in gases:
-        if gas.strokes_differ:
-            moving = "throttle" if gas.throttle is not None else "cut-off"
-            raise MechanismError(f"the {moving} moves, so that no load closes the cycle all the time; give load_pressure or load_torque")
-        opening = 1.0 if gas.throttle is None else gas.throttle.values[0]
-        work += opening * float(gas_work(gas.coefficients, gas.stroke, math.pi))
-    return work
+    if moving := next((gas for gas in gases if gas.strokes_differ), None):
+        name = "cut-off" if moving.throttle is None else "throttle"
+        raise MechanismError(f"the {name} moves, so that no load closes the cycle all the time; give load_pressure or load_torque")
+    return work_per_stroke(gases)
 
 
 @dataclass(frozen=True, kw_only=True)

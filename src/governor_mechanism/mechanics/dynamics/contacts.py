@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.inputs import NOT_HELD, evaluate_reading_function, output_of_reading
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.mechanics.dynamics.output_forces import travel_in_stroke
+from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
+from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.force_elements import CylinderGas
@@ -293,7 +295,7 @@ def has_kinks(scene: Scene) -> bool:
 
 
 def initial_lags(scene: Scene, poses: FloatArray, velocities: FloatArray) -> FloatArray:
-    """Return the states of the lags and holds at the start: each begins at the value that it follows.
+    """Return the states of the lags and holds at the start: each begins at the value that it follows, unless its cut-off is still ahead.
 
     Parameters
     ----------
@@ -316,13 +318,21 @@ def initial_lags(scene: Scene, poses: FloatArray, velocities: FloatArray) -> Flo
         value = np.sum(output.gradient * velocities) if is_rate else output.value
         return evaluate_reading_function(function, float(value))
 
-    values = list[float]()
-    for owner in lagged_functions_of(scene):
-        if isinstance(owner, ReadingFunction):
-            values.append(evaluate(owner))
-        elif owner.hold is StrokeHold.FROM_CUT_OFF:
-            values.append(NOT_HELD)
-        else:
-            total = float(CubicTimeFunction(owner)(np.zeros(1))[0]) + sum(evaluate(function) for function in owner.functions)
-            values.append(total * math.prod(evaluate(function) for function in owner.factors))
-    return np.array(values)
+    def evaluate_held(load: InputFunction) -> float:
+        total = float(CubicTimeFunction(load)(np.zeros(1))[0]) + sum(evaluate(function) for function in load.functions)
+        value = total * math.prod(evaluate(function) for function in load.factors)
+        is_ahead = load.hold is StrokeHold.FROM_CUT_OFF and _travel_in_stroke(scene, load, poses) < value
+        return NOT_HELD if is_ahead else value
+
+    return np.array(
+        [evaluate(owner) if isinstance(owner, ReadingFunction) else evaluate_held(owner) for owner in lagged_functions_of(scene)]
+    )
+
+
+def _travel_in_stroke(scene: Scene, switch: InputFunction, poses: FloatArray) -> float:
+    """Return the travel since the last dead centre, relative to the stroke, of the piston whose gas has a switch."""
+    gases = (element for element in scene.mechanism.force_elements if isinstance(element, CylinderGas))
+    gas = next(one for one in gases if one.switch is switch)
+    rows = (rows_of_readings(scene.mechanism, [reading], {}) for reading in (gas.travel, gas.crank_angle))
+    travel, crank_angle = (float(OutputDerivatives(row, poses).value) for row in rows)
+    return travel_in_stroke(1.0 / gas.stroke, travel, crank_angle)

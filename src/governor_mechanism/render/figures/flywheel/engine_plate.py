@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from governor_mechanism.effects.gas_pressure import gas_pressure
+from governor_mechanism.effects.gas_pressure import pressure_in_stroke
 from governor_mechanism.machines.flywheel_engine.machine import expansion_gas
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.trajectory import Trajectory
@@ -124,17 +124,11 @@ def _cylinders(run: Trajectory) -> list[tuple[str, str, tuple[CylinderGas, ...]]
 def _draw_indicator(panel: Panel, run: Trajectory, name: str, colour: str, gases: tuple[CylinderGas, ...]) -> None:
     """Draw the pressure on one face of a piston over a turn."""
     travel = np.linspace(0.0, 1.0, _N_CURVE_POINTS)
-    outward = _pressure(gases[0], travel)
-    homeward = np.full_like(travel, gases[0].back_pressure / _PA_PER_BAR) if len(gases) == 1 else _pressure(gases[1], 1 - travel)
-    draw_loop(panel, 100 * travel, outward, homeward, colour)
+    outward = pressure_in_stroke(gases[0], travel)
+    homeward = np.full_like(travel, gases[0].back_pressure) if len(gases) == 1 else pressure_in_stroke(gases[1], 1 - travel)
+    draw_loop(panel, 100 * travel, outward / _PA_PER_BAR, homeward / _PA_PER_BAR, colour)
     dimensions = run.scene.part.dimensions
     finish_indicator_panel(panel, dimensions["supply_pressure"], dimensions["atmospheric_pressure"], name, colour)
-
-
-def _pressure(gas: CylinderGas, travel: FloatArray) -> FloatArray:
-    """Return the pressure (n,) in bar in a forward stroke, at travels (n,) relative to the stroke."""
-    pressure: FloatArray = gas_pressure(gas.coefficients, travel * gas.stroke, np.full_like(travel, 0.5 * np.pi)) / _PA_PER_BAR
-    return pressure
 
 
 def _draw_over_turns(panel: Panel, run: Trajectory, values: FloatArray, colour: str) -> None:

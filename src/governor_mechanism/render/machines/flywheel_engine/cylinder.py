@@ -8,9 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
-from governor_mechanism.effects.gas_pressure import gas_pressure
+from governor_mechanism.effects.gas_pressure import pressure_in_stroke
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.render.geometry.outlines import make_hatching, make_rectangle
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, round_step
@@ -81,10 +79,10 @@ class CylinderView:
         return self.shaft_side_pressure(1 - relative_travel, not is_return)
 
     def _pressure_behind(self, stroke_travel: float) -> float:
-        return _pressure(self.driving, stroke_travel)
+        return float(pressure_in_stroke(self.driving, stroke_travel))
 
     def _pressure_in_front(self, stroke_travel: float) -> float:
-        return self.back_pressure if self.resisting is None else _pressure(self.resisting, stroke_travel)
+        return self.back_pressure if self.resisting is None else float(pressure_in_stroke(self.resisting, stroke_travel))
 
     @cached_property
     def _drawn_clearance(self) -> float:
@@ -156,11 +154,6 @@ class CylinderView:
         return GAS_ROLES[0 if share > 2 / 3 else 1 if share > 1 / 3 else 2]
 
 
-def _pressure(gas: CylinderGas, stroke_travel: float) -> float:
-    """Return the pressure of a gas (Pa) in a forward stroke, at a travel relative to the stroke."""
-    return float(gas_pressure(gas.coefficients, stroke_travel * gas.stroke, np.float64(0.5 * np.pi)))
-
-
 def highest_pressure(gases: Iterable[CylinderGas]) -> float:
     """Return the highest pressure of gases in a stroke, Pa."""
-    return max(_pressure(gas, travel) for gas in gases for travel in (0.0, 0.5, 1.0))
+    return max(float(pressure_in_stroke(gas, travel)) for gas in gases for travel in (0.0, 0.5, 1.0))
