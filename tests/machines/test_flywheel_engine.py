@@ -363,6 +363,20 @@ def test_a_cut_off_behind_the_start_lets_in_no_more(degrees):
     assert np.max(np.abs(run.readings["shaft_speed"] - exact)) < 1e-8
 
 
+def test_each_of_two_engines_reads_its_cut_off_at_its_own_dead_centres():
+    documents, alone = {}, {}
+    for name, start in (("first", 0.0), ("second", 0.5 * math.pi)):
+        document = air_engine_document({"cut_off": MOVING_CUT_OFFS["readings"], "load_torque": 300.0}, duration=1.5)
+        document["start"]["crank_angle"] = start
+        alone[name] = run_with("multibody", parse_scene_document(document))
+        documents[name] = {key: value for key, value in document.items() if key != "run"}
+    together = run_with("multibody", parse_scene_document({"run": document["run"], "part": documents}))
+    for name, run in alone.items():
+        for reading in ("shaft_speed", "cut_off"):
+            values = together.readings[f"{name}.{reading}"]
+            assert values == pytest.approx(run.readings[reading], abs=1e-8), (name, reading)  # a hundred times the accuracy of both
+
+
 def test_a_governor_sets_the_cut_off_at_dead_centres():
     document = governed_cut_off_document()
     run = MultibodyEngine().run(parse_scene_document(document))
