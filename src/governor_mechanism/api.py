@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics
     from governor_mechanism.model.scene import Scene
     from governor_mechanism.model.trajectory import Trajectory
+    from governor_mechanism.statics.controlling_force import ControllingForce
     from governor_mechanism.statics.equilibria import Equilibrium
     from governor_mechanism.statics.linearisation import Linearisation
     from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from governor_mechanism.studies.flywheel.design import FlywheelDesign
     from governor_mechanism.studies.hard_cases.results import HardCasesReport
     from governor_mechanism.studies.kernel_compilation import KernelCompilation
+    from governor_mechanism.studies.regulation.load_change import LoadChangeStudy
     from governor_mechanism.studies.sweep.results import Sweep
     from governor_mechanism.studies.valve_gears import ValveGears
     from governor_mechanism.studies.valve_timing import ValveTiming
@@ -283,6 +285,75 @@ def speed_curve(
     from governor_mechanism.statics.speed_curve import compute_speed_curve
 
     return compute_speed_curve(_as_rotating_part(scene), points, resistance=resistance, against=against)
+
+
+def controlling_force(
+    scene: SceneSource,
+    over: FloatValues | None = None,
+    *,
+    points: int = 500,
+    between: Mapping[str, Sequence[float | str]] | None = None,
+    speed_change: float = 0.01,
+    resistance: float | str | None = None,
+    against: str = "sleeve_lift",
+    radius: str | None = None,
+    balls: int | None = None,
+) -> ControllingForce:
+    """Return the controlling force on a ball of a governor against its radius, with effort, power and sensitiveness.
+
+    The controlling force C is the centripetal force that weights and springs exert on each of n balls: n C dr = dV by virtual work, with
+    the potential V and the distance r of a ball from the spindle. In equilibrium it is m w^2 r. The effort is the mean force at the sleeve
+    while it yields to a relative change of speed, the power this force times the travel of the sleeve, and the sensitiveness the range of
+    speed over the mean speed in the working range.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene; of several parts, the one that turns with a spindle, alone.
+    over
+        Values of the leading coordinate, SI; shape (n,). None for the whole travel.
+    points
+        Number of points over the whole travel; at least 2.
+    between
+        Working range: two values of one reading, SI numbers or text with a unit, as {"sleeve_lift": ("20 mm", "60 mm")}. None for the
+        stops of the scene, or for the travel.
+    speed_change
+        Relative change of speed for effort and power; above 0 and at most 1.
+    resistance
+        Resistance along the reading of the sleeve, N or N m, or text with a unit; None for none.
+    against
+        Name of the reading of the sleeve.
+    radius
+        Name of the reading that is the distance of a ball from the spindle axis; None if the mechanism has only one.
+    balls
+        Number of balls that share the force; None for two if the mechanism has a mirror image of the ball, and else one.
+
+    Returns
+    -------
+    ControllingForce
+        Controlling force, slopes and stability, effort and power at each position, and the working range.
+
+    Raises
+    ------
+    MechanismError
+        If no spindle speed can balance the loads, the mechanism does not have one degree of freedom or no such radius, or an argument is
+        wrong.
+
+    References
+    ----------
+    M. Tolle, Regelung der Kraftmaschinen; Th. Bevan, The Theory of Machines, chapter on governors.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> curve = gm.controlling_force("porter", between={"arm_angle": ("20 deg", "45 deg")})
+    >>> round(curve.working_range.sensitiveness, 3)
+    0.22
+    """
+    from governor_mechanism.statics.controlling_force import compute_controlling_force
+
+    options: dict[str, Any] = {"between": between, "speed_change": speed_change, "against": against, "radius": radius, "balls": balls}
+    return compute_controlling_force(_as_rotating_part(scene), over, points=points, resistance=resistance, **options)
 
 
 def insensitivity_band(scene: SceneSource, over: FloatValues, resistance: float | str, against: str = "sleeve_lift") -> InsensitivityBand:
@@ -676,6 +747,57 @@ def valve_gears(scenes: SceneSource | Sequence[SceneSource] = (), count: int = 4
 
     sources: Sequence[SceneSource] = [scenes] if isinstance(scenes, str | Path | Scene) else scenes
     return compare_valve_gears([_as_scene(scene) for scene in sources or SHIPPED_GEARS], count)
+
+
+def load_change_study(
+    scene: SceneSource,
+    load_step: str | Sequence[float] = (1.0, 0.5),
+    *,
+    at: float | str | None = None,
+    ramp: float | str = 0.0,
+    engine: str = "auto",
+    accuracy: float | None = None,
+) -> LoadChangeStudy:
+    """Change the load of a governed engine and measure how the governor answers.
+
+    The run starts in the equilibrium under the first load; speeds are averaged over a turn of the shaft.
+
+    Parameters
+    ----------
+    scene
+        A scene with a `[load]` under a governor, the path of a file, or the name of a shipped scene.
+    load_step
+        Load before and after the change, relative to `load.rated_torque`: two numbers, or a text such as "100%:50%".
+    at
+        Time of the change, s, or text with a unit; a tenth of the duration if None.
+    ramp
+        Duration of the change, s, or text with a unit; 0 for a step.
+    engine
+        Name of an engine; "auto" uses the engine of the scene.
+    accuracy
+        Accuracy of the run, relative to the scale of each reading; that of the scene if None.
+
+    Returns
+    -------
+    LoadChangeStudy
+        Droop, overshoot, settling time, hunting, energies and the run; it prints as a table.
+
+    Raises
+    ------
+    MechanismError
+        If the scene is no governed engine, the first load has no equilibrium, or an argument is wrong.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> gm.load_change_study("governed_engine_mean_torque", "100%:50%").verdict  # doctest: +SKIP
+    """
+    from governor_mechanism.studies.regulation.load_change import parse_load_step, study_load_change
+    from governor_mechanism.units.quantities import parse_quantity
+
+    begin, duration = None if at is None else parse_quantity(at, "time", "at"), parse_quantity(ramp, "time", "ramp")
+    fractions = parse_load_step(load_step)
+    return study_load_change(_as_scene(scene), fractions, at=begin, ramp=duration, engine=engine, accuracy=accuracy)
 
 
 def design_flywheel(**inputs: float | str) -> FlywheelDesign:

@@ -104,6 +104,11 @@ def _report_failure(error: BaseException, *, as_json: bool) -> int:
     raise error
 
 
+def first_sentence(command: Callable[..., object]) -> str:
+    """Return the first paragraph of the docstring of a command, for the list of commands."""
+    return (command.__doc__ or "").split("\n\n")[0].replace("\n", " ")
+
+
 def prepare_folder(out: Path) -> None:
     """Create the output folder; raise MechanismError if a file has its name."""
     if out.exists() and not out.is_dir():

@@ -8,7 +8,6 @@ from __future__ import annotations
 import gc
 import os
 import sys
-from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -18,7 +17,8 @@ import typer
 import governor_mechanism as gm
 from governor_mechanism.cli import console
 from governor_mechanism.cli.design import design
-from governor_mechanism.cli.studies import accuracy, effects, hard_cases, regulation, sweep, valve_gears
+from governor_mechanism.cli.regulation import regulation_app
+from governor_mechanism.cli.studies import accuracy, effects, hard_cases, sweep, valve_gears
 from governor_mechanism.files.plain_values import finite_or_none
 
 if TYPE_CHECKING:
@@ -163,7 +163,14 @@ def equilibria(
     resistance: Annotated[
         str | None, typer.Option(help='Friction at a reading, for example "40 N": compute and draw the insensitivity band.')
     ] = None,
-    against: Annotated[str, typer.Option(help="The reading along which the resistance acts.")] = "sleeve_lift",
+    against: Annotated[str, typer.Option(help="The reading of the sleeve, along which resistance and effort act.")] = "sleeve_lift",
+    working_range: Annotated[
+        str | None,
+        typer.Option(
+            "--range", help='Working range for the sensitiveness, "READING=LOW:HIGH"; by default that of the stops, or the whole travel.'
+        ),
+    ] = None,
+    speed_change: Annotated[float | None, typer.Option(help="Relative change of speed for effort and power; by default 0.01.")] = None,
     linearise: Annotated[
         bool,
         typer.Option("--linearise", help="Instead: eigenvalues and modes with all dampers, about each equilibrium or steady rotation."),
@@ -173,7 +180,7 @@ def equilibria(
     no_figure: console.NoFigure = False,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
-    """Find all equilibria at a speed and their stability; draw the speed curve."""
+    """Find all equilibria at a speed and their stability; draw the speed curve and the controlling force."""
     from governor_mechanism.cli.summary import report_equilibria, report_linearisation
     from governor_mechanism.units.quantities import parse_quantity
 
@@ -183,13 +190,14 @@ def equilibria(
         with console.show_status("linearising"):
             return report_linearisation(loaded_scene, spindle_speed, limit)
     console.prepare_folder(out)
-    report = report_equilibria(loaded_scene, spindle_speed, resistance, against)
+    report = report_equilibria(loaded_scene, spindle_speed, resistance, against, working_range, speed_change)
     files = [] if no_figure or report.curve is None else _write_speed_curve_figures(report, report.curve, out)
     return console.CommandResult(text=[report.scene.title, *report.lines()], values=report.as_json(), files=files)
 
 
 def _write_speed_curve_figures(report: EquilibriaReport, curve: SpeedCurve, out: Path) -> list[Path]:
-    """Draw the speed curve, and Zehnder's plate for the governors that it covers."""
+    """Draw the speed curve, the controlling force if there are balls, and Zehnder's plate for the governors that it covers."""
+    from governor_mechanism.render.figures.controlling_force import controlling_force_figure
     from governor_mechanism.render.figures.parabolic.isochronous_data import has_isochronous_parabolas
     from governor_mechanism.render.figures.parabolic.isochronous_plate import isochronous_figure
     from governor_mechanism.render.figures.speed_curve import speed_curve_figure
@@ -197,6 +205,9 @@ def _write_speed_curve_figures(report: EquilibriaReport, curve: SpeedCurve, out:
     scene, stem = report.scene, Path(report.scene.source).stem
     points = [equilibrium for equilibrium, _ in report.points]
     files = [speed_curve_figure(scene, curve, points).save_png(out / f"{stem}_characteristic.png")]
+    forces = report.controlling_force.curve if report.controlling_force else None
+    if forces is not None:
+        files.append(controlling_force_figure(scene, forces, points).save_png(out / f"{stem}_controlling_force.png"))
     if has_isochronous_parabolas(scene):
         files.append(isochronous_figure(scene).save_png(out / f"{stem}_parabolas.png"))
     return files
@@ -223,13 +234,10 @@ def _write_results(result: Trajectory, out: Path, stem: str, film: FilmFormat | 
     return written
 
 
-def _first_sentence(command: Callable[..., object]) -> str:
-    return (command.__doc__ or "").split("\n\n")[0].replace("\n", " ")
-
-
-for command in (models, run, crosscheck, equilibria, accuracy, effects, regulation, sweep, hard_cases, valve_gears, design):
-    app.command(short_help=_first_sentence(command))(console.guarded_command(command))
-app.command("compile", short_help=_first_sentence(compile_kernels))(console.guarded_command(compile_kernels))
+for command in (models, run, crosscheck, equilibria, accuracy, effects, sweep, hard_cases, valve_gears, design):
+    app.command(short_help=console.first_sentence(command))(console.guarded_command(command))
+app.command("compile", short_help=console.first_sentence(compile_kernels))(console.guarded_command(compile_kernels))
+app.add_typer(regulation_app, name="regulation")
 
 
 if __name__ == "__main__":

@@ -1,12 +1,10 @@
-"""The commands of the studies: `accuracy`, `effects`, `regulation`, `sweep`, `hard-cases`, `valve-gears`.
+"""The commands of the studies: `accuracy`, `effects`, `sweep`, `hard-cases`, `valve-gears`.
 
 Heavy imports are made when a command needs them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,7 +14,7 @@ import governor_mechanism as gm
 from governor_mechanism.cli import console
 
 if TYPE_CHECKING:
-    from governor_mechanism.types import FloatArray
+    pass
 
 
 def accuracy(
@@ -70,51 +68,6 @@ def effects(
 
         files.append(effect_ablation_figure(study).save_png(out / f"{Path(loaded_scene.source).stem or 'scene'}_effects.png"))
     return console.CommandResult(text=[study], values=study.as_json(), files=files)
-
-
-class RegulationStudy(StrEnum):
-    """Studies of the regulation by a governor."""
-
-    CYCLIC = "cyclic"
-    CLEARANCE = "clearance"
-    SETTLING = "settling"
-    JUMP = "jump"
-
-
-def regulation(
-    study: Annotated[RegulationStudy, typer.Argument(help="The study to make.")],
-    scene: Annotated[
-        str, typer.Argument(help="A scene file or the name of a shipped scene; by default the shipped scene of the study.")
-    ] = "",
-    out: console.FigureFolder = console.RESULTS_FOLDER,
-    as_json: console.AsJson = False,
-) -> console.CommandResult:
-    """Study how a governor regulates, with many runs each.
-
-    cyclic: amplitude of the cyclic sleeve motion against the speed fluctuation. clearance: the same against the clearance.
-    settling: settling time against the damping. jump: delay of the jump at a fold against the ramp rate of the speed.
-    """
-    from governor_mechanism.engines.rotating_part import rotating_part_alone
-    from governor_mechanism.render.figures import regulation as figures
-    from governor_mechanism.studies.regulation import cyclic_irregularity as cyclic
-    from governor_mechanism.studies.regulation import fold_jump
-    from governor_mechanism.studies.regulation import settling_time as settling
-
-    # By study: its default scenes, its function, the values of its curve, and its figure, of all results if there are several scenes.
-    studies: dict[str, tuple[Sequence[str], Callable[..., Any], FloatArray, Callable[..., Any]]] = {
-        "cyclic": (["porter_cyclic"], cyclic.study_cyclic_motion, cyclic.FLUCTUATION_RATIOS, figures.cyclic_figure),
-        "clearance": (["porter_clearance", "watt_clearance"], cyclic.study_clearance, cyclic.CLEARANCES, figures.clearance_figure),
-        "settling": (["porter_load_step"], settling.study_settling, settling.DAMPING_COEFFICIENTS, figures.settling_figure),
-        "jump": (["watt_improved"], fold_jump.study_fold_jump, fold_jump.RAMP_RATES, figures.fold_jump_figure),
-    }
-    console.prepare_folder(out)
-    path = out / f"{study.value}.png"
-    default_scenes, make_study, values, draw_figure = studies[study]
-    with console.show_status("running"):
-        results = [make_study(rotating_part_alone(gm.load(name)), values) for name in ([scene] if scene else default_scenes)]
-        draw_figure(results if len(default_scenes) > 1 else results[0]).save_png(path)
-    conclusions = [result.conclusion for result in results]
-    return console.CommandResult(text=conclusions, values={"study": study, "conclusions": conclusions}, files=[path])
 
 
 def sweep(

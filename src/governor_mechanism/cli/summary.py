@@ -7,6 +7,7 @@ from typing import ParamSpec, TypeVar
 
 from governor_mechanism import api
 from governor_mechanism.cli.console import CommandResult
+from governor_mechanism.cli.controlling_force import ControllingForceReport, report_controlling_force
 from governor_mechanism.engines.rotating_part import rotating_part_alone
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.plain_values import finite_or_none, plain_record
@@ -28,7 +29,7 @@ _Result = TypeVar("_Result")
 
 @dataclass(frozen=True, kw_only=True)
 class EquilibriaReport:
-    """The equilibria of a scene, and its speed curve if it has one.
+    """The equilibria of a scene, and its speed curve and controlling force if it has an equilibrium speed.
 
     With each equilibrium goes its insensitivity band, the reason why there is none, or None if no resistance is given.
     """
@@ -36,38 +37,59 @@ class EquilibriaReport:
     scene: Scene
     points: Sequence[tuple[Equilibrium, InsensitivityBand | str | None]]
     curve: SpeedCurve | None
+    controlling_force: ControllingForceReport | None
 
     def lines(self) -> list[str]:
-        """Return one line per equilibrium, each followed by its insensitivity band, and one per jump."""
+        """Return one line per equilibrium, each followed by its insensitivity band, one per jump, and those on the controlling force."""
         scene, lines = self.scene, []
         name = format_reading_name(scene.part.mechanism.coordinate)
         for equilibrium, band in self.points:
             lines.append(f"{name} {_format_position(scene, equilibrium)}: {_format_stability(scene, equilibrium)}")
             lines += [] if band is None else [f"  {_format_band(scene, band)}"]
         folds = self.curve.folds if self.curve else ()
-        return lines + [f"jumps at {format_coordinate(scene, at)}, {format_quantity(speed, 'rad/s')}" for at, speed in folds]
+        lines += [f"jumps at {format_coordinate(scene, at)}, {format_quantity(speed, 'rad/s')}" for at, speed in folds]
+        return lines + (self.controlling_force.lines() if self.controlling_force else [])
 
     def as_json(self) -> dict[str, object]:
-        """Return equilibria and speed curve in SI; instead of a missing insensitivity band, the reason."""
+        """Return equilibria, speed curve and controlling force in SI; instead of what is missing, the reason."""
         rows = [_equilibrium_values(*point) for point in self.points]
         values = {"coordinate": self.scene.part.mechanism.coordinate, "undamped": has_damping(self.scene), "equilibria": rows}
         curve = self.curve
         if curve is None:
             return values
         folds = [{"coordinate": value, "speed": at} for value, at in curve.folds]
-        return {**values, "folds": folds, "poles": curve.poles, "low_end": curve.low_end_message, "high_end": curve.high_end_message}
+        values |= {"folds": folds, "poles": curve.poles, "low_end": curve.low_end_message, "high_end": curve.high_end_message}
+        return values | ({} if self.controlling_force is None else {"controlling_force": self.controlling_force.as_json()})
 
 
-def report_equilibria(scene: Scene, spindle_speed: float | None, resistance: str | None, against: str) -> EquilibriaReport:
-    """Find the equilibria of the part that turns with a spindle, and their insensitivity bands with a resistance at a reading."""
+def report_equilibria(
+    scene: Scene,
+    spindle_speed: float | None,
+    resistance: str | None,
+    against: str,
+    working_range: str | None = None,
+    speed_change: float | None = None,
+) -> EquilibriaReport:
+    """Find the equilibria of the part that turns with a spindle, and their insensitivity bands with a resistance at a reading.
+
+    A working range "READING=LOW:HIGH" and a relative change of speed are those of sensitiveness, effort and power.
+    """
     scene = rotating_part_alone(scene)
     force = None if resistance is None else _parse_resistance(scene, resistance, against)
     points = api.equilibria(scene, spindle_speed)
-    curve = api.speed_curve(scene, resistance=force, against=against) if has_equilibrium_speed(scene) else None
+    curve, controlling_force = None, None
+    if working_range is not None or speed_change is not None:
+        require_equilibrium_speed(scene)
+    if has_equilibrium_speed(scene):
+        curve = api.speed_curve(scene, resistance=force, against=against)
+        controlling_force = report_controlling_force(
+            scene, points, working_range=working_range, speed_change=speed_change, resistance=force, against=against
+        )
     bands = [
         None if force is None else _result_or_reason(api.insensitivity_band, scene, [point.coordinate], force, against) for point in points
     ]
-    return EquilibriaReport(scene=scene, points=list(zip(points, bands, strict=True)), curve=curve)
+    rows = list(zip(points, bands, strict=True))
+    return EquilibriaReport(scene=scene, points=rows, curve=curve, controlling_force=controlling_force)
 
 
 def _parse_resistance(scene: Scene, text: str, against: str) -> float:

@@ -68,6 +68,11 @@ class ForceElement:
         """Field of each parameter that a control may set though it is no load, by the name of the parameter."""
         return {}
 
+    @property
+    def control_unit(self) -> float:
+        """Value of the field of a controlled parameter where the parameter is 1, SI."""
+        return 1.0
+
     def __post_init__(self) -> None:
         first, second = self.bodies
         if first == second:
@@ -192,6 +197,29 @@ class Torque(_RotationalElement):
     """
 
     moment: InputFunction
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeanGasTorque(Torque):
+    """The torque of gas in cylinders averaged over a turn; a throttle sets a part of it.
+
+    Attributes
+    ----------
+    full_torque
+        Torque with an open throttle, N m.
+    """
+
+    full_torque: float = measured("N m")
+
+    @property
+    def controlled_parameters(self) -> Mapping[str, str]:
+        """The throttle, which has the name of the element."""
+        return {self.name.rpartition(".")[2]: "moment"}
+
+    @property
+    def control_unit(self) -> float:
+        """Torque with an open throttle, N m."""
+        return self.full_torque
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from governor_mechanism.errors import MechanismError, require_finite, require_not_negative
@@ -31,6 +31,10 @@ class ReadingFunction:
         require_not_negative(self.lag, "s", f"lag of the function of {self.reading!r}")
         require_valid_fields(self, f"the function of {self.reading!r}")
 
+    def scaled(self, factor: float) -> ReadingFunction:
+        """Return the function times a factor."""
+        raise NotImplementedError
+
 
 @dataclass(frozen=True, kw_only=True)
 class LinearFunction(ReadingFunction):
@@ -46,6 +50,10 @@ class LinearFunction(ReadingFunction):
 
     gain: float = measured("")
     about: float = measured("", default=0.0)
+
+    def scaled(self, factor: float) -> LinearFunction:
+        """Return the function times a factor."""
+        return replace(self, gain=self.gain * factor)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +80,10 @@ class TableFunction(ReadingFunction):
             require_finite(number, "", f"number in {what}")
         require_rising(self.positions, f"the readings in {what}")
 
+    def scaled(self, factor: float) -> TableFunction:
+        """Return the function times a factor."""
+        return replace(self, values=tuple(value * factor for value in self.values))
+
 
 @dataclass(frozen=True, kw_only=True)
 class HarmonicFunction(ReadingFunction):
@@ -91,6 +103,11 @@ class HarmonicFunction(ReadingFunction):
             raise MechanismError(f"the harmonics of {self.reading!r} are missing; give [[order, cosine, sine], ...]")
         for number in (number for harmonic in self.harmonics for number in harmonic):
             require_finite(number, "", f"harmonic of {self.reading!r}")
+
+    def scaled(self, factor: float) -> HarmonicFunction:
+        """Return the function times a factor."""
+        harmonics = tuple((order, cosine * factor, sine * factor) for order, cosine, sine in self.harmonics)
+        return replace(self, harmonics=harmonics)
 
 
 class StrokeHold(Enum):
@@ -143,6 +160,11 @@ class InputFunction:
     def depends_on_readings(self) -> bool:
         """Whether the value depends on a reading."""
         return bool(self.functions or self.factors)
+
+    def scaled(self, factor: float) -> InputFunction:
+        """Return the input times a factor."""
+        functions = tuple(function.scaled(factor) for function in self.functions)
+        return replace(self, values=tuple(value * factor for value in self.values), functions=functions)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from governor_mechanism.mechanics.kinematics.coordinate_assembly import Coordina
 from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.model.force_elements import CylinderGas, ForceElement
+from governor_mechanism.model.force_elements import CylinderGas, ForceElement, MeanGasTorque
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import (
     AppliedTorque,
@@ -111,6 +111,9 @@ def find_first_control_exit(scene: Scene, history: StateHistory) -> tuple[int, s
 
 def _controlled_value(scene: Scene, output: ControlledValue, history: StateHistory) -> FloatArray:
     """Return the value (n,) of a throttle or a cut-off."""
+    element = next(one for one in scene.mechanism.force_elements if one.name == output.element)
+    if isinstance(element, MeanGasTorque):
+        return evaluate_load(scene, element.moment, history) / element.full_torque
     gas = _gas(scene.mechanism, output.element)
     control = gas.switch if output.is_switch else gas.throttle
     return evaluate_load(scene, control or gas.controlled_default(), history)

@@ -11,7 +11,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine, unsupported_effect_messages
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
+from governor_mechanism.model.coupling.coupled_system import LOAD_NAME, SPINDLE_ANGLE
 from governor_mechanism.model.coupling.couplings import Coupling, RatioCoupling
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Mechanism
@@ -21,7 +21,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes import schema
 from governor_mechanism.scenes.cross_validation import check_tables_together
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_effects
-from governor_mechanism.scenes.loads import parse_coupling
+from governor_mechanism.scenes.loads import LoadTable, parse_coupling
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.scenes.quantities import parse_name
 from governor_mechanism.scenes.table import validate
@@ -81,6 +81,9 @@ def _parse_parts(document: Mapping[str, Any], collector: ProblemCollector) -> _P
     tables = given if isinstance(given := document.get("part"), Mapping) else {}
     couplings = collector.parse_tables("coupling", document.get("coupling"), parse_coupling)
     coupled = {angle for coupling in couplings if isinstance(coupling, RatioCoupling) for angle in (coupling.first, coupling.second)}
+    if isinstance(load := document.get("load"), Mapping):
+        load_table = collector.attempt("load", validate, LoadTable, load)
+        couplings += [load_table.make_element(name=LOAD_NAME)] if load_table else []
     parts, quantities = [], dict[str, str]()
     for name, table in tables.items():
         part_collector = ProblemCollector()

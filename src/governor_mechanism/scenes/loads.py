@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Final
 
 from pydantic import Field, PlainValidator
 
-from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling, RatioCoupling
+from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling, LoadCoupling, RatioCoupling
 from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, ReadingFunction, TableFunction
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.scenes.quantities import SIGNS, Label, parse_first_fitting, parse_points, parse_si, parse_time_points, quantity
@@ -197,6 +197,21 @@ class ControlTable(SceneFileTable):
         quantity_name = kind if any(isinstance(value, str) for value in values) else ""
         target = self.scales or self.sets
         return ControlCoupling(function=function, target=target, scales=bool(self.scales), quantity=quantity_name, **arguments)
+
+
+def _parse_fraction(value: Any) -> InputFunction:
+    return parse_load(value, "ratio", "fraction", "not negative", ": a load resists")
+
+
+class LoadTable(SceneFileTable):
+    """[load]: what resists the shaft of an engine."""
+
+    element = LoadCoupling
+    example = '{ angle = "engine.crank_angle", rated_torque = "700 N m", fraction = [[0, 1.0], [5, 1.0], [5, 0.5]] }'
+
+    angle: Label = Field(description='the angle of the shaft, as "engine.crank_angle"')
+    rated_torque: Annotated[float, quantity("torque", "positive")] = Field(description='the torque at full load, as "700 N m"')
+    fraction: Annotated[Any, PlainValidator(_parse_fraction)] = None
 
 
 COUPLING_TABLES: SceneFileTables = {"gear": GearTable, "follow": FollowTable, "control": ControlTable}

@@ -65,6 +65,7 @@ class CoupledSceneTable(SceneFileTable):
     title: Title = None
     run: AnyTable = None
     events: AnyTable = None
+    load: AnyTable = None
     part: AnyTable = Field(description="the parts, one table [part.NAME] for each")
     coupling: AnyTable = None
 

@@ -13,7 +13,7 @@ from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, equilibrium_speed_slope_numerator
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import BoolArray, FloatArray
 from governor_mechanism.units.quantities import format_quantity, format_value, parse_quantity
 
 REMOVABLE_SINGULARITY_TOLERANCE = 1e-8
@@ -102,6 +102,13 @@ def equilibrium_speed_squared(coefficients: PathCoefficients, coordinate_scale: 
     force, gradient = np.where(is_removable, derivatives, values)
     speed_squared: FloatArray = np.divide(2 * force, gradient, out=np.full_like(gradient, -1.0), where=gradient != 0.0)
     return speed_squared
+
+
+def evaluate_stability(coefficients: PathCoefficients, speed_squared: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Return the stiffness (n,) at squared spindle speeds (n,), rad2/s2, and where it is zero within rounding (astatic)."""
+    load_stiffness, centrifugal_stiffness = coefficients.stiffness_terms(speed_squared)
+    stiffness: FloatArray = load_stiffness + centrifugal_stiffness
+    return stiffness, np.abs(stiffness) <= ASTATIC_TOLERANCE * (np.abs(load_stiffness) + np.abs(centrifugal_stiffness))
 
 
 def find_folds(reduction: SingleDofReduction, coefficients: PathCoefficients) -> tuple[tuple[float, float], ...]:

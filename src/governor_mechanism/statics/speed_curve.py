@@ -17,8 +17,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics import equilibrium_speed
-from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, sample_range_of_motion
-from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared
+from governor_mechanism.statics.adaptive_grid import sample_range_of_motion
+from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared, evaluate_stability
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_value
 
@@ -176,9 +176,8 @@ def compute_speed_curve(
     speed_squared = equilibrium_speed_squared(coefficients, reduction.coordinate_scale)
     has_equilibrium = speed_squared > 0.0
     speed_squared = np.where(has_equilibrium, speed_squared, 0.0)
-    load_stiffness, centrifugal_stiffness = coefficients.stiffness_terms(speed_squared)
-    stiffness, stiffness_magnitude = load_stiffness + centrifugal_stiffness, np.abs(load_stiffness) + np.abs(centrifugal_stiffness)
-    astatic = has_equilibrium & (np.abs(stiffness) <= ASTATIC_TOLERANCE * stiffness_magnitude)
+    stiffness, astatic = evaluate_stability(coefficients, speed_squared)
+    astatic &= has_equilibrium
     frequency_squared = stiffness / coefficients.inertia
     inertia_product = (reduction.free_spindle_inertia + coefficients.spindle_inertia) * coefficients.inertia
     free_spindle_term, is_defined = np.zeros_like(speed_squared), inertia_product > 0.0

@@ -8,6 +8,7 @@ from governor_mechanism.machines.slide_valve import rod_field
 from governor_mechanism.model.time_functions import InputFunction, TableFunction
 
 AT_DEAD_CENTRE, WITHIN_STROKE = "at dead centre", "within stroke"
+CYCLIC, MEAN = "cyclic", "mean"
 PUMP_DIMENSIONS = ("pump_area", "pump_stroke", "pump_clearance", "pump_connecting_rod")
 
 
@@ -52,6 +53,8 @@ class FlywheelEngineDimensions(Machine):
         Mass of the rim of the flywheel, kg.
     rim_radius
         Mean radius of the rim, m; without rim_mass it only sets the size of the drawing.
+    gas_torque
+        Whether the gas acts with its pressure at every crank angle, "cyclic", or with its torque averaged over a turn, "mean".
     load_pressure
         Mean useful pressure of a constant load torque, referred to the expansion piston, Pa; None for that with which the cycle closes.
     load_torque
@@ -79,6 +82,7 @@ class FlywheelEngineDimensions(Machine):
     inertia: float | None = optional_field("moment_of_inertia", "of shaft and flywheel")
     rim_mass: float | None = optional_field("mass", "of the rim of the flywheel, in place of inertia")
     rim_radius: float | None = optional_field("length", "from the shaft to the middle of the rim")
+    gas_torque: str = choice_field((CYCLIC, MEAN), "whether the torque of the gas follows its pressure, or is averaged over a turn")
     load_pressure: float | None = optional_field("pressure", "of the load; closing if left out", omission_word="closing", signed=True)
     load_torque: float | InputFunction | None = dimension_field(
         "torque", "of the load, in place of load_pressure", default=None, signed=True, is_load=True
@@ -89,7 +93,7 @@ class FlywheelEngineDimensions(Machine):
         """Return sentences about cylinders, pressures, wheel and load."""
         problems = [*self._cylinder_problems(), *self._pump_problems(), *self._wheel_problems(), *self._load_problems()]
         # Valves can only be judged for possible pressures.
-        return problems or [*self._valve_problems()]
+        return problems or [*self._valve_problems(), *self._mean_torque_problems()]
 
     def _cylinder_problems(self) -> Iterator[str]:
         """Yield sentences about cut-off, clearance, pressures and rods."""
@@ -160,6 +164,15 @@ class FlywheelEngineDimensions(Machine):
                 f"pump_clearance must be below {1 / excess:.6g} at these pressures, or the valves of the pump never open; "
                 f"got {self.pump_clearance:.6g}"
             )
+
+    def _mean_torque_problems(self) -> Iterator[str]:
+        """Yield sentences about what an average over a turn cannot show."""
+        if self.gas_torque != MEAN:
+            return
+        if isinstance(self.cut_off, InputFunction) and not self.cut_off.is_constant:
+            yield 'the cut-off moves, and gas_torque = "mean" takes a constant one; leave gas_torque out, or let a throttle move'
+        if self.throttle is not None and not self.supply_pressure > self.back_pressure:
+            yield "the throttle has no effect, because supply_pressure is not above back_pressure; leave throttle out"
 
 
 def _values_of_control(control: float | InputFunction) -> list[float]:

@@ -15,9 +15,9 @@ from governor_mechanism.effects.gas_pressure import work_per_stroke
 from governor_mechanism.effects.piston_masses import PistonMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import values_of
-from governor_mechanism.machines.flywheel_engine.dimensions import AT_DEAD_CENTRE, FlywheelEngineDimensions
+from governor_mechanism.machines.flywheel_engine.dimensions import AT_DEAD_CENTRE, MEAN, FlywheelEngineDimensions
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.force_elements import CylinderGas, ForceElement, Torque, TorsionDamper
+from governor_mechanism.model.force_elements import CylinderGas, ForceElement, MeanGasTorque, Torque, TorsionDamper
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import (
@@ -36,7 +36,7 @@ from governor_mechanism.model.output_variables import (
 from governor_mechanism.model.part import FIXED_PLANE
 from governor_mechanism.model.time_functions import InputFunction
 
-FLYWHEEL, SHAFT, LOAD, THROTTLE, EXPANSION = "flywheel", "shaft", "load", "throttle", "expansion"
+FLYWHEEL, SHAFT, LOAD, THROTTLE, EXPANSION, MEAN_GAS = "flywheel", "shaft", "load", "throttle", "expansion", "gas"
 CRANK_ANGLE = BodyAngle(name="crank_angle", quantity="angle", body=FLYWHEEL)
 
 CLOSED_CYCLE_TOLERANCE = 1e-9
@@ -77,7 +77,7 @@ class FlywheelEngine(FlywheelEngineDimensions):
             length_scale=0.5 * self.stroke,
             initial_guess=tuple(pose for _, pose in bodies),
             stall_limits=(StallLimit(reading=CRANK_ANGLE.name, body=FLYWHEEL, message=STALL_MESSAGE),),
-            force_elements=(*self._loads(gases), *gases),
+            force_elements=(*self._loads(gases), *(self._mean_torques(gases) if self.gas_torque == MEAN else gases)),
             derived_readings=tuple(self._derived_readings(gases)),
             notes=tuple(self._cycle_notes(gases)),
         )
@@ -153,6 +153,15 @@ class FlywheelEngine(FlywheelEngineDimensions):
         )
         return {"suction": suction, "delivery": delivery}
 
+    def _mean_torques(self, gases: tuple[CylinderGas, ...]) -> Iterator[ForceElement]:
+        """Yield the mean torque of the gas over a turn, and what the throttle adds to it: the work in a stroke over the angle of one."""
+        unthrottled = work_per_stroke(gas for gas in gases if gas.throttle is None) / math.pi
+        yield Torque(name=MEAN_GAS, second=FLYWHEEL, moment=InputFunction(values=(unthrottled,)))
+        for gas in (gas for gas in gases if gas.throttle is not None):
+            full_torque = work_per_stroke([replace(gas, throttle=None)]) / math.pi
+            moment = (gas.throttle or InputFunction()).scaled(full_torque)
+            yield MeanGasTorque(name=gas.name, second=FLYWHEEL, moment=moment, full_torque=full_torque)
+
     def _loads(self, gases: tuple[CylinderGas, ...]) -> Iterator[ForceElement]:
         """Yield the torque of the load, with which the ground holds the flywheel back, and what grows with the speed."""
         if self.load_damping is not None:
@@ -186,15 +195,18 @@ class FlywheelEngine(FlywheelEngineDimensions):
         angle = CRANK_ANGLE.name
         load_names = [name for name, given in (("load damping", self.load_damping), (LOAD, self.load_torque)) if given is not None]
         yield ShaftSpeed(name="shaft_speed", reading=angle)
-        yield AppliedTorque(name="gas_torque", reading=angle, elements=tuple(gas.name for gas in gases))
+        is_mean, throttles = self.gas_torque == MEAN, [gas.name for gas in gases if gas.throttle is not None]
+        elements = (MEAN_GAS, *throttles) if is_mean else tuple(gas.name for gas in gases)
+        yield AppliedTorque(name="gas_torque", reading=angle, elements=elements)
         yield AppliedTorque(name="load_torque", reading=angle, elements=tuple(load_names) or (LOAD,), sign=-1.0)
-        for gas in gases:
+        for gas in () if is_mean else gases:
             if gas.throttle is None:
                 elements = (gas.name,) if self.throttle is None or gas.name != EXPANSION else (gas.name, THROTTLE)
                 yield CylinderPressure(name=f"{gas.name}_pressure", elements=elements, reading=angle, scale=self.supply_pressure)
-            else:
-                yield ControlledValue(name="throttle_opening", element=gas.name)
-        yield ControlledValue(name="cut_off", element=EXPANSION, is_switch=True)
+        for name in throttles:
+            yield ControlledValue(name="throttle_opening", element=name)
+        if not is_mean:
+            yield ControlledValue(name="cut_off", element=EXPANSION, is_switch=True)
         yield StoredWork(name="stored_work")
 
 

@@ -5,12 +5,20 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling, check_gears, check_loads
+from governor_mechanism.model.coupling.couplings import (
+    ControlCoupling,
+    Coupling,
+    FollowCoupling,
+    GearCoupling,
+    LoadCoupling,
+    check_gears,
+    check_loads,
+)
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.force_elements import Torque
 from governor_mechanism.model.joints import GROUND, Gear, Point
 from governor_mechanism.model.mechanism import Mechanism, SecondMoments, Shaft
-from governor_mechanism.model.output_variables import BodyAngle
+from governor_mechanism.model.output_variables import AppliedTorque, BodyAngle
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
 
 SHAFT_NAME: Final = "spindle"
@@ -24,6 +32,9 @@ SPINDLE_SPEED: Final = "spindle_speed"
 
 SPINDLE_TORQUE: Final = "spindle_torque"
 """Name of the torque on a free or coupled spindle."""
+
+LOAD_NAME: Final = "load"
+"""Name of the load of a scene, and of that of an engine."""
 
 _NAME_FIELDS: Final = frozenset(("name", "body", "reference_body", "reading", "spring", "element", "elements", "first", "second"))
 """Fields of descriptions that hold the name of a body, a reading or an element, or names of elements."""
@@ -135,6 +146,9 @@ def couple_parts(parts: Sequence[Part], couplings: Sequence[Coupling]) -> Couple
     if gears:
         mechanism = replace(mechanism, joints=(*mechanism.joints, *(_gear_joint(gear, mechanism, start) for gear in gears)))
     effects = tuple(with_prefix(effect, prefix, prefixes) for prefix, part in prefixes.items() for effect in part.output_effects)
+    for load in couplings:
+        if isinstance(load, LoadCoupling):
+            mechanism = _with_load(mechanism, load)
     for control in couplings:
         if isinstance(control, ControlCoupling):
             mechanism, effects = control.apply(mechanism, effects)
@@ -258,6 +272,24 @@ def _gear_joint(gear: GearCoupling, mechanism: Mechanism, start: Start) -> Gear:
     offset = second_start - gear.ratio * first_start if isinstance(first_start, float) and isinstance(second_start, float) else 0.0
     first, second = (Point(body=rotating_body(mechanism, gear.name, name)) for name in (gear.first, gear.second))
     return Gear(name=gear.name, first=first, second=second, ratio=gear.ratio, offset=offset)
+
+
+def _with_load(mechanism: Mechanism, load: LoadCoupling) -> Mechanism:
+    """Return the mechanism with a load on a shaft; it counts as the load torque of the part of the shaft."""
+    part = load.angle.rpartition(".")[0]
+    own = next((one for one in mechanism.force_elements if one.name == f"{part}.{LOAD_NAME}" and isinstance(one, Torque)), None)
+    if own is not None and any(own.moment.values):
+        found = f"part {part!r} has a load of its own, {abs(own.moment.values[0]):.6g} N m"
+        cure = f"write load_torque = 0 in [part.{part}.dimensions], or leave [load] out"
+        raise MechanismError(f"[load] acts on {load.angle!r}, but {found}; {cure}")
+    shaft, reading = rotating_body(mechanism, load.name, load.angle), f"{part}.load_torque"
+    resistance = AppliedTorque(name=reading, reading=load.angle, elements=(load.name,), sign=-1.0)
+    own_reading = next((one for one in mechanism.derived_readings if isinstance(one, AppliedTorque) and one.name == reading), None)
+    if own_reading:
+        resistance = replace(own_reading, elements=(*own_reading.elements, load.name))
+    others = tuple(one for one in mechanism.derived_readings if one is not own_reading)
+    torque = Torque(name=load.name, second=shaft, moment=load.moment)
+    return replace(mechanism, force_elements=(*mechanism.force_elements, torque), derived_readings=(*others, resistance))
 
 
 def rotating_body(mechanism: Mechanism, coupling: str, name: str) -> str:

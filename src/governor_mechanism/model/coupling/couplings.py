@@ -1,14 +1,15 @@
 """Couplings between parts of a scene, their checks, and controls applied to the loads they name. Frozen values without mathematics."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass, field, fields, replace
+from itertools import pairwise
+from typing import Any, Final
 
-from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_not_negative
+from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_not_negative, require_positive
 from governor_mechanism.model.effect import OutputEffect
-from governor_mechanism.model.force_elements import CylinderGas, Force, ForceElement, Torque
+from governor_mechanism.model.force_elements import CylinderGas, Force, ForceElement, MeanGasTorque, Torque
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.time_functions import InputFunction, ReadingFunction
+from governor_mechanism.model.time_functions import InputFunction, LinearFunction, ReadingFunction, TableFunction
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +73,33 @@ class FollowCoupling(RatioCoupling):
 
 
 @dataclass(frozen=True, kw_only=True)
+class LoadCoupling(Coupling):
+    """The load of an engine: a torque that resists its shaft.
+
+    Attributes
+    ----------
+    angle
+        Angle of the shaft, as "engine.crank_angle"; the shaft turns so that it grows.
+    rated_torque
+        Torque at full load, N m.
+    fraction
+        Load over time and readings, relative to the rated torque.
+    """
+
+    angle: str
+    rated_torque: float
+    fraction: InputFunction = field(default_factory=lambda: InputFunction(values=(1.0,)))
+
+    def __post_init__(self) -> None:
+        require_positive(self.rated_torque, "N m", f"rated torque of the load {self.name!r}")
+
+    @property
+    def moment(self) -> InputFunction:
+        """Moment on the shaft, N m."""
+        return self.fraction.scaled(-self.rated_torque)
+
+
+@dataclass(frozen=True, kw_only=True)
 class ControlCoupling(Coupling):
     """A load that follows a reading.
 
@@ -126,17 +154,41 @@ class ControlCoupling(Coupling):
         if self.quantity not in ("", expected) and not self.scales:
             found = f"is of the kind {expected}, but its function has the units of the kind {self.quantity}"
             raise MechanismError(f"coupling {self.name!r} sets {self.target!r}, which {found}; change the units")
+        if expected == "ratio":
+            self._check_direction()
         load: InputFunction = getattr(owner, field_name) or owner.controlled_default()
         if self.scales:
             controlled = replace(load, factors=(*load.factors, self.function))
         else:
-            controlled = replace(load, functions=(*load.functions, self.function))
+            unit = owner.control_unit if isinstance(owner, ForceElement) else 1.0
+            controlled = replace(load, functions=(*load.functions, self.function.scaled(unit)))
         changed = replace(owner, **{field_name: controlled})
         elements = tuple(changed if element is owner else element for element in mechanism.force_elements)
         return replace(mechanism, force_elements=elements), tuple(changed if effect is owner else effect for effect in effects)
 
+    def _check_direction(self) -> None:
+        """Raise MechanismError if a throttle or cut-off turns back over the travel of a governor, or opens as that speeds up."""
+        what, reading = f"coupling {self.name!r} sets {self.target!r}", self.function.reading
+        if isinstance(self.function, TableFunction):
+            changes = [later - value for value, later in pairwise(self.function.values)]
+            points = list(zip(self.function.positions, self.function.values, strict=True))
+            turns = [k for k in range(1, len(changes)) if changes[k - 1] * changes[k] < 0]
+            if turns:
+                position, value = points[turns[0]]
+                found = f"its table turns back at {reading!r} = {position:.6g}, where it is {value:.6g}"
+                raise MechanismError(f"{what}, and {found}; a throttle or cut-off needs a table that only falls, or only rises")
+            slope = sum(changes)
+        else:
+            slope = self.function.gain if isinstance(self.function, LinearFunction) else 0.0
+        if slope > 0 and reading.rpartition(".")[2] in RISING_READINGS:
+            found = f"which opens as the governor speeds up, because {reading!r} rises with its speed"
+            raise MechanismError(f"{what}, {found}: with this positive feedback the engine runs away; let the function fall")
 
-_LOAD_QUANTITIES: Mapping[type[ForceElement], str] = {CylinderGas: "ratio", Torque: "torque", Force: "force"}
+
+RISING_READINGS: Final = ("sleeve_lift", "ball_radius", "arm_angle", "spindle_speed")
+"""Readings of a governor that grow with its speed."""
+
+_LOAD_QUANTITIES: Mapping[type[ForceElement], str] = {CylinderGas: "ratio", MeanGasTorque: "ratio", Torque: "torque", Force: "force"}
 """Quantity of the loads of force elements."""
 
 

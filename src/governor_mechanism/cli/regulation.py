@@ -1,0 +1,117 @@
+"""The commands `regulation ...`: how a governor regulates, with one or many runs each.
+
+Heavy imports are made when a command needs them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import governor_mechanism as gm
+from governor_mechanism.cli import console
+
+if TYPE_CHECKING:
+    from governor_mechanism.types import FloatArray
+
+StudiedScene = Annotated[str, typer.Argument(metavar="[SCENE]", help="A scene file or a shipped scene; by default the one of the study.")]
+
+
+def cyclic(
+    scene: StudiedScene = "", out: console.FigureFolder = console.RESULTS_FOLDER, as_json: console.AsJson = False
+) -> console.CommandResult:
+    """Find the amplitude of the cyclic sleeve motion against the speed fluctuation."""
+    from governor_mechanism.render.figures.regulation import cyclic_figure
+    from governor_mechanism.studies.regulation.cyclic_irregularity import FLUCTUATION_RATIOS, study_cyclic_motion
+
+    return _study("cyclic", [scene or "porter_cyclic"], study_cyclic_motion, FLUCTUATION_RATIOS, _of_first(cyclic_figure), out)
+
+
+def clearance(
+    scene: StudiedScene = "", out: console.FigureFolder = console.RESULTS_FOLDER, as_json: console.AsJson = False
+) -> console.CommandResult:
+    """Find the amplitude of the cyclic sleeve motion against the clearance."""
+    from governor_mechanism.render.figures.regulation import clearance_figure
+    from governor_mechanism.studies.regulation.cyclic_irregularity import CLEARANCES, study_clearance
+
+    scenes = [scene] if scene else ["porter_clearance", "watt_clearance"]
+    return _study("clearance", scenes, study_clearance, CLEARANCES, clearance_figure, out)
+
+
+def settling(
+    scene: StudiedScene = "", out: console.FigureFolder = console.RESULTS_FOLDER, as_json: console.AsJson = False
+) -> console.CommandResult:
+    """Find the settling time against the damping."""
+    from governor_mechanism.render.figures.regulation import settling_figure
+    from governor_mechanism.studies.regulation.settling_time import DAMPING_COEFFICIENTS, study_settling
+
+    scenes = [scene or "porter_load_step"]
+    return _study("settling", scenes, study_settling, DAMPING_COEFFICIENTS, _of_first(settling_figure), out)
+
+
+def jump(
+    scene: StudiedScene = "", out: console.FigureFolder = console.RESULTS_FOLDER, as_json: console.AsJson = False
+) -> console.CommandResult:
+    """Find the delay of the jump at a fold against the ramp rate of the speed."""
+    from governor_mechanism.render.figures.regulation import fold_jump_figure
+    from governor_mechanism.studies.regulation.fold_jump import RAMP_RATES, study_fold_jump
+
+    return _study("jump", [scene or "watt_improved"], study_fold_jump, RAMP_RATES, _of_first(fold_jump_figure), out)
+
+
+def _of_first(draw_figure: Callable[[Any], Any]) -> Callable[[Sequence[Any]], Any]:
+    """Return a function of several results that draws the first one."""
+    return lambda results: draw_figure(results[0])
+
+
+def _study(
+    name: str, scenes: Sequence[str], make_study: Callable[..., Any], values: FloatArray, draw_figure: Callable[..., Any], out: Path
+) -> console.CommandResult:
+    """Make a study of the governor of each scene, and draw all results."""
+    from governor_mechanism.engines.rotating_part import rotating_part_alone
+
+    console.prepare_folder(out)
+    path = out / f"{name}.png"
+    with console.show_status("running"):
+        results = [make_study(rotating_part_alone(gm.load(scene)), values) for scene in scenes]
+        draw_figure(results).save_png(path)
+    conclusions = [result.conclusion for result in results]
+    return console.CommandResult(text=conclusions, values={"study": name, "conclusions": conclusions}, files=[path])
+
+
+def loop(
+    scene: console.SceneName,
+    load_step: Annotated[
+        str, typer.Option(help='The load before and after the change, in parts of load.rated_torque, for example "100%:50%".')
+    ] = "100%:50%",
+    at: Annotated[str | None, typer.Option(help='The time of the change, for example "6 s". [a tenth of the duration]')] = None,
+    ramp: Annotated[str, typer.Option(help='How long the change lasts, for example "3 s"; 0 is a step.')] = "0 s",
+    engine: Annotated[str, typer.Option(help="Name of an engine; auto uses the engine of the scene.")] = "auto",
+    accuracy: console.Accuracy = None,
+    out: console.FigureFolder = console.RESULTS_FOLDER,
+    no_figure: console.NoFigure = False,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Change the load of a governed engine: droop, overshoot, settling time, and whether it hunts.
+
+    The run starts in the equilibrium under the first load. The exit status is 1 if the speed does not settle.
+    """
+    console.prepare_folder(out)
+    loaded = gm.load(scene)
+    with console.show_status("simulating"):
+        study = gm.load_change_study(loaded, load_step, at=at, ramp=ramp, engine=engine, accuracy=accuracy)
+    stem = f"{Path(loaded.source).stem or 'scene'}_loop"
+    files = [study.save_json(out / f"{stem}.json")]
+    if not no_figure:
+        from governor_mechanism.render.figures.load_change import load_change_figure
+
+        files.append(load_change_figure(study).save_png(out / f"{stem}.png"))
+    return console.CommandResult(text=[study.title, study], values=study.as_json(), files=files, ok=study.ok)
+
+
+regulation_app = typer.Typer(help="Study how a governor regulates.", no_args_is_help=True, rich_markup_mode=None)
+for command in (cyclic, clearance, settling, jump, loop):
+    regulation_app.command(short_help=console.first_sentence(command))(console.guarded_command(command))

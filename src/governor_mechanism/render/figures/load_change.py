@@ -1,0 +1,118 @@
+"""Figure of a governed engine after a change of its load: speed, sleeve, torque and load over one time axis."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from governor_mechanism.model.output_variables import AppliedTorque
+from governor_mechanism.render.figures.page import DASHED, MM_PER_M, Page, Panel
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SKY, VERMILLION
+from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
+from governor_mechanism.studies.regulation.load_change import SETTLING_BAND, LoadChangeStudy, Verdict
+from governor_mechanism.studies.regulation.turn_average import rolling_mean
+from governor_mechanism.types import FloatArray
+
+RPM_PER_RAD_PER_S = 60 / math.tau
+
+
+def load_change_figure(study: LoadChangeStudy) -> Page:
+    """Draw speed, sleeve lift, and torque with load, over time.
+
+    Parameters
+    ----------
+    study
+        The study.
+
+    Returns
+    -------
+    Page
+        The figure.
+    """
+    page = Page(8.0, 7.4, study.conclusion[:1].upper() + study.conclusion[1:], study.title, subtitle_y=0.915)
+    governed = GovernedEngine(study.run.scene)
+    run = study.run
+    times, begin = run.times, study.change_times[0]
+    speed, sleeve, torque = (page.add_panel((0.10, y, 0.86, 0.225), "", label) for y, label in _PANELS)
+    speeds = run.rates[governed.shaft_angle] * RPM_PER_RAD_PER_S
+    if not governed.has_mean_torque:
+        _draw_envelope(speed, times, speeds, SKY)
+    speed.plot(study.average.times, study.average.speeds * RPM_PER_RAD_PER_S, color=BLUE, linewidth=1.6)
+    _draw_settling(speed, study)
+    lift = run.readings[governed.sleeve] * MM_PER_M
+    if not governed.has_mean_torque:
+        _draw_envelope(sleeve, times, lift, SKY)
+    sleeve.plot(*rolling_mean(times, lift, run.readings[governed.shaft_angle]), color=BLUE, linewidth=1.6)
+    _draw_torques(torque, study, governed)
+    for panel in (speed, sleeve, torque):
+        panel.axvline(begin, color=MUTED, linewidth=0.9, linestyle=DASHED)
+        panel.set_xlim(0.0, float(study.run.scene.run.duration))
+        panel.label("", panel.get_ylabel())
+    torque.label("time, s", torque.get_ylabel())
+    page.write_footnote(_footnote(study, governed))
+    return page
+
+
+_HALO = {"facecolor": PAPER, "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
+"""Ground of a note above curves."""
+
+_PANELS = ((0.635, "speed of the shaft, rpm"), (0.36, "sleeve lift, mm"), (0.085, "torque, N m"))
+"""Lower edge and label of each panel."""
+
+
+def _draw_envelope(panel: Panel, times: FloatArray, values: FloatArray, colour: str) -> None:
+    """Shade the range within which a reading varies in each turn."""
+    width = max(len(times) // 300, 1)
+    n = len(times) // width * width
+    blocks = values[:n].reshape(-1, width)
+    centres = times[:n].reshape(-1, width).mean(axis=1)
+    panel.fill_between(centres, blocks.min(axis=1), blocks.max(axis=1), color=colour, alpha=0.35, linewidth=0, label="within a turn")
+
+
+def _draw_settling(panel: Panel, study: LoadChangeStudy) -> None:
+    """Draw the equilibria of statics, and the settling band where the speed settles."""
+    end = study.run.scene.run.duration
+    begin = study.change_times[0]
+    for point, span in ((study.before, (0.0, begin)), (study.after, (begin, end))):
+        if point is not None:
+            panel.plot(span, [point.shaft_speed * RPM_PER_RAD_PER_S] * 2, color=VERMILLION, linewidth=1.0, linestyle=DASHED)
+    if study.after is not None:
+        height = study.after.shaft_speed * RPM_PER_RAD_PER_S
+        panel.write_note("equilibrium by statics", (end, height), (-4, 4), ha="right", color=VERMILLION, fontsize=8, bbox=_HALO)
+    if study.verdict is Verdict.SETTLES:
+        first, _, last = (one * RPM_PER_RAD_PER_S for one in study.mean_speeds)
+        half = SETTLING_BAND * abs(last - first)
+        panel.axhspan(last - half, last + half, color=GREEN, alpha=0.15, linewidth=0)
+        settled = begin + study.settling_time
+        panel.axvline(settled, color=GREEN, linewidth=0.9)
+        low = panel.get_ylim()[0]
+        panel.write_note(f"settled after {study.settling_time:.3g} s", (settled, low), (5, 5), color=GREEN, fontsize=8)
+
+
+def _draw_torques(panel: Panel, study: LoadChangeStudy, governed: GovernedEngine) -> None:
+    """Draw the torque of the engine averaged over a turn, and the load."""
+    run = study.run
+    part = governed.shaft_angle.rpartition(".")[0]
+    derived = {one.name for one in run.scene.mechanism.derived_readings if isinstance(one, AppliedTorque)}
+    if (name := f"{part}.gas_torque") in derived:
+        angles = run.readings[governed.shaft_angle]
+        times, torques = rolling_mean(run.times, run.readings[name], angles)
+        panel.plot(*rolling_mean(times, torques, np.interp(times, run.times, angles)), color=BLUE, linewidth=1.6)
+        panel.write_note("engine, mean over a turn" if not governed.has_mean_torque else "engine", (0.985, 0.88), **_corner(BLUE))
+    panel.plot(run.times, run.readings[f"{part}.load_torque"], color=INK, linewidth=1.2)
+    panel.write_note("load", (0.985, 0.76), **_corner(INK))
+
+
+def _corner(colour: str) -> dict[str, Any]:
+    return {"xycoords": "axes fraction", "ha": "right", "color": colour, "fontsize": 8, "bbox": _HALO}
+
+
+def _footnote(study: LoadChangeStudy, governed: GovernedEngine) -> str:
+    """Return droop, overshoot and fluctuation in a line."""
+    droop = f"droop {study.droop:+.3%}, by statics {study.static_droop:+.3%}"
+    overshoot = f"overshoot {study.overshoot:.1%} of the change" if np.isfinite(study.overshoot) else ""
+    cyclic = (
+        "" if governed.has_mean_torque else f"speed fluctuation in a turn {study.fluctuations[0]:.2%}, then {study.fluctuations[1]:.2%}"
+    )
+    accuracy = f"engine {study.run.cost.engine}"
+    return "; ".join(text for text in (droop, overshoot, cyclic, accuracy) if text)

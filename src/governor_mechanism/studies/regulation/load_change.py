@@ -1,0 +1,401 @@
+"""How a governed engine answers a change of its load: droop, overshoot, settling, and whether it hunts."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.engines import select_engine
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.plain_values import finite_or_none, plain_record, save_json
+from governor_mechanism.model.coupling.couplings import LoadCoupling
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.model.trajectory import Outcome, Trajectory
+from governor_mechanism.studies.regulation.governed_engine import GovernedEngine, OperatingPoint
+from governor_mechanism.studies.regulation.turn_average import TurnAverage, average_over_turns
+from governor_mechanism.types import FloatArray
+from governor_mechanism.units.quantities import format_value, parse_quantity
+from governor_mechanism.units.text_table import format_table
+
+SETTLING_BAND = 0.05
+"""Half-width of the settling band about the last speed, relative to the whole change of speed: the usual one of speed governing."""
+
+CHANGE_AT = 0.1
+"""Time of the change of load, relative to the duration, unless it is given."""
+
+HUNTING_RATIO = 0.8
+"""Part of the amplitude in the third quarter after the change above which that in the last one is a sustained oscillation."""
+
+MIN_TURNS = 4
+"""Turns of the shaft before and after the change that a judgement needs."""
+
+
+class Verdict(StrEnum):
+    """How the speed behaves after a change of load."""
+
+    SETTLES = "settles"
+    HUNTS = "hunts"
+    UNDECIDED = "has not settled by the end of the run"
+    STALLS = "stalls"
+    ENDED = "ended early"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LoadChangeStudy:
+    """Response of a governed engine to a change of its load. Speeds are those of the shaft, averaged over a turn.
+
+    Attributes
+    ----------
+    title
+        Title of the scene.
+    fractions
+        Load before and after the change, relative to the rated torque.
+    change_times
+        Begin and end of the change, s.
+    before, after
+        Equilibria by statics, at both loads; None where there is none.
+    verdict
+        How the speed behaves.
+    mean_speeds
+        Simulated speed before the change, its extreme after it, and the last one, rad/s.
+    overshoot
+        How far the extreme speed is beyond the last one, relative to the change of speed.
+    settling_time
+        Time from the begin of the change until the speed stays within `SETTLING_BAND` of the last one, s; infinite if it does not.
+    speed_error_integral
+        Integral of the distance from the last speed over time, from the begin of the change, rad.
+    fluctuations
+        Cyclic speed fluctuation, (highest - lowest) / mean in a turn, before the change and at the end.
+    hunting_amplitude
+        Half the range of the speed in the last quarter after the change, over its mean.
+    hunting_period
+        Period of the sustained oscillation, s; not a number without one.
+    sleeve_force
+        Largest force at the sleeve that the speed left unbalanced after the change, N: what is there to move throttle and friction.
+    sleeve_friction
+        Dry friction at the sleeve, N.
+    work
+        Energies since the begin of the run, J: work of the engine, work taken by the load, dissipated energy, and energy stored in all
+        bodies and springs; and what is left between them.
+    dashpot_work
+        Energy that dashpots and friction have dissipated since the begin of the change, J.
+    messages
+        What the statics say before the run, and how the run ended.
+    average
+        Mean speed over a turn along the run.
+    run
+        The run.
+    """
+
+    title: str
+    fractions: tuple[float, float]
+    change_times: tuple[float, float]
+    before: OperatingPoint | None
+    after: OperatingPoint | None
+    verdict: Verdict
+    mean_speeds: tuple[float, float, float]
+    overshoot: float
+    settling_time: float
+    speed_error_integral: float
+    fluctuations: tuple[float, float]
+    hunting_amplitude: float
+    hunting_period: float
+    sleeve_force: float
+    sleeve_friction: float
+    work: dict[str, float]
+    dashpot_work: float
+    messages: tuple[str, ...]
+    average: TurnAverage
+    run: Trajectory
+
+    @property
+    def ok(self) -> bool:
+        """Whether the speed settles."""
+        return self.verdict is Verdict.SETTLES
+
+    @property
+    def static_droop(self) -> float:
+        """Change of speed between the equilibria, relative to the first; not a number without both."""
+        if self.before is None or self.after is None:
+            return math.nan
+        return self.after.shaft_speed / self.before.shaft_speed - 1
+
+    @property
+    def droop(self) -> float:
+        """Change of the simulated mean speed, relative to that before the change."""
+        return self.mean_speeds[2] / self.mean_speeds[0] - 1
+
+    @property
+    def largest_deviation(self) -> float:
+        """Extreme speed after the change, relative to that before it."""
+        return self.mean_speeds[1] / self.mean_speeds[0] - 1
+
+    def as_json(self) -> dict[str, Any]:
+        """Return all numbers, without the run."""
+        left_out = ("average", "run", "before", "after")
+        points = {name: None if (point := getattr(self, name)) is None else vars(point) for name in ("before", "after")}
+        derived = {name: getattr(self, name) for name in ("static_droop", "droop", "largest_deviation")}
+        engine = {"engine": self.run.cost.engine, "error_estimate": self.run.error_estimate, "outcome": self.run.outcome.value}
+        record = plain_record(self, *left_out, **points, **derived, run=engine)
+        return {name: finite_or_none(value) if isinstance(value, float) else value for name, value in record.items()}
+
+    def save_json(self, path: Path) -> Path:
+        """Write all numbers to a JSON file and return its path."""
+        return save_json(self.as_json(), path)
+
+    def __str__(self) -> str:
+        """Return a table of the numbers and the verdict."""
+        return "\n".join([*self.messages, format_table([], list(self._rows())), self.conclusion])
+
+    @property
+    def conclusion(self) -> str:
+        """One sentence on the response."""
+        before, after = self.fractions
+        change = f"load {100 * before:.4g} % to {100 * after:.4g} %"
+        if self.verdict is Verdict.SETTLES:
+            return f"{change}: the speed settles within {SETTLING_BAND:.0%} of its change in {self.settling_time:.4g} s"
+        if self.verdict is Verdict.HUNTS:
+            period = f", period {self.hunting_period:.4g} s" if math.isfinite(self.hunting_period) else ""
+            return f"{change}: the engine hunts, by ±{self.hunting_amplitude:.3%} of its speed{period}"
+        return f"{change}: the engine {self.verdict}"
+
+    def _rows(self) -> Iterator[tuple[str, str]]:
+        """Yield label and value of each row of the table."""
+        first, extreme, last = (speed * 60 / math.tau for speed in self.mean_speeds)
+        yield "mean speed before, extreme, last", f"{first:.4f}, {extreme:.4f}, {last:.4f} rpm"
+        yield "droop, simulated / by statics", f"{self.droop:+.4%} / {self.static_droop:+.4%}"
+        yield "largest deviation of speed", f"{self.largest_deviation:+.4%}"
+        if math.isfinite(self.overshoot):
+            yield "overshoot beyond the last speed", f"{self.overshoot:.2%} of the change"
+        if math.isfinite(self.settling_time):
+            yield "settling time", f"{self.settling_time:.4g} s"
+        yield "integral of the speed error", f"{self.speed_error_integral:.4g} rad"
+        yield "cyclic speed fluctuation before / last", f"{self.fluctuations[0]:.4%} / {self.fluctuations[1]:.4%}"
+        friction = f", {self.sleeve_force / self.sleeve_friction:.3g} times its friction" if self.sleeve_friction else ""
+        yield "largest free force at the sleeve", f"{self.sleeve_force:.4g} N{friction}"
+        yield "work of dashpots and friction", f"{self.dashpot_work:.4g} J"
+        yield "energy: " + ", ".join(self.work), ", ".join(f"{value:.6g}" for value in self.work.values()) + " J"
+
+
+def parse_load_step(load_step: object) -> tuple[float, float]:
+    """Return the loads before and after a change, relative to the rated torque.
+
+    Parameters
+    ----------
+    load_step
+        Two numbers, or a text such as "100%:50%".
+
+    Returns
+    -------
+    tuple[float, float]
+        The loads.
+
+    Raises
+    ------
+    MechanismError
+        If there are not two.
+    """
+    items = load_step.split(":") if isinstance(load_step, str) else load_step
+    if not isinstance(items, Sequence) or len(items) != 2:
+        raise MechanismError(f'a change of the load is two fractions of the rated torque, as "100%:50%"; found {format_value(load_step)}')
+    before, after = (parse_quantity(item, "ratio", "the load") for item in items)
+    return before, after
+
+
+def study_load_change(
+    scene: Scene,
+    fractions: tuple[float, float] = (1.0, 0.5),
+    *,
+    at: float | None = None,
+    ramp: float = 0.0,
+    engine: str = "auto",
+    accuracy: float | None = None,
+) -> LoadChangeStudy:
+    """Run a governed engine whose load changes, from the equilibrium under the first load, and measure the response.
+
+    Parameters
+    ----------
+    scene
+        Scene with a [load] under a governor.
+    fractions
+        Load before and after the change, relative to the rated torque.
+    at
+        Time of the change, s; a tenth of the duration if None.
+    ramp
+        Duration of the change, s; 0 for a step.
+    engine
+        Name of an engine, or "auto".
+    accuracy
+        Accuracy of the run; that of the scene if None.
+
+    Returns
+    -------
+    LoadChangeStudy
+        The response.
+
+    Raises
+    ------
+    MechanismError
+        If the scene is no governed engine, the first load has no equilibrium, or an argument is wrong.
+    """
+    begin, end = _change_times(scene, at, ramp)
+    for fraction in fractions:
+        if not fraction >= 0 or not math.isfinite(fraction):
+            raise MechanismError(f"a load is a fraction of the rated torque, 0 or more; got {fraction:g}")
+    values = (fractions[0], fractions[0], fractions[1], fractions[1])
+    program = InputFunction(times=(0.0, begin, end, max(end, scene.run.duration) + 1.0), values=values)
+    couplings = tuple(replace(one, fraction=program) if isinstance(one, LoadCoupling) else one for one in scene.couplings)
+    changed = replace(scene, couplings=couplings, document={})
+    governed = GovernedEngine(changed)
+    before = governed.operating_point(fractions[0] * governed.load.rated_torque)
+    messages, after = [], None
+    try:
+        after = governed.operating_point(fractions[1] * governed.load.rated_torque)
+    except MechanismError as error:
+        messages.append(str(error))
+    started = governed.started_at(before)
+    if accuracy is not None:
+        started = replace(started, run=replace(started.run, accuracy=accuracy))
+    chosen, reason = select_engine(started.run.engine if engine == "auto" else engine, started)
+    run = chosen.run(started, reason=reason)
+    if not run.outcome.ok:
+        messages.append(run.message)
+    return _measure(governed, run, fractions, (begin, end), before, after, tuple(messages))
+
+
+def _change_times(scene: Scene, at: float | None, ramp: float) -> tuple[float, float]:
+    """Return begin and end of the change, s."""
+    duration = scene.run.duration
+    begin = CHANGE_AT * duration if at is None else at
+    if not 0 < begin < duration:
+        raise MechanismError(f"the load changes at {begin:g} s, outside of the run, 0 to {duration:g} s; give a time within it")
+    if not ramp >= 0 or not begin + ramp < duration:
+        raise MechanismError(f"the change of the load must last 0 s or more and end within the run, by {duration:g} s; got {ramp:g} s")
+    return begin, begin + ramp
+
+
+def _measure(
+    governed: GovernedEngine,
+    run: Trajectory,
+    fractions: tuple[float, float],
+    change_times: tuple[float, float],
+    before: OperatingPoint,
+    after: OperatingPoint | None,
+    messages: tuple[str, ...],
+) -> LoadChangeStudy:
+    """Return the response that a run shows."""
+    angles, speeds = run.readings[governed.shaft_angle], run.rates[governed.shaft_angle]
+    moving = np.flatnonzero(speeds > 0.0)
+    rows = slice(0, int(moving[-1]) + 1 if len(moving) else 0)
+    average = average_over_turns(run.times[rows], angles[rows], speeds[rows])
+    begin = change_times[0]
+    is_before, is_after = average.times + 0.5 * average.periods <= begin, average.times >= begin
+    turns = [float(speeds[0]) * begin / math.tau, float(angles[-1] - np.interp(begin, run.times, angles)) / math.tau]
+    if min(turns) < MIN_TURNS and _reached_end(run):
+        raise MechanismError(
+            f"the shaft makes {turns[0]:.3g} turns before the change of the load and {turns[1]:.3g} after it, and a judgement needs "
+            f"{MIN_TURNS} of both; increase run.duration, or change the time of the change"
+        )
+    speeds_before, later_times, later = average.speeds[is_before], average.times[is_after], average.speeds[is_after]
+    first = float(speeds_before[-1]) if len(speeds_before) else before.shaft_speed
+    response = _judge(run, begin, first, later_times, later, governed.has_mean_torque)
+    sleeve_force = _sleeve_force(governed, run, begin)
+    dissipated = run.energy.dissipated_energy
+    return LoadChangeStudy(
+        title=run.scene.title,
+        fractions=fractions,
+        change_times=change_times,
+        before=before,
+        after=after,
+        fluctuations=(_last(average.fluctuations[is_before]), _last(average.fluctuations)),
+        sleeve_force=sleeve_force,
+        sleeve_friction=_sleeve_friction(governed),
+        work=_work_ledger(governed, run),
+        dashpot_work=float(dissipated[-1] - np.interp(begin, run.times, dissipated)),
+        messages=messages,
+        average=average,
+        run=run,
+        **response,
+    )
+
+
+def _reached_end(run: Trajectory) -> bool:
+    """Return whether a run reached its end, with the accuracy asked for or without."""
+    return run.outcome.ok or run.outcome is Outcome.ACCURACY_MISSED
+
+
+def _last(values: FloatArray) -> float:
+    return float(values[-1]) if len(values) else math.nan
+
+
+def _judge(run: Trajectory, begin: float, first: float, times: FloatArray, speeds: FloatArray, is_even: bool) -> dict[str, Any]:
+    """Return verdict, extreme and last speed, overshoot, settling time, error integral, and what is known of hunting."""
+    end = float(run.times[-1])
+    quarters = [speeds[(times >= begin + a * (end - begin)) & (times <= begin + b * (end - begin))] for a, b in ((0.5, 0.75), (0.75, 1.0))]
+    if not _reached_end(run) or not all(len(quarter) > 1 for quarter in quarters):
+        verdict = Verdict.STALLS if run.outcome == Outcome.SHAFT_STALLED else Verdict.ENDED
+        last = float(speeds[-1]) if len(speeds) else first
+        unknown = dict.fromkeys(("overshoot", "speed_error_integral", "hunting_amplitude", "hunting_period"), math.nan)
+        return {"verdict": verdict, "mean_speeds": (first, last, last), "settling_time": math.inf, **unknown}
+    amplitudes = [0.5 * float(np.ptp(quarter)) for quarter in quarters]
+    middle = 0.5 * float(quarters[1].max() + quarters[1].min())
+    largest = float(np.max(np.abs(speeds - first)))
+    hunts = amplitudes[1] > SETTLING_BAND * largest and amplitudes[1] > HUNTING_RATIO * amplitudes[0]
+    last = middle if hunts else float(speeds[-1])
+    deviation = speeds - last
+    change = last - first
+    direction = math.copysign(1.0, change) if change else 1.0
+    extreme = float(speeds[np.argmax(direction * speeds)])
+    outside = np.flatnonzero(np.abs(deviation) > SETTLING_BAND * abs(change))
+    settled = len(outside) < len(times) and (not len(outside) or outside[-1] + 1 < len(times))
+    settled = settled and float(times[outside[-1]] if len(outside) else begin) < begin + 0.9 * (end - begin) and not hunts
+    return {
+        "verdict": Verdict.HUNTS if hunts else Verdict.SETTLES if settled else Verdict.UNDECIDED,
+        "mean_speeds": (first, extreme, last),
+        "overshoot": direction * (extreme - last) / abs(change) if change else math.nan,
+        "settling_time": (float(times[outside[-1] + 1]) - begin if len(outside) else 0.0) if settled else math.inf,
+        "speed_error_integral": float(np.trapezoid(np.abs(deviation), times)),
+        "hunting_amplitude": amplitudes[1] / middle,
+        "hunting_period": _period(times, speeds - middle, begin + 0.5 * (end - begin)) if hunts else math.nan,
+    }
+
+
+def _period(times: FloatArray, deviation: FloatArray, begin: float) -> float:
+    """Return the mean time between upward zero crossings from a time on, s; not a number for fewer than two."""
+    rising = np.flatnonzero((deviation[:-1] < 0.0) & (deviation[1:] >= 0.0) & (times[:-1] >= begin))
+    fractions = deviation[rising] / (deviation[rising] - deviation[rising + 1])
+    crossings = times[rising] + fractions * (times[rising + 1] - times[rising])
+    return float(np.mean(np.diff(crossings))) if len(crossings) > 1 else math.nan
+
+
+def _sleeve_force(governed: GovernedEngine, run: Trajectory, begin: float) -> float:
+    """Return the largest force along the sleeve that speed, weights and springs leave unbalanced after a time, N."""
+    rows = run.times >= begin
+    if not rows.any():
+        return math.nan
+    coordinates, speeds = run.readings[governed.coordinate][rows], run.rates[governed.shaft_angle][rows]
+    forces = governed.sleeve_forces(coordinates, speeds)
+    return float(np.abs(forces).max())
+
+
+def _sleeve_friction(governed: GovernedEngine) -> float:
+    """Return the dry friction at the sleeve, N."""
+    frictions = [one for one in governed.scene.output_effects if isinstance(one, DryFriction) and one.reading == governed.sleeve]
+    return float(sum(one.contact["friction"].values[-1] for one in frictions))
+
+
+def _work_ledger(governed: GovernedEngine, run: Trajectory) -> dict[str, float]:
+    """Return the energies of the whole run, J; what is left between them is the error of the energy balance."""
+    energy, ends = run.energy, run.readings[governed.coordinate][[0, -1]]
+    kinetic = energy.kinetic + energy.rotation
+    change = float(kinetic[-1] - kinetic[0]) + governed.potential_difference(*ends.tolist())
+    drift = float(energy.jacobi[-1] - energy.jacobi[0])
+    dissipated = float(energy.dissipated_energy[-1] - energy.dissipated_energy[0])
+    load = governed.load_work(run.times, run.readings[governed.shaft_angle], run.rates[governed.shaft_angle])
+    return {"engine": change - drift + load + dissipated, "load": load, "dissipated": dissipated, "stored": change, "left": drift}

@@ -1,0 +1,84 @@
+"""Speed of a shaft averaged over a turn, and how evenly it turns within one."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from governor_mechanism.types import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TurnAverage:
+    """Mean speed over one turn, as a function of time.
+
+    Attributes
+    ----------
+    times
+        Middle of each turn, s; shape (n,).
+    periods
+        Time that each turn takes, s; shape (n,).
+    speeds
+        Mean speed over it, rad/s; shape (n,).
+    fluctuations
+        Highest less lowest speed in it, over the mean; shape (n,).
+    """
+
+    times: FloatArray
+    periods: FloatArray
+    speeds: FloatArray
+    fluctuations: FloatArray
+
+
+def average_over_turns(times: FloatArray, angles: FloatArray, speeds: FloatArray) -> TurnAverage:
+    """Return the mean speed over the turn about each reported time.
+
+    Parameters
+    ----------
+    times
+        Times, s; shape (n,).
+    angles
+        Angle of the shaft, rad, rising; shape (n,).
+    speeds
+        Its rate, rad/s, above 0; shape (n,).
+
+    Returns
+    -------
+    TurnAverage
+        Averages over the turns that lie between the first and the last time; one for each time at which such a turn ends.
+    """
+    time_at = CubicHermiteSpline(angles, times, 1.0 / speeds)
+    ends = np.flatnonzero(angles >= angles[0] + math.tau)
+    starts = time_at(angles[ends] - math.tau)
+    first = np.searchsorted(angles, angles[ends] - math.tau)
+    periods = times[ends] - starts
+    means = math.tau / periods
+    spans = np.array([np.ptp(speeds[i : j + 1]) for i, j in zip(first, ends, strict=True)])
+    return TurnAverage(times=0.5 * (starts + times[ends]), periods=periods, speeds=means, fluctuations=spans / means)
+
+
+def rolling_mean(times: FloatArray, values: FloatArray, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return a reading averaged over the turn about each time, for a figure.
+
+    Parameters
+    ----------
+    times
+        Times, s; shape (n,).
+    values
+        The reading; shape (n,).
+    angles
+        Angle of the shaft, rad, rising; shape (n,).
+
+    Returns
+    -------
+    middles : FloatArray
+        Middle of each turn, s; shape (m,).
+    means : FloatArray
+        Mean over it, by the trapezoidal rule on the reported times; shape (m,).
+    """
+    integral = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(times))])
+    ends = np.flatnonzero(angles >= angles[0] + math.tau)
+    starts = np.interp(angles[ends] - math.tau, angles, times)
+    periods = times[ends] - starts
+    return 0.5 * (starts + times[ends]), (integral[ends] - np.interp(starts, times, integral)) / periods
