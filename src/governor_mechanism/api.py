@@ -23,9 +23,11 @@ if TYPE_CHECKING:
     from governor_mechanism.statics.stability_limit import StabilityLimit
     from governor_mechanism.studies.effect_ablation import EffectsStudy
     from governor_mechanism.studies.flywheel.design import FlywheelDesign
+    from governor_mechanism.studies.governed_engine.results import GovernedEngineDesign
     from governor_mechanism.studies.hard_cases.results import HardCasesReport
     from governor_mechanism.studies.kernel_compilation import KernelCompilation
     from governor_mechanism.studies.regulation.load_change import LoadChangeStudy
+    from governor_mechanism.studies.regulation.stability_map import StabilityMap
     from governor_mechanism.studies.sweep.results import Sweep
     from governor_mechanism.studies.valve_gears import ValveGears
     from governor_mechanism.studies.valve_timing import ValveTiming
@@ -749,6 +751,52 @@ def valve_gears(scenes: SceneSource | Sequence[SceneSource] = (), count: int = 4
     return compare_valve_gears([_as_scene(scene) for scene in sources or SHIPPED_GEARS], count)
 
 
+def stability_map(
+    scene: SceneSource,
+    vary: Sequence[str] = (),
+    *,
+    border_points: int = 8,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> StabilityMap:
+    """Map where a governed engine is stable and where it hunts, over two parameters, under its last load.
+
+    By eigenvalues with the torque averaged over a turn; the border under the cyclic torque is located by simulation: there a Floquet
+    multiplier of the periodic motion has the magnitude 1.
+
+    Parameters
+    ----------
+    scene
+        A scene with a `[load]` under a governor, the path of a file, or the name of a shipped scene.
+    vary
+        Two texts "key=first:last:count"; inertia of the flywheel and dashpot on the sleeve if empty.
+    border_points
+        Number of values of the first parameter at which the border is located; 0 for none.
+    workers
+        Largest number of processes; the result does not depend on it.
+    progress
+        Called with the numbers of points done and of all.
+
+    Returns
+    -------
+    StabilityMap
+        Growth rates, frequencies, Vyshnegradskii's parameters where they apply, and the border.
+
+    Raises
+    ------
+    MechanismError
+        If the scene is no governed engine, its cut-off moves, or the parameters are wrong.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> gm.stability_map("governed_engine").stable_share  # doctest: +SKIP
+    """
+    from governor_mechanism.studies.regulation.stability_map import map_stability
+
+    return map_stability(_as_scene(scene), vary, n_border_columns=border_points, n_workers=workers, progress=progress)
+
+
 def load_change_study(
     scene: SceneSource,
     load_step: str | Sequence[float] = (1.0, 0.5),
@@ -830,6 +878,44 @@ def design_flywheel(**inputs: float | str) -> FlywheelDesign:
     from governor_mechanism.studies.flywheel.inputs import PAPER_INPUTS
 
     return design(change_inputs(PAPER_INPUTS, inputs))
+
+
+def design_governed_engine(**inputs: float | str) -> GovernedEngineDesign:
+    """Design an engine with its flywheel and Porter governor for a power, a speed and a droop.
+
+    The droop is the speed without load less that at full load, over their mean. The inputs that are given replace the defaults, 20 PS at
+    120 rpm with 4 %: numbers in SI, or texts with a unit. Of the requirement power, speed, droop, speed_fluctuation and torque_reserve; of
+    the engine stroke_ratio, pump_area_ratio, cut_off, clearance, pump_clearance, supply_pressure, back_pressure, atmospheric_pressure and
+    rim_speed; of the governor arm, arm_angle, sleeve_travel or offset, mass_ratio or gear_ratio, resistance, insensitivity or ball_mass,
+    dashpot and gravity.
+
+    Returns
+    -------
+    GovernedEngineDesign
+        The design; it prints as text, and `as_json` returns plain values.
+
+    Raises
+    ------
+    MechanismError
+        If an input is not valid, the pressures give no work, or the governor cannot have the droop.
+
+    References
+    ----------
+    L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14; I. A. Wischnegradsky (Vyshnegradskii), Civilingenieur 23 (1877),
+    pp. 95-132.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> design = gm.design_governed_engine(power="20 PS", speed="120 rpm", droop=0.04)
+    >>> round(design.flywheel.inertia)
+    2926
+    """
+    from governor_mechanism.studies.design_inputs import change_inputs
+    from governor_mechanism.studies.governed_engine.design import design_governed_engine as design
+    from governor_mechanism.studies.governed_engine.inputs import DEFAULT_INPUTS
+
+    return design(change_inputs(DEFAULT_INPUTS, inputs))
 
 
 def _as_rotating_part(scene: SceneSource) -> Scene:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
@@ -19,18 +19,42 @@ from governor_mechanism.cli import console
 if TYPE_CHECKING:
     from governor_mechanism.studies.hartung.design import HartungDesign
 
+_Inputs = TypeVar("_Inputs")
+
+_OPTIONS = ("--with", "--out", "--no-figure", "--json", "--help")
+"""Options of the command, for a misspelt one."""
+
 
 class DesignTarget(StrEnum):
     """Machines that can be designed."""
 
     HARTUNG = "hartung"
     FLYWHEEL = "flywheel"
+    GOVERNED_ENGINE = "governed-engine"
+
+
+@dataclasses.dataclass(frozen=True)
+class GivenInputs:
+    """Inputs of the command line: assignments of --with, and the values of options with the names of inputs."""
+
+    assignments: Sequence[str]
+    options: Mapping[str, str]
+
+    def replace(self, defaults: _Inputs) -> _Inputs:
+        """Return the default inputs with the given ones in their place."""
+        from governor_mechanism.studies.design_inputs import parse_assignments
+
+        return parse_assignments(defaults, self.assignments, self.options)
 
 
 def design(
+    context: typer.Context,
     machine: Annotated[DesignTarget, typer.Argument(help="The machine to design.")],
     changes: Annotated[
-        list[str] | None, typer.Option("--with", help='An input that replaces the one of the paper, for example "wire=14 mm". Repeatable.')
+        list[str] | None,
+        typer.Option(
+            "--with", help='An input that replaces the one of the paper, for example "wire=14 mm"; also --wire "14 mm". Repeatable.'
+        ),
     ] = None,
     out: console.FigureFolder = console.RESULTS_FOLDER,
     no_figure: console.NoFigure = False,
@@ -43,24 +67,68 @@ def design(
     of a given inertia; load_pressure=closing takes the load with which the cycle closes. The flywheel is then simulated, and a scene file
     written.
 
-    Writes figures. With the inputs of the paper, the printed numbers are compared with the recomputed ones and misprints are marked.
+    governed-engine: cylinder, flywheel, Porter governor, throttle rod and dashpot for a power, a speed and a droop. The engine is then
+    simulated while its load falls to the half, and a scene file written: --power "20 PS" --speed "120 rpm" --droop 4%.
+
+    Every input may be given as an option of its name. Writes figures. With the inputs of the paper, the printed numbers are compared with
+    the recomputed ones and misprints are marked.
     """
     console.prepare_folder(out)
-    design_machine = {DesignTarget.HARTUNG: _design_hartung, DesignTarget.FLYWHEEL: _design_flywheel}[machine]
-    result, warnings = design_machine(changes or (), out, with_figure=not no_figure)
+    design_machine = {
+        DesignTarget.HARTUNG: _design_hartung,
+        DesignTarget.FLYWHEEL: _design_flywheel,
+        DesignTarget.GOVERNED_ENGINE: _design_governed_engine,
+    }[machine]
+    given = GivenInputs(changes or (), parse_input_options(context.args))
+    result, warnings = design_machine(given, out, with_figure=not no_figure)
     if as_json:
         for warning in warnings:  # the text output contains them
             console.print_to_stderr(warning)
     return dataclasses.replace(result, values={"machine": machine.value, **result.values})
 
 
-def _design_hartung(changes: Sequence[str], out: Path, *, with_figure: bool) -> tuple[console.CommandResult, tuple[str, ...]]:
-    from governor_mechanism.studies.design_inputs import parse_assignments
+def parse_input_options(words: Sequence[str]) -> dict[str, str]:
+    """Return the values of options that are no options of the command, by the names of inputs: "--ball-mass 5kg" or "--ball_mass=5kg".
+
+    Parameters
+    ----------
+    words
+        What is left of the command line.
+
+    Returns
+    -------
+    dict[str, str]
+        Values by name.
+
+    Raises
+    ------
+    MechanismError
+        If an option has no value or is given twice, or a word belongs to no option.
+    """
+    from governor_mechanism.errors import MechanismError, did_you_mean
+
+    values: dict[str, str] = {}
+    remaining = iter(words)
+    for word in remaining:
+        option, sign, value = word.partition("=")
+        if not option.startswith("--") or option == "--":
+            raise MechanismError(f'{word!r} belongs to no option; a value with blanks stands in quotes, as --power "20 PS"')
+        name = option[2:].replace("-", "_")
+        text = value if sign else next(remaining, None)
+        if text is None or (not sign and text.startswith("--")):
+            raise MechanismError(f"{option} has no value; an input has one: {option} VALUE.{did_you_mean(option, _OPTIONS)}")
+        if name in values:
+            raise MechanismError(f"{option} is given twice; give it once")
+        values[name] = text
+    return values
+
+
+def _design_hartung(given: GivenInputs, out: Path, *, with_figure: bool) -> tuple[console.CommandResult, tuple[str, ...]]:
     from governor_mechanism.studies.hartung.design import design_hartung
     from governor_mechanism.studies.hartung.inputs import PAPER_INPUTS
     from governor_mechanism.studies.hartung.paper_comparison import compare_with_paper
 
-    inputs = parse_assignments(PAPER_INPUTS, changes)
+    inputs = given.replace(PAPER_INPUTS)
     is_paper_design = inputs == PAPER_INPUTS
     with console.show_status("designing"):
         hartung_design = design_hartung(inputs)
@@ -107,14 +175,13 @@ def _write_hartung_figures(hartung_design: HartungDesign, out: Path, *, is_paper
     ]
 
 
-def _design_flywheel(changes: Sequence[str], out: Path, *, with_figure: bool) -> tuple[console.CommandResult, tuple[str, ...]]:
-    from governor_mechanism.studies.design_inputs import parse_assignments
+def _design_flywheel(given: GivenInputs, out: Path, *, with_figure: bool) -> tuple[console.CommandResult, tuple[str, ...]]:
     from governor_mechanism.studies.flywheel.design import design_flywheel
     from governor_mechanism.studies.flywheel.inputs import PAPER_INPUTS
     from governor_mechanism.studies.flywheel.paper_comparison import compare_with_paper
     from governor_mechanism.studies.flywheel.simulation import export_scene_document, format_simulated_wheels, simulate_wheels
 
-    inputs = parse_assignments(PAPER_INPUTS, changes)
+    inputs = given.replace(PAPER_INPUTS)
     flywheel_design = design_flywheel(inputs)
     comparison = compare_with_paper() if inputs == PAPER_INPUTS else None
     with console.show_status("simulating"):
@@ -132,3 +199,27 @@ def _design_flywheel(changes: Sequence[str], out: Path, *, with_figure: bool) ->
         values["paper"] = comparison.as_json()
         text = [f"{comparison}\n", *text]
     return console.CommandResult(text=text, values=values, files=files), flywheel_design.warnings
+
+
+def _design_governed_engine(given: GivenInputs, out: Path, *, with_figure: bool) -> tuple[console.CommandResult, tuple[str, ...]]:
+    from governor_mechanism.studies.governed_engine.design import design_governed_engine
+    from governor_mechanism.studies.governed_engine.inputs import DEFAULT_INPUTS
+    from governor_mechanism.studies.governed_engine.scene_export import export_scene_document
+    from governor_mechanism.studies.governed_engine.simulation import simulate_design
+
+    engine_design = design_governed_engine(given.replace(DEFAULT_INPUTS))
+    with console.show_status("simulating"):
+        simulated = simulate_design(engine_design)
+    comment = (
+        "The engine of `design governed-engine` under its governor; the load falls to the half.\n"
+        "The resistance at the sleeve is left out: add dry_friction to the effects of the governor."
+    )
+    files = [_write_scene(export_scene_document(engine_design), comment, out / "governed_engine_design.toml")]
+    if with_figure:
+        from governor_mechanism.render.figures.governed_engine_design import governed_engine_figure
+
+        with console.show_status("drawing"):
+            files.append(governed_engine_figure(engine_design, simulated).save_png(out / "governed_engine_design.png"))
+    values = {"design": engine_design.as_json(), "simulated": simulated.as_json()}
+    text = [*engine_design.summary_lines(), f"\n{simulated}"]
+    return console.CommandResult(text=text, values=values, files=files, ok=simulated.ok), engine_design.warnings

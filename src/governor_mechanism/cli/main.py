@@ -234,8 +234,11 @@ def _write_results(result: Trajectory, out: Path, stem: str, film: FilmFormat | 
     return written
 
 
-for command in (models, run, crosscheck, equilibria, accuracy, effects, sweep, hard_cases, valve_gears, design):
+for command in (models, run, crosscheck, equilibria, accuracy, effects, sweep, hard_cases, valve_gears):
     app.command(short_help=console.first_sentence(command))(console.guarded_command(command))
+# Inputs of a design may be options of their own; `design` answers a misspelt one.
+_ANY_OPTIONS = {"allow_extra_args": True, "ignore_unknown_options": True}
+app.command(short_help=console.first_sentence(design), context_settings=_ANY_OPTIONS)(console.guarded_command(design))
 app.command("compile", short_help=console.first_sentence(compile_kernels))(console.guarded_command(compile_kernels))
 app.add_typer(regulation_app, name="regulation")
 

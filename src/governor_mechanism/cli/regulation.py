@@ -112,6 +112,36 @@ def loop(
     return console.CommandResult(text=[study.title, study], values=study.as_json(), files=files, ok=study.ok)
 
 
+def stability_map(
+    scene: console.SceneName,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(help="The values of a key, key=first:last:count; twice. [inertia of the flywheel and dashpot on the sleeve]"),
+    ] = None,
+    border_points: Annotated[int, typer.Option(help="Number of points at which the border is located by simulation; 0 for none.")] = 8,
+    workers: Annotated[int, typer.Option(help="Largest number of processes. The result does not depend on it.")] = 2,
+    out: console.FigureFolder = console.RESULTS_FOLDER,
+    no_figure: console.NoFigure = False,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Map where a governed engine is stable and where it hunts, over two parameters.
+
+    By eigenvalues with the mean torque, with Vyshnegradskii's limit over them, and by the simulated border under the cyclic torque.
+    """
+    console.prepare_folder(out)
+    loaded = gm.load(scene)
+    with console.show_progress_bar("map") as progress:
+        study = gm.stability_map(loaded, vary or (), border_points=border_points, workers=workers, progress=progress)
+    stem = f"{Path(loaded.source).stem or 'scene'}_map"
+    files = [study.save_json(out / f"{stem}.json")]
+    if not no_figure:
+        from governor_mechanism.render.figures.stability_map import stability_map_figure
+
+        files.append(stability_map_figure(study).save_png(out / f"{stem}.png"))
+    return console.CommandResult(text=[study.title, study], values=study.as_json(), files=files)
+
+
 regulation_app = typer.Typer(help="Study how a governor regulates.", no_args_is_help=True, rich_markup_mode=None)
 for command in (cyclic, clearance, settling, jump, loop):
     regulation_app.command(short_help=console.first_sentence(command))(console.guarded_command(command))
+regulation_app.command("map", short_help=console.first_sentence(stability_map))(console.guarded_command(stability_map))

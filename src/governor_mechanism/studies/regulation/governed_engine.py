@@ -46,6 +46,9 @@ N_TURN_POINTS = 720
 N_WORK_POINTS = 1001
 """Points of the quadrature of the work of the load, between its changes."""
 
+SLOPE_STEP = 1e-4
+"""Step of the difference of the torque, relative to the scale of the coordinate: its rounding is 1e-12 of the torque."""
+
 SPEED_READINGS = ("spindle_speed",)
 """Readings of the governor that its position does not determine."""
 
@@ -151,6 +154,11 @@ class GovernedEngine:
         return f"{self.governor}.{self._reduction.mechanism.coordinate}"
 
     @property
+    def coordinate_scale(self) -> float:
+        """Scale of the coordinate of the governor, SI."""
+        return self._reduction.coordinate_scale
+
+    @property
     def sleeve(self) -> str:
         """Reading of the lift of the sleeve in the scene."""
         return f"{self.governor}.{SLEEVE_READING}"
@@ -168,6 +176,11 @@ class GovernedEngine:
     def _engine_elements(self) -> list[ForceElement]:
         """Force elements on the shaft other than the load."""
         return [one for one in self.scene.mechanism.force_elements if self._shaft in one.bodies and one.name != self.load.name]
+
+    @property
+    def shaft_inertia(self) -> float:
+        """Moment of inertia of shaft and flywheel, kg m2, without the governor."""
+        return self.scene.mechanism.bodies[self.scene.mechanism.body_index(self._shaft)].planar_inertia
 
     @cached_property
     def characteristic(self) -> RegulationCharacteristic:
@@ -255,11 +268,25 @@ class GovernedEngine:
             return self._mean_torque({name: float(one[0]) for name, one in readings.items()}, float(speeds[0])) - torque
 
         k = int(crossings[np.argmin(curve.sleeve_lift[crossings])])
-        coordinate = find_root(excess, float(curve.coordinate[k]), float(curve.coordinate[k + 1]))
+        return self.point_at(find_root(excess, float(curve.coordinate[k]), float(curve.coordinate[k + 1])))
+
+    def point_at(self, coordinate: float) -> OperatingPoint:
+        """Return the equilibrium at a position of the governor, whatever the load."""
         readings, speeds = self._evaluate(np.array([coordinate]))
-        return OperatingPoint(
-            coordinate=coordinate, sleeve_lift=float(readings[SLEEVE_READING][0]), shaft_speed=float(speeds[0]), torque=torque
-        )
+        torque = self._mean_torque({name: float(one[0]) for name, one in readings.items()}, float(speeds[0]))
+        lift = float(readings[SLEEVE_READING][0])
+        return OperatingPoint(coordinate=coordinate, sleeve_lift=lift, shaft_speed=float(speeds[0]), torque=torque)
+
+    def torque_slope(self, point: OperatingPoint) -> float:
+        """Return the change of the mean torque by the lift of the sleeve at an operating point, N m/m; exact within a line of a table."""
+        step = SLOPE_STEP * self.coordinate_scale
+        coordinates = np.array([point.coordinate - step, point.coordinate + step])
+        readings, speeds = self._evaluate(coordinates)
+        torques = [
+            self._mean_torque({name: float(one[k]) for name, one in readings.items()}, float(speeds[k])) for k in range(len(coordinates))
+        ]
+        lifts = readings[SLEEVE_READING]
+        return (torques[1] - torques[0]) / float(lifts[1] - lifts[0])
 
     def _no_equilibrium_message(self, torque: float) -> str:
         """Return why no position of the governor balances a load."""
@@ -340,6 +367,15 @@ class GovernedEngine:
             work += float(np.sum(fraction * np.diff(angle_at(instants))))
         return self.load.rated_torque * work
 
+    def with_constant_load(self, torque: float) -> Scene:
+        """Return the scene with a load that does not change, N m."""
+        return self.with_load(InputFunction(values=(torque / self.load.rated_torque,)))
+
+    def with_load(self, fraction: InputFunction) -> Scene:
+        """Return the scene with another load over time, relative to the rated torque."""
+        couplings = tuple(replace(one, fraction=fraction) if one is self.load else one for one in self.scene.couplings)
+        return replace(self.scene, couplings=couplings, document={})
+
     def _speed_at_start(self, point: OperatingPoint) -> float:
         """Return the speed (rad/s) at the crank angle of the start if the mean speed over a turn is that of an operating point.
 
@@ -350,9 +386,8 @@ class GovernedEngine:
             return point.shaft_speed
         angles = np.append(np.linspace(0.0, math.tau, N_TURN_POINTS, endpoint=False), angle % math.tau)
         surplus = self._gas_work(point, angles) - point.torque * angles
-        inertia = sum(body.planar_inertia for body in self.scene.mechanism.bodies if body.name == self._shaft)
         stored = surplus[-1] - surplus[:-1].mean()
-        return point.shaft_speed + float(stored) / (inertia * point.shaft_speed)
+        return point.shaft_speed + float(stored) / (self.shaft_inertia * point.shaft_speed)
 
     def _gas_work(self, point: OperatingPoint, angles: FloatArray) -> FloatArray:
         """Return the work (n,) of the gas on the shaft from the crank angle 0 on, J, with the governor at rest."""

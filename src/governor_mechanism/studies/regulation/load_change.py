@@ -13,7 +13,6 @@ from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.plain_values import finite_or_none, plain_record, save_json
-from governor_mechanism.model.coupling.couplings import LoadCoupling
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome, Trajectory
@@ -31,6 +30,9 @@ CHANGE_AT = 0.1
 
 HUNTING_RATIO = 0.8
 """Part of the amplitude in the third quarter after the change above which that in the last one is a sustained oscillation."""
+
+MIN_REVERSALS = 2
+"""Passages of the middle speed in the second half after the change that make an oscillation; a steady drift has one."""
 
 MIN_TURNS = 4
 """Turns of the shaft before and after the change that a judgement needs."""
@@ -250,9 +252,7 @@ def study_load_change(
             raise MechanismError(f"a load is a fraction of the rated torque, 0 or more; got {fraction:g}")
     values = (fractions[0], fractions[0], fractions[1], fractions[1])
     program = InputFunction(times=(0.0, begin, end, max(end, scene.run.duration) + 1.0), values=values)
-    couplings = tuple(replace(one, fraction=program) if isinstance(one, LoadCoupling) else one for one in scene.couplings)
-    changed = replace(scene, couplings=couplings, document={})
-    governed = GovernedEngine(changed)
+    governed = GovernedEngine(GovernedEngine(scene).with_load(program))
     before = governed.operating_point(fractions[0] * governed.load.rated_torque)
     messages, after = [], None
     try:
@@ -346,7 +346,10 @@ def _judge(run: Trajectory, begin: float, first: float, times: FloatArray, speed
     amplitudes = [0.5 * float(np.ptp(quarter)) for quarter in quarters]
     middle = 0.5 * float(quarters[1].max() + quarters[1].min())
     largest = float(np.max(np.abs(speeds - first)))
-    hunts = amplitudes[1] > SETTLING_BAND * largest and amplitudes[1] > HUNTING_RATIO * amplitudes[0]
+    is_sustained = amplitudes[1] > SETTLING_BAND * largest and amplitudes[1] > HUNTING_RATIO * amplitudes[0]
+    second_half = speeds[times >= begin + 0.5 * (end - begin)]
+    is_oscillation = np.count_nonzero(np.diff(np.sign(second_half - middle))) >= MIN_REVERSALS
+    hunts = is_sustained and is_oscillation
     last = middle if hunts else float(speeds[-1])
     deviation = speeds - last
     change = last - first

@@ -60,7 +60,7 @@ def _is_cluster(cluster: object) -> bool:
 
 
 @contextmanager
-def row_computer(workers: int, cluster: Any) -> Iterator[RowComputer]:
+def row_computer(workers: int, cluster: Any) -> Iterator[RowComputer[SweepRow]]:
     """Provide the function that computes the rows: in this process, in several ones, or on a cluster.
 
     Parameters
@@ -138,7 +138,7 @@ def require_same_versions(client: Any) -> None:
         raise MechanismError(*problems)
 
 
-def _compute_on_cluster(function: RowFunction, indices: Sequence[int], client: Any) -> Generator[Sequence[SweepRow], None, None]:
+def _compute_on_cluster(function: RowFunction[SweepRow], indices: Sequence[int], client: Any) -> Generator[Sequence[SweepRow], None, None]:
     """Yield the rows of chunks in the order in which they are finished; the scheduler repeats those of a worker that is lost."""
     from distributed import CancelledError, KilledWorker
     from distributed.comm.core import CommClosedError

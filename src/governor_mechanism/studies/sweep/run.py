@@ -135,7 +135,9 @@ def make_task(
     return SweepTask(document=document, axes=axes, quantities=parsed_quantities, engine=engine, accuracy=accuracy, certify=certify)
 
 
-def run_sweep(scene: Scene, task: SweepTask, compute: RowComputer, out: str | Path | None, progress: SweepProgress | None) -> Sweep:
+def run_sweep(
+    scene: Scene, task: SweepTask, compute: RowComputer[SweepRow], out: str | Path | None, progress: SweepProgress | None
+) -> Sweep:
     """Run all rows of a task that are not on disk yet.
 
     Parameters
@@ -172,7 +174,7 @@ def run_sweep(scene: Scene, task: SweepTask, compute: RowComputer, out: str | Pa
 
 
 def _compute_missing_rows(
-    rows: SweepRows, task: SweepTask, compute: RowComputer, files: SweepFiles | None, progress: SweepProgress
+    rows: SweepRows, task: SweepTask, compute: RowComputer[SweepRow], files: SweepFiles | None, progress: SweepProgress
 ) -> None:
     """Add the rows that are not computed yet, and write each to the journal of the files, if there are any."""
     missing = np.flatnonzero(~rows.is_computed).tolist()

@@ -7,24 +7,28 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import closing, contextmanager
 from types import FrameType
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from governor_mechanism.errors import RunFailed
-from governor_mechanism.studies.sweep.rows import SweepRow
+
+Row = TypeVar("Row")
+"""What a function returns for an index."""
+
+Row_co = TypeVar("Row_co", covariant=True)
 
 
-class RowFunction(Protocol):
+class RowFunction(Protocol[Row_co]):
     """Function that computes the rows of indices; it can be pickled."""
 
     @property
     def rows_at_once(self) -> int:
         """Largest number of rows that it computes at once; 1 if each row takes as long alone."""
 
-    def __call__(self, indices: Sequence[int], /) -> list[SweepRow]:
+    def __call__(self, indices: Sequence[int], /) -> Sequence[Row_co]:
         """Return the rows of indices."""
 
 
-RowComputer = Callable[[RowFunction, Sequence[int]], Generator[Sequence[SweepRow], None, None]]
+RowComputer = Callable[[RowFunction[Row], Sequence[int]], Generator[Sequence[Row], None, None]]
 """Function that yields the rows of indices as they are finished, several at once."""
 
 TRIAL_TIME = 0.5
@@ -49,7 +53,7 @@ MAX_CHUNK_ROWS = 1000
 """Largest number of rows of a chunk: fewer would repeat what rows share too often, and more would keep them from the disk too long."""
 
 
-def compute_alone(function: RowFunction, indices: Sequence[int]) -> Generator[Sequence[SweepRow], None, None]:
+def compute_alone(function: RowFunction[Row], indices: Sequence[int]) -> Generator[Sequence[Row], None, None]:
     """Yield rows computed in this process; interrupted rows are dropped."""
     n_done, n_rows = 0, 1
     with record_interrupts() as was_interrupted:
@@ -62,12 +66,12 @@ def compute_alone(function: RowFunction, indices: Sequence[int]) -> Generator[Se
             n_done, n_rows = n_done + len(rows), _choose_chunk_size(function, len(rows), time.perf_counter() - started)
 
 
-def _choose_chunk_size(function: RowFunction, n_rows: int, elapsed: float) -> int:
+def _choose_chunk_size(function: RowFunction[Any], n_rows: int, elapsed: float) -> int:
     """Return the number of rows to compute next after some rows took a time, s: no more than within reasonable patience."""
     return max(1, min(function.rows_at_once, MAX_CHUNK_GROWTH * n_rows, int(MAX_CHUNK_TIME * n_rows / max(elapsed, MIN_ELAPSED_TIME))))
 
 
-def compute_in_parallel(function: RowFunction, indices: Sequence[int], n_workers: int) -> Generator[Sequence[SweepRow], None, None]:
+def compute_in_parallel(function: RowFunction[Row], indices: Sequence[int], n_workers: int) -> Generator[Sequence[Row], None, None]:
     """Yield rows computed in this process as long as others would take longer to start than they save, and then by several workers.
 
     Rows that are computed at once are shared among threads, which start at once, others among processes. The first row compiles or loads
@@ -95,11 +99,11 @@ def compute_in_parallel(function: RowFunction, indices: Sequence[int], n_workers
         yield from _map_in_processes(function, make_chunks(indices[n_done:], n_useful), n_useful)
 
 
-def _map_in_threads(function: RowFunction, indices: Sequence[int], n_threads: int) -> Generator[Sequence[SweepRow], None, None]:
+def _map_in_threads(function: RowFunction[Row], indices: Sequence[int], n_threads: int) -> Generator[Sequence[Row], None, None]:
     """Yield the rows of indices in the order in which threads finish them; after an interrupt these finish what they have begun."""
     chunk_size, n_begun = 1, 0
     with ThreadPoolExecutor(n_threads) as executor, record_interrupts() as was_interrupted:
-        running: set[Future[tuple[list[SweepRow], float]]] = set()
+        running: set[Future[tuple[Sequence[Row], float]]] = set()
         while n_begun < len(indices) or running:
             while n_begun < len(indices) and len(running) < n_threads + 1:
                 chunk = indices[n_begun : n_begun + chunk_size]
@@ -114,7 +118,7 @@ def _map_in_threads(function: RowFunction, indices: Sequence[int], n_threads: in
                 raise KeyboardInterrupt
 
 
-def _compute_timed(function: RowFunction, indices: Sequence[int]) -> tuple[list[SweepRow], float]:
+def _compute_timed(function: RowFunction[Row], indices: Sequence[int]) -> tuple[Sequence[Row], float]:
     """Return rows, and the time that they took, s."""
     started = time.perf_counter()
     return function(indices), time.perf_counter() - started
@@ -133,7 +137,7 @@ def make_chunks(indices: Sequence[int], n_workers: int) -> Iterator[Sequence[int
         yield indices[first : first + size]
 
 
-def _map_in_processes(function: RowFunction, chunks: Iterator[Sequence[int]], n_processes: int) -> Iterator[Sequence[SweepRow]]:
+def _map_in_processes(function: RowFunction[Row], chunks: Iterator[Sequence[int]], n_processes: int) -> Iterator[Sequence[Row]]:
     """Yield the rows of chunks in the order in which they are finished. Raise RunFailed if a process is terminated from outside."""
     from joblib import Parallel, delayed
     from joblib.externals.loky.process_executor import TerminatedWorkerError

@@ -1,0 +1,358 @@
+"""Where a governed engine is stable: eigenvalues with mean torque over two parameters, and the border under the cyclic torque."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from governor_mechanism.closed_form.governed_engine import vyshnegradskii_parameters
+from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.plain_values import finite_or_none, save_json
+from governor_mechanism.machines.flywheel_engine.dimensions import MEAN
+from governor_mechanism.machines.flywheel_engine.machine import FlywheelEngine
+from governor_mechanism.model.coupling.couplings import ControlCoupling
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.scenes.changed_document import parse_scene_with, replace_document_value
+from governor_mechanism.scenes.schema import rate_key
+from governor_mechanism.statics.linearisation import Linearisation, linearise_scene
+from governor_mechanism.studies.regulation.characteristic_polynomial import characteristic_coefficients_of
+from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
+from governor_mechanism.studies.regulation.periodic_motion import find_periodic_motion
+from governor_mechanism.studies.sweep.parameters import SweepAxis, parse_axes
+from governor_mechanism.studies.sweep.workers import compute_in_parallel
+from governor_mechanism.types import FloatArray
+
+DEFAULT_COUNT = 40
+"""Number of values of each parameter unless they are given."""
+
+DEFAULT_RANGES = {"inertia": (0.2, 2.0), "sleeve": (0.005, 1.4)}
+"""Range of a parameter unless it is given, relative to its value in the scene, by the last word of its key."""
+
+N_BORDER_COLUMNS = 8
+"""Values of the first parameter at which the border under the cyclic torque is located."""
+
+FIRST_WIDTH = 0.01
+"""Distance from the border with mean torque at which that under the cyclic torque is first looked for, relative to the range."""
+
+MEAN_BORDER_TOLERANCE = 1e-12
+"""Tolerance of the border with mean torque, relative to the parameter: some ten times that of the eigenvalues."""
+
+BORDER_TOLERANCE = 1e-5
+"""Tolerance of the border, relative to the range of the parameter: the multipliers are as accurate, see `periodic_motion`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BorderPoint:
+    """A point of the border between stability and hunting.
+
+    Attributes
+    ----------
+    x
+        Value of the first parameter, SI.
+    mean
+        Value of the second parameter at the border with mean torque, SI.
+    cyclic
+        The same under the cyclic torque; None if the scene has a mean torque.
+    frequency
+        Frequency of hunting with mean torque at the border, rad/s.
+    """
+
+    x: float
+    mean: float
+    cyclic: float | None
+    frequency: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StabilityMap:
+    """Stability of a governed engine over two parameters.
+
+    Attributes
+    ----------
+    title
+        Title of the scene.
+    x, y
+        The parameters; the growth rates have a row for each value of y.
+    growth_rates
+        Largest real part of the eigenvalues with mean torque, 1/s; not a number where there is no steady state; shape (ny, nx).
+    frequencies
+        Frequency of that mode, rad/s; shape (ny, nx).
+    parameters
+        Vyshnegradskii's x and y by hand; not a number where the closed form does not apply; shape (2, ny, nx).
+    border
+        Border by the simulation at some values of x.
+    place
+        Values of both parameters in the scene, SI; not a number for one that is no number there.
+    load_fraction
+        Load of the steady state, relative to the rated torque.
+    """
+
+    title: str
+    x: SweepAxis
+    y: SweepAxis
+    growth_rates: FloatArray
+    frequencies: FloatArray
+    parameters: FloatArray
+    border: tuple[BorderPoint, ...]
+    place: tuple[float, float]
+    load_fraction: float
+
+    @property
+    def stable_share(self) -> float:
+        """Part of the points that are stable."""
+        return float(np.mean(self.growth_rates < 0.0))
+
+    @property
+    def disagreements(self) -> int:
+        """Number of points at which the sign of the growth rate differs from that of 1 - x y of the closed form."""
+        excess = self.parameters[0] * self.parameters[1] - 1.0
+        return int(np.sum(np.isfinite(excess) & ((excess > 0.0) != (self.growth_rates < 0.0))))
+
+    def as_json(self) -> dict[str, Any]:
+        """Return all numbers."""
+        axes = {name: {"key": one.key, "unit": one.unit, "values": list(one.values)} for name, one in (("x", self.x), ("y", self.y))}
+        grids = {
+            name: [[finite_or_none(float(value)) for value in row] for row in grid]
+            for name, grid in (("growth_rates", self.growth_rates), ("frequencies", self.frequencies))
+        }
+        border = [vars(point) for point in self.border]
+        return {
+            "title": self.title,
+            **axes,
+            **grids,
+            "border": border,
+            "load_fraction": self.load_fraction,
+            "stable_share": self.stable_share,
+        }
+
+    def save_json(self, path: Path) -> Path:
+        """Write all numbers to a JSON file and return its path."""
+        return save_json(self.as_json(), path)
+
+    def __str__(self) -> str:
+        """Return how much is stable, and the border."""
+        n = self.growth_rates.size
+        lines = [f"{n} points, load {100 * self.load_fraction:.4g} %: {self.stable_share:.1%} stable with mean torque"]
+        if np.isfinite(self.parameters).any():
+            n_known = int(np.isfinite(self.parameters[0]).sum())
+            lines.append(f"eigenvalues and Vyshnegradskii's limit x y = 1 agree in {n_known - self.disagreements} of {n_known} points")
+        (x_factor, x_unit), (y_factor, y_unit) = self.x.display_unit, self.y.display_unit
+        for point in self.border:
+            cyclic = "" if point.cyclic is None else f", {point.cyclic * y_factor:.6g} {y_unit} under the cyclic torque"
+            where = f"border at {point.x * x_factor:.5g} {x_unit}: {point.mean * y_factor:.6g} {y_unit} with mean torque"
+            lines.append(f"{where}{cyclic}; hunting at {point.frequency:.5g} rad/s")
+        return "\n".join(lines)
+
+
+def map_stability(
+    scene: Scene,
+    vary: Sequence[str] = (),
+    *,
+    n_border_columns: int = N_BORDER_COLUMNS,
+    n_workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> StabilityMap:
+    """Return the stability of a governed engine over two parameters, under its last load.
+
+    Parameters
+    ----------
+    scene
+        Scene of a governed engine.
+    vary
+        Two texts "key=first:last:count"; inertia of the flywheel and dashpot on the sleeve if empty.
+    n_border_columns
+        Values of the first parameter at which the border is located by simulation.
+    n_workers
+        Largest number of processes.
+    progress
+        Called with the numbers of points done and of all.
+
+    Returns
+    -------
+    StabilityMap
+        The map.
+
+    Raises
+    ------
+    MechanismError
+        If the scene is no governed engine, its cut-off moves, or the parameters are wrong.
+    """
+    if not scene.document:
+        raise MechanismError("a stability map needs a scene from a file or a document, whose keys can be varied")
+    governed = GovernedEngine(scene)
+    fraction = governed.load.fraction.values[-1]
+    document = replace_document_value(scene.document, "load.fraction", fraction)
+    axes = parse_axes(document, list(vary) or _default_axes(governed, document))
+    if len(axes) != 2 or not all(axis.is_numeric and len(axis.values) > 1 for axis in axes):
+        raise MechanismError("a stability map has two parameters, each key=first:last:count with two values or more")
+    points = _MapPoints(_mean_torque_document(governed, document), axes)
+    n_points = len(axes[0].values) * len(axes[1].values)
+    grid = np.full((4, n_points), np.nan)
+    n_done, n_all = 0, n_points + (n_border_columns if n_border_columns else 0)
+    for rows in compute_in_parallel(points, range(n_points), n_workers):
+        for index, *values in rows:
+            grid[:, index] = values
+        n_done += len(rows)
+        if progress:
+            progress(n_done, n_all)
+    shape = len(axes[0].values), len(axes[1].values)
+    growth, frequencies, first, second = (one.reshape(shape).T for one in grid)
+    columns = np.unique(np.linspace(0, shape[0] - 1, n_border_columns).round().astype(int)) if n_border_columns else np.array([], dtype=int)
+    bracketed = [int(k) for k in columns if _brackets(growth[:, k])]
+    border_columns = _BorderColumns(points, None if governed.has_mean_torque else document, {k: _brackets(growth[:, k]) for k in bracketed})
+    found = [point for rows in compute_in_parallel(border_columns, bracketed, n_workers) for point in rows]
+    return StabilityMap(
+        title=scene.title,
+        x=axes[0],
+        y=axes[1],
+        growth_rates=growth,
+        frequencies=frequencies,
+        parameters=np.array([first, second]),
+        border=tuple(sorted(found, key=lambda point: point.x)),
+        place=(_value_at(scene, axes[0]), _value_at(scene, axes[1])),
+        load_fraction=fraction,
+    )
+
+
+def _default_axes(governed: GovernedEngine, document: Mapping[str, Any]) -> list[str]:
+    """Return ranges of the flywheel's inertia and of the dashpot on the sleeve about their values in the scene."""
+    engine, _ = governed.shaft_angle.split(".", 1)
+    keys = (f"part.{engine}.dimensions.inertia", f"part.{governed.governor}.effects.dashpot.sleeve")
+    ranges = []
+    for key in keys:
+        value = _number_at(governed.scene, key)
+        if not value > 0.0:
+            raise MechanismError(f"{key} is no number above 0 in this scene; give both parameters, as {key}=first:last:count")
+        low, high = DEFAULT_RANGES[key.rpartition(".")[2]]
+        ranges.append(f"{key}={low * value:.6g}:{high * value:.6g}:{DEFAULT_COUNT}")
+    return ranges
+
+
+def _value_at(scene: Scene, axis: SweepAxis) -> float:
+    return _number_at(scene, axis.key)
+
+
+def _number_at(scene: Scene, key: str) -> float:
+    """Return the value of a key of a scene in SI; not a number unless it is one."""
+    value: Any = scene.document
+    for name in key.split("."):
+        value = value.get(name) if isinstance(value, Mapping) else None
+    if not isinstance(value, int | float | str) or isinstance(value, bool):
+        return float("nan")
+    axis = parse_axes(scene.document, {key: [value]})[0]
+    return axis.values[0] if isinstance(axis.values[0], float) else float("nan")
+
+
+def _mean_torque_document(governed: GovernedEngine, document: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the document of the loop with mean torque, started at the equilibrium by statics."""
+    scene, engine = governed.scene, governed.shaft_angle.split(".", 1)[0]
+    part = next(one for one in scene.parts if one.name == engine)
+    if part.machine == FlywheelEngine.name:
+        controls = (one for one in scene.couplings if isinstance(one, ControlCoupling))
+        if moving := next((one for one in controls if one.target == f"{engine}.cut_off"), None):
+            what = f"coupling {moving.name!r} moves the cut-off, and a map needs the mean torque, which takes a constant one"
+            raise MechanismError(f"{what}; let the governor move a throttle, or use `regulation loop`")
+        document = replace_document_value(document, f"part.{engine}.dimensions.gas_torque", MEAN)
+    point = governed.operating_point(governed.load.fraction.values[-1] * governed.load.rated_torque)
+    shaft, coordinate = governed.shaft_angle.split(".", 1)[1], governed.coordinate.split(".", 1)[1]
+    document = replace_document_value(document, f"part.{engine}.start.{rate_key(shaft)}", point.shaft_speed)
+    changed: Mapping[str, Any] = replace_document_value(document, f"part.{governed.governor}.start.{coordinate}", point.coordinate)
+    return changed
+
+
+@dataclass(frozen=True)
+class _MapPoints:
+    """Function of points of a grid, whose rows are independent: it can be sent to other processes."""
+
+    document: Mapping[str, Any]
+    axes: tuple[SweepAxis, ...]
+    rows_at_once: int = field(default=1, init=False)
+
+    def __call__(self, indices: Sequence[int]) -> list[tuple[int, float, float, float, float]]:
+        """Return index, growth rate, frequency and Vyshnegradskii's parameters of points."""
+        n = len(self.axes[1].values)
+        return [
+            (index, *self._evaluate(*(float(axis.values[k]) for axis, k in zip(self.axes, divmod(index, n), strict=True))))
+            for index in indices
+        ]
+
+    def scene_at(self, x: float, y: float, document: Mapping[str, Any] | None = None) -> Scene:
+        """Return the scene at values of both parameters, SI."""
+        return parse_scene_with(document or self.document, [(self.axes[0].key, x), (self.axes[1].key, y)])
+
+    def linearise(self, x: float, y: float) -> Linearisation:
+        """Return the linearised loop with mean torque."""
+        scene = self.scene_at(x, y)
+        return linearise_scene(scene, *initial_state(scene))
+
+    def _evaluate(self, x: float, y: float) -> tuple[float, float, float, float]:
+        """Return growth rate, frequency and Vyshnegradskii's parameters."""
+        try:
+            scene = self.scene_at(x, y)
+            linearisation = linearise_scene(scene, *initial_state(scene))
+        except MechanismError:
+            return np.nan, np.nan, np.nan, np.nan
+        governed = GovernedEngine(scene)
+        point = governed.point_at(linearisation.readings[governed.coordinate])
+        coefficients = characteristic_coefficients_of(governed, point)
+        parameters = (np.nan, np.nan)
+        if coefficients is not None and coefficients.c > 0:
+            first, second = vyshnegradskii_parameters(coefficients)
+            parameters = float(first), float(second)
+        return linearisation.critical_real_part, linearisation.critical_frequency, *parameters
+
+
+@dataclass(frozen=True)
+class _BorderColumns:
+    """Function of columns of a map, which locates the border in each: it can be sent to other processes."""
+
+    points: _MapPoints
+    cyclic_document: Mapping[str, Any] | None
+    brackets: Mapping[int, tuple[int, int] | None]
+    rows_at_once: int = field(default=1, init=False)
+
+    def __call__(self, indices: Sequence[int]) -> list[BorderPoint]:
+        """Return the points of the border in columns."""
+        return [self._locate(index) for index in indices]
+
+    def _locate(self, index: int) -> BorderPoint:
+        """Return the border at a value of the first parameter."""
+        from scipy.optimize import brentq  # slow to import
+
+        x_axis, y_axis = self.points.axes
+        x, bracket = float(x_axis.values[index]), self.brackets[index]
+        values = [float(value) for value in y_axis.values]
+        low, high = (values[k] for k in bracket or (0, -1))
+        mean = float(
+            brentq(lambda y: self.points.linearise(x, y).critical_real_part, low, high, rtol=1e-12, xtol=1e-12 * max(abs(low), abs(high)))
+        )
+        frequency = self.points.linearise(x, mean).critical_frequency
+        cyclic = None if self.cyclic_document is None else self._locate_cyclic(x, mean, (min(values), max(values)))
+        return BorderPoint(x=x, mean=mean, cyclic=cyclic, frequency=frequency)
+
+    def _locate_cyclic(self, x: float, mean: float, ends: tuple[float, float]) -> float | None:
+        """Return the border under the cyclic torque near that with mean torque; None if it is not within the range."""
+        from scipy.optimize import brentq  # slow to import
+
+        def growth_rate(y: float) -> float:
+            scene = self.points.scene_at(x, y, self.cyclic_document)
+            governed = GovernedEngine(scene)
+            return find_periodic_motion(scene, governed.load.fraction.values[-1] * governed.load.rated_torque).growth_rate
+
+        width = FIRST_WIDTH * (ends[1] - ends[0])
+        at_mean = growth_rate(mean)
+        while width <= ends[1] - ends[0]:
+            for other in (mean - width, mean + width):
+                if ends[0] <= other <= ends[1] and growth_rate(other) * at_mean < 0.0:
+                    return float(brentq(growth_rate, *sorted((mean, other)), xtol=BORDER_TOLERANCE * (ends[1] - ends[0])))
+            width *= 4.0
+        return None
+
+
+def _brackets(growth_rates: FloatArray) -> tuple[int, int] | None:
+    """Return the first neighbours in a column between which the growth rate changes its sign, or None."""
+    changes = np.flatnonzero(growth_rates[:-1] * growth_rates[1:] < 0.0)
+    return (int(changes[0]), int(changes[0]) + 1) if len(changes) else None

@@ -1,0 +1,213 @@
+"""A governed engine after a change of its load: droop, energies and motion against equations written out by hand, and refusals."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import governor_mechanism as gm
+from governor_mechanism.cli import main as command_line
+from governor_mechanism.closed_form import slide_valve
+from governor_mechanism.closed_form.flywheel import throttle
+from governor_mechanism.closed_form.flywheel.engine import AirEngine
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.scenes.changed_document import parse_scene_with
+from governor_mechanism.studies.regulation.load_change import Verdict
+from reference import flywheel as printed
+
+ARM, OFFSET, BALL, SLEEVE, GRAVITY = 0.3, 0.04, 5.0, 21.0, 9.81
+"""Governor of the shipped scenes: lengths in m, masses in kg."""
+
+FLYWHEEL, DASHPOT, RATED = 800.0, 300.0, 300.0
+"""kg m2, N s/m and N m of the shipped scenes."""
+
+ENGINE = AirEngine(**printed.ENGINE)
+MODEL = gm.load("governed_engine_mean_torque").document
+
+
+def lift_at(angle):
+    """Return the lift of the sleeve above hanging arms, m, from the rhombus of arms and links."""
+    return 2 * ARM * (1 - math.cos(angle))
+
+
+def engine_torque(angle):
+    """Return the mean torque, N m, of the throttle that the sleeve closes from 80 mm to 120 mm by a fifth."""
+    opening = 1 - 0.2 * np.clip((lift_at(angle) - 0.08) / 0.04, 0.0, 1.0)
+    return throttle.full_throttle_torque(ENGINE) - (1 - opening) * throttle.throttle_torque(ENGINE)
+
+
+def speed_at(angle):
+    """Return the speed (rad/s) at which a Porter governor with equal arms and links rests: w^2 r = g (1 + M / m) tan a."""
+    return math.sqrt(GRAVITY * (1 + SLEEVE / BALL) * math.tan(angle) / (OFFSET + ARM * math.sin(angle)))
+
+
+def equilibrium(load):
+    """Return arm angle (rad) and speed (rad/s) at a load, N m."""
+    angle = brentq(lambda one: engine_torque(one) - load, 0.53, 0.64, xtol=1e-15)
+    return angle, speed_at(angle)
+
+
+def motion(_, state, load):
+    """Lagrange's equations of arms and shaft, by hand: a'' and w' from T = I a'^2 / 2 + (J0 + 2 m r^2) w^2 / 2."""
+    angle, rate, speed = state
+    sine, cosine = math.sin(angle), math.cos(angle)
+    radius = OFFSET + ARM * sine
+    inertia = 2 * BALL * ARM**2 + SLEEVE * (2 * ARM * sine) ** 2
+    inertia_slope = 8 * SLEEVE * ARM**2 * sine * cosine
+    weight = 2 * (BALL + SLEEVE) * GRAVITY * ARM * sine
+    centrifugal = 2 * BALL * radius * ARM * cosine * speed**2
+    damping = DASHPOT * (2 * ARM * sine) ** 2 * rate
+    arm_acceleration = (centrifugal - weight - damping - 0.5 * inertia_slope * rate**2) / inertia
+    total = FLYWHEEL + 2 * BALL * radius**2
+    torque = engine_torque(angle) - load - 4 * BALL * radius * ARM * cosine * rate * speed
+    return [rate, arm_acceleration, torque / total]
+
+
+@pytest.fixture(scope="module")
+def response():
+    """Return the response of the shipped loop with mean torque."""
+    return gm.load_change_study("governed_engine_mean_torque", "100%:50%", accuracy=1e-10)
+
+
+def test_the_droop_is_that_of_speed_curve_and_torque_curve(response):
+    speeds = [equilibrium(fraction * RATED)[1] for fraction in (1.0, 0.5)]
+    expected = speeds[1] / speeds[0] - 1
+    assert response.static_droop == pytest.approx(expected, abs=1e-11)  # both by a root to rounding
+    assert response.droop == pytest.approx(expected, abs=1e-8)  # 54 s after the step the slowest mode has decayed to exp(-61)
+    assert response.verdict is Verdict.SETTLES
+
+
+def test_the_motion_is_that_of_equations_by_hand(response):
+    run, begin = response.run, response.change_times[0]
+    angle, speed = equilibrium(RATED)
+    times = run.times[(run.times > begin) & (run.times < begin + 10)]
+    # Twice the tolerance of the comparison would show; the sleeve stays between the ends of its table.
+    solution = solve_ivp(motion, (begin, times[-1]), [angle, 0.0, speed], "DOP853", times, args=(0.5 * RATED,), rtol=1e-12, atol=1e-13)
+    rows = np.isin(run.times, times)
+    assert np.abs(run.rates["engine.crank_angle"][rows] - solution.y[2]).max() < 1e-9
+    assert np.abs(run.readings["governor.arm_angle"][rows] - solution.y[0]).max() < 1e-9
+
+
+def test_settling_and_overshoot_are_those_of_the_motion_by_hand(response):
+    angle, speed = equilibrium(RATED)
+    last = equilibrium(0.5 * RATED)[1]
+    times = np.linspace(0.0, 12.0, 4801)
+    speeds = solve_ivp(motion, (0.0, 12.0), [angle, 0.0, speed], "DOP853", times, args=(0.5 * RATED,), rtol=1e-11).y[2]
+    outside = np.flatnonzero(np.abs(speeds - last) > 0.05 * (last - speed))
+    # The study averages over a turn, half a second: a linear approach is the same, and the curvature costs some hundredths of a second.
+    assert response.settling_time == pytest.approx(times[outside[-1]], abs=0.05)
+    assert response.overshoot == pytest.approx(max(speeds.max() - last, 0.0) / (last - speed), abs=0.01)
+    assert response.speed_error_integral == pytest.approx(np.trapezoid(np.abs(speeds - last), times), rel=0.02)
+
+
+def test_the_energy_of_the_whole_loop_balances(response):
+    work = response.work
+    assert abs(work["left"]) < 1e-9 * work["engine"]
+    # The load takes its torque over the angle, and the dashpot c (dz/dt)^2 over time; by the trapezoidal rule on 20 ms.
+    run = response.run
+    lift_rate = run.rates["governor.sleeve_lift"]
+    assert work["dissipated"] == pytest.approx(np.trapezoid(DASHPOT * lift_rate**2, run.times), rel=1e-3)
+    angles, begin = run.readings["engine.crank_angle"], np.searchsorted(run.times, 6.0)
+    expected = RATED * (angles[begin] - angles[0]) + 0.5 * RATED * (angles[-1] - angles[begin])
+    assert work["load"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_cyclic_engine_balances_too_and_droops_as_its_mean_torque():
+    scene = parse_scene_with(gm.load("governed_engine").document, [("run.duration", 14.0)])
+    response = gm.load_change_study(scene, at=6.0, accuracy=1e-8)
+    assert response.run.energy.drift < 1e-9
+    # The speed at which the governor rests on average under a fluctuation delta of 2.3 % differs by some delta^2 / 8.
+    assert response.droop == pytest.approx(response.static_droop, abs=2e-4)
+    assert response.fluctuations[1] == pytest.approx(0.023, abs=1e-3)  # of the same order as the 1/40 that the wheel was sized for
+
+
+def test_too_weak_a_dashpot_hunts():
+    scene = parse_scene_with(MODEL, [("part.governor.effects.dashpot.sleeve", 8.0)])
+    response = gm.load_change_study(scene)
+    assert response.verdict is Verdict.HUNTS
+    # Saturated at both ends of the table, the oscillation keeps near the frequency of the linear limit.
+    assert response.hunting_period == pytest.approx(2 * math.pi / gm.linearise(scene).modes[0].natural_frequency, rel=0.1)
+
+
+def test_a_ramp_ends_at_the_same_speed_as_a_step(response):
+    ramp = gm.load_change_study("governed_engine_mean_torque", (1.0, 0.5), at="6 s", ramp="4 s")
+    assert ramp.mean_speeds[2] == pytest.approx(response.mean_speeds[2], rel=1e-10)
+    assert ramp.largest_deviation <= response.largest_deviation + 1e-9
+
+
+def test_a_load_above_the_power_of_the_engine_is_named_before_the_run_and_stalls_with_its_time():
+    response = gm.load_change_study("governed_engine_mean_torque", "100%:200%")
+    assert response.verdict is Verdict.STALLS
+    assert response.run.outcome is Outcome.SHAFT_STALLED
+    assert response.messages[0].startswith("a load of 600 N m has no equilibrium: over the travel of the governor")
+    assert "371.621 N m, so that the engine stalls" in response.messages[0]
+    assert "t = " in response.messages[1]
+    assert math.isnan(response.static_droop)
+    shorter = parse_scene_with(MODEL, [("run.duration", 30.0)])
+    assert gm.load_change_study(shorter, "100%:200%").verdict is Verdict.UNDECIDED  # it slows down all the time, and that is no hunting
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"load.fraction": -0.5}, "must not be negative: a load resists"),
+        ({"load.rated_torque": 0}, "must be positive"),
+        ({"load.angle": "engine.crank"}, "Did you mean 'engine.crank_angle'"),
+        ({"part.engine.dimensions.load_torque": 200}, "has a load of its own, 200 N m; write load_torque = 0"),
+        ({"coupling.throttle_rod.table": [[0.08, 0.8], [0.12, 1.0]]}, "positive feedback"),
+        ({"coupling.throttle_rod.table": [[0.08, 1.0], [0.1, 0.8], [0.12, 0.9]]}, "turns back at 'governor.sleeve_lift' = 0.1"),
+        ({"part.engine.dimensions.supply_pressure": "1.5 bar"}, "the throttle has no effect"),
+        ({"part.engine.dimensions.cut_off": [[0, 0.3], [1, 0.4]]}, 'gas_torque = "mean" takes a constant one'),
+    ],
+)
+def test_impossible_loops_are_refused(changes, message):
+    with pytest.raises(MechanismError, match=message.replace("(", r"\(")):
+        parse_scene_with(MODEL, changes.items())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"load_step": "100%"}, 'two fractions of the rated torque, as "100%:50%"'),
+        ({"load_step": (1.0, -0.5)}, "0 or more; got -0.5"),
+        ({"load_step": (3.0, 0.5)}, "so that the engine stalls"),
+        ({"load_step": (1.0, 0.5), "at": "80 s"}, "outside of the run, 0 to 60 s"),
+        ({"load_step": (1.0, 0.5), "ramp": "60 s"}, "end within the run"),
+        ({"load_step": (1.0, 0.5), "at": "1 s"}, "2 turns before the change"),
+    ],
+)
+def test_impossible_changes_are_refused(arguments, message):
+    with pytest.raises(MechanismError, match=message.replace(":", ".")):
+        gm.load_change_study("governed_engine_mean_torque", **arguments)
+
+
+def test_a_scene_without_a_load_is_refused():
+    with pytest.raises(MechanismError, match=r"no table \[load\]; write \[load\] with angle"):
+        gm.load_change_study("porter")
+
+
+def test_the_cut_off_gear_is_that_of_a_shifted_eccentric():
+    table = gm.load("governed_engine_cut_off").document["coupling"]["eccentric"]["table"]
+    for k, (lift, cut_off) in enumerate(table):
+        assert lift == f"{80 + 5 * k} mm"
+        along, across = 0.030, 0.028 - 0.0025 * k  # lap and lead along the crank stay, the other coordinate is shifted
+        eccentric = slide_valve.Eccentric(radius=math.hypot(along, across), rod=math.inf, advance=math.atan2(along, across))
+        angle = slide_valve.event_angle(eccentric, event="crank end cut-off", outside_lap=0.024, inside_lap=0.005)
+        assert cut_off == pytest.approx(0.5 * (1 - math.cos(angle)), abs=1e-12)  # printed with twelve digits
+
+
+def test_the_command_prints_the_response(tmp_path, capsys):
+    arguments = ["regulation", "loop", "governed_engine_mean_torque", "--load-step", "100%:50%", "--out", str(tmp_path), "--json"]
+    with pytest.raises(SystemExit) as stop:
+        command_line.app(arguments)
+    values = json.loads(capsys.readouterr().out)
+    assert stop.value.code == 0
+    assert values["verdict"] == "settles"
+    assert values["droop"] == pytest.approx(0.022687, abs=1e-6)
+    assert (tmp_path / "governed_engine_mean_torque_loop.png").exists()
