@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from governor_mechanism.studies.hard_cases.results import HardCasesReport
     from governor_mechanism.studies.kernel_compilation import KernelCompilation
     from governor_mechanism.studies.regulation.load_change import LoadChangeStudy
+    from governor_mechanism.studies.regulation.paper_rules import PaperRules
     from governor_mechanism.studies.regulation.stability_map import StabilityMap
     from governor_mechanism.studies.sweep.results import Sweep
     from governor_mechanism.studies.valve_gears import ValveGears
@@ -795,6 +796,29 @@ def stability_map(
     from governor_mechanism.studies.regulation.stability_map import map_stability
 
     return map_stability(_as_scene(scene), vary, n_border_columns=border_points, n_workers=workers, progress=progress)
+
+
+def paper_rules(progress: Callable[[int, int], None] | None = None) -> PaperRules:
+    """Test the rules of the papers about governing on the simulated engine.
+
+    Parameters
+    ----------
+    progress
+        Called with the numbers of rules tested and of all.
+
+    Returns
+    -------
+    PaperRules
+        For each rule what the paper says, what the simulation shows, and whether it holds; it prints as a table.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> print(gm.paper_rules())  # doctest: +SKIP
+    """
+    from governor_mechanism.studies.regulation.paper_rules import study_paper_rules
+
+    return study_paper_rules(progress)
 
 
 def load_change_study(

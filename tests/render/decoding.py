@@ -6,7 +6,8 @@ import numpy as np
 from PIL import Image
 
 from governor_mechanism.render.film.frame_data import FrameData
-from governor_mechanism.render.film.writer import SideBySidePainter, choose_slow_down, schedule_frames
+from governor_mechanism.render.film.painters import SideBySidePainter
+from governor_mechanism.render.film.writer import choose_slow_down, schedule_frames
 
 
 def decode_film(path):

@@ -13,8 +13,9 @@ from PIL import Image
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.render.film.frame_canvas import FRAME_CLOSING_LINE_LENGTH
 from governor_mechanism.render.film.frame_data import FrameData
-from governor_mechanism.render.film.frame_painter import FRAME_CLOSING_LINE_LENGTH, FramePainter
+from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import Palette, pack_pixels
 from governor_mechanism.render.film.layout import ELEVATION_RECT
 from governor_mechanism.render.film.writer import schedule_frames, write_film

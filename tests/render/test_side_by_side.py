@@ -12,7 +12,7 @@ import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.render.film.frame_data import FrameData
-from governor_mechanism.render.film.writer import SideBySidePainter
+from governor_mechanism.render.film.painters import SideBySidePainter
 from render.decoding import decode_film, paint_frames
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 from render.test_film import words_of

@@ -141,7 +141,22 @@ def stability_map(
     return console.CommandResult(text=[study.title, study], values=study.as_json(), files=files)
 
 
+def rules(
+    out: console.FigureFolder = console.RESULTS_FOLDER, no_figure: console.NoFigure = False, as_json: console.AsJson = False
+) -> console.CommandResult:
+    """Test the papers' rules about governing on the simulated engine: what each says, what the simulation shows, and whether it holds."""
+    console.prepare_folder(out)
+    with console.show_progress_bar("rules") as progress:
+        study = gm.paper_rules(progress)
+    files = [study.save_json(out / "paper_rules.json")]
+    if not no_figure:
+        from governor_mechanism.render.figures.paper_rules import paper_rules_figure
+
+        files.append(paper_rules_figure(study).save_png(out / "paper_rules.png"))
+    return console.CommandResult(text=[study], values=study.as_json(), files=files)
+
+
 regulation_app = typer.Typer(help="Study how a governor regulates.", no_args_is_help=True, rich_markup_mode=None)
-for command in (cyclic, clearance, settling, jump, loop):
+for command in (loop, rules, cyclic, clearance, settling, jump):
     regulation_app.command(short_help=console.first_sentence(command))(console.guarded_command(command))
 regulation_app.command("map", short_help=console.first_sentence(stability_map))(console.guarded_command(stability_map))

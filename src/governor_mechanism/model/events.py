@@ -53,7 +53,7 @@ class Event:
 
 @dataclass(frozen=True, kw_only=True)
 class NamedCrossing:
-    """A named event: a reading passes through a value.
+    """A named event: a reading, or the speed of a shaft or spindle, passes through a value.
 
     The reading must lie beyond the value on both sides by more than the error of the run. So a reading that starts at the value, touches
     it, or reaches it and stays, does not cross it; one that leaves it to the other side after a rest crosses it when it leaves.
@@ -63,9 +63,9 @@ class NamedCrossing:
     name
         Name of the event.
     reading
-        Name of the reading.
+        Name of the reading or speed.
     value
-        Value that the reading passes, SI; an angle is continuous over full turns, as the run reports it.
+        Value that it passes, SI; an angle is continuous over full turns, as the run reports it.
     direction
         One of CROSSING_DIRECTIONS.
     """

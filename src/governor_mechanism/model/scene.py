@@ -14,6 +14,7 @@ from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
+from governor_mechanism.model.speeds import check_crossings
 
 MAX_DURATION: Final = 1e9
 """Largest duration, s: no run lasts longer; a larger value is a mistake of units."""
@@ -91,8 +92,7 @@ class Scene:
                 if names.count(name) > 1:
                     raise MechanismError(f"{what} {name!r} is listed twice; names must differ")
         self.system  # noqa: B018  # raises for couplings that contradict one another, and for unknown readings
-        for crossing in self.crossings:
-            self.mechanism.reading(crossing.reading)  # raises for an unknown reading
+        check_crossings(self.system, self.crossings)
 
     def with_changes(self, **changes: Any) -> Scene:
         """Return a copy with new values of these fields of the scene or of its only part."""

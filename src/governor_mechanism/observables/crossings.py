@@ -1,20 +1,22 @@
-"""Named crossings of readings through values, located on a finished motion by root finding."""
+"""Named crossings of readings and speeds through values, located on a finished motion by root finding."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from functools import partial
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, wrap_difference
+from governor_mechanism.model.coupling.coupled_system import CoupledSystem
 from governor_mechanism.model.events import Event, EventKind, NamedCrossing
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.speeds import find_speeds
 from governor_mechanism.numerics.roots import find_root
+from governor_mechanism.observables.crossing_intervals import find_crossing_intervals
 from governor_mechanism.observables.sampled_motion import BodyState, SampledMotion, SampledReading
+from governor_mechanism.observables.speed_crossings import CrossedSpeed
 from governor_mechanism.types import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -31,7 +33,7 @@ EVENT_TIME_MARGIN = 1e-6
 
 
 def find_crossings(
-    mechanism: Mechanism,
+    system: CoupledSystem,
     motion: SampledMotion,
     crossings: Sequence[NamedCrossing],
     errors: Mapping[str, float],
@@ -41,8 +43,8 @@ def find_crossings(
 
     Parameters
     ----------
-    mechanism
-        Mechanism with the readings.
+    system
+        System with the readings.
     motion
         Sampled motion.
     crossings
@@ -59,12 +61,17 @@ def find_crossings(
     """
     if len(motion.times) < 2:
         return []
+    mechanism, speeds = system.mechanism, find_speeds(system)
     names = dict.fromkeys(item.reading for item in crossings)
-    readings = {name: CrossedReading(mechanism, motion, name, start) for name in names}
+    readings = {
+        name: CrossedSpeed(mechanism, motion, speeds[name]) if name in speeds else CrossedReading(mechanism, motion, name, start)
+        for name in names
+    }
     events = []
     for crossing in crossings:
-        tolerance = max(errors[crossing.reading], ROUNDING_TOLERANCE * mechanism.output_scale(crossing.reading))
-        times = readings[crossing.reading].find_times(crossing.value, crossing.direction, tolerance)
+        reading = readings[crossing.reading]
+        tolerance = max(errors[crossing.reading], ROUNDING_TOLERANCE * reading.scale)
+        times = reading.find_times(crossing.value, crossing.direction, tolerance)
         events += [Event(time=time, kind=EventKind.CROSSING, subject=crossing.name) for time in times]
     return events
 
@@ -77,18 +84,15 @@ class CrossedReading:
         self._sampled = SampledReading(mechanism, motion, name, start)
         self._values, self._rates, self._accelerations = self._sampled.values, self._sampled.rates, self._sampled.accelerations
 
+    @property
+    def scale(self) -> float:
+        """Scale of the reading, SI."""
+        return self._mechanism.output_scale(self._name)
+
     def find_times(self, value: float, direction: str, tolerance: float) -> list[float]:
         """Return the times, s, at which the reading passes a value (SI) in a direction, from beyond the tolerance to beyond it."""
         times, values = self._insert_extremes(value)
-        deviations = values - value
-        signs = {"up": (1.0,), "down": (-1.0,), "both": (1.0, -1.0)}[direction]
-        low_indices = list[int]()
-        for before, after in pairwise(np.flatnonzero(np.abs(deviations) > tolerance).tolist()):
-            sign = math.copysign(1.0, deviations[after])
-            if sign in signs and deviations[before] * sign < 0:
-                # Between two neighbouring points the reading is monotonic. After a rest at the value the last pair counts.
-                low_indices.append(before + int(np.flatnonzero(deviations[before:after] * sign <= 0)[-1]))
-        lows = np.array(low_indices, dtype=np.int64)
+        lows = find_crossing_intervals(values - value, direction, tolerance)
         return self._locate(value, times[lows], times[lows + 1]).tolist() if len(lows) else []
 
     def _insert_extremes(self, value: float) -> tuple[FloatArray, FloatArray]:

@@ -209,11 +209,12 @@ class DeferredMotionAnalysis:
 
     def _find_crossings(self, motion: SampledMotion) -> list[Event]:
         """Return the named crossings; without an error estimate, the errors are taken to be those that the scene asks for."""
-        mechanism, result = self.scene.mechanism, self.result
-        allowed = {item.reading: self.scene.run.accuracy * mechanism.output_scale(item.reading) for item in self.scene.crossings}
+        scene, result = self.scene, self.result
+        scales = {one.name: scene.mechanism.output_scale(one.name) for one in scene.mechanism.internal_outputs} | result.observables.scales
+        allowed = {crossing.reading: scene.run.accuracy * scales[crossing.reading] for crossing in scene.crossings}
         start_values = {name: float(values[0]) for name, values in result.observables.readings.items()}
         start = float(result.reported_states.times[0]), start_values
-        return find_crossings(mechanism, motion, self.scene.crossings, allowed | result.reading_errors, start)
+        return find_crossings(scene.system, motion, scene.crossings, allowed | result.reading_errors, start)
 
     def _evaluate_dynamics(self, states: StateHistory, contact_modes: tuple[ContactMode, ...]) -> InverseDynamics:
         return compute_inverse_dynamics(self.scene, states.times, states.poses, states.velocities, states.lags, contact_modes)

@@ -102,6 +102,10 @@ _STYLES = {
     "plan arm": ShapeStyle(width=2.0),
     "hand": ShapeStyle(stroke=GREEN, width=1.0),
     "hub": ShapeStyle(fill=PAPER, width=0.8),
+    "belt": ShapeStyle(stroke="#7a3600", width=1.4),
+    "butterfly": ShapeStyle(width=2.6),
+    "weight": ShapeStyle(fill=VERMILLION, stroke="#7a3600", width=1.0),
+    "mark spoke": ShapeStyle(stroke=PAPER, width=1.6),
     "mark": ShapeStyle(fill=PAPER, stroke=PAPER, width=0.1),
 }
 """Styles by the roles that have them."""

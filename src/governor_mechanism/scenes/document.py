@@ -11,16 +11,17 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine, unsupported_effect_messages
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.model.coupling.coupled_system import LOAD_NAME, SPINDLE_ANGLE
+from governor_mechanism.model.coupling.coupled_system import LOAD_NAME, SPINDLE_ANGLE, SPINDLE_SPEED
 from governor_mechanism.model.coupling.couplings import Coupling, RatioCoupling
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import Reading
+from governor_mechanism.model.output_variables import Reading, ShaftSpeed
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Part, Spindle, Start
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes import schema
 from governor_mechanism.scenes.cross_validation import check_tables_together
-from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_effects
+from governor_mechanism.scenes.effect_tables import parse_effects
+from governor_mechanism.scenes.events import WatchedReadings, join_watched_readings, parse_crossings
 from governor_mechanism.scenes.loads import LoadTable, parse_coupling
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.scenes.quantities import parse_name
@@ -54,8 +55,8 @@ def parse_document(document: Mapping[str, Any], source: str) -> Scene:
     """
     collector = ProblemCollector()
     is_single = "part" not in document and "coupling" not in document
-    title, parts, couplings, quantities = (_parse_only_part if is_single else _parse_parts)(document, collector)
-    crossings = schema.parse_crossings(document.get("events"), quantities, collector)
+    title, parts, couplings, watched = (_parse_only_part if is_single else _parse_parts)(document, collector)
+    crossings = parse_crossings(document.get("events"), watched, collector)
     table = given if isinstance(given := document.get("run"), Mapping) else {}
     run_table = collector.attempt("run", validate, schema.RunTable, table) or schema.RunTable()
     run = collector.attempt("[run]", run_table.make_element)
@@ -66,14 +67,14 @@ def parse_document(document: Mapping[str, Any], source: str) -> Scene:
     return Scene(title=title, parts=parts, couplings=couplings, crossings=crossings, run=run, source=source, document=own_document)
 
 
-_Parts = tuple[str, tuple[Part, ...], tuple[Coupling, ...], ReadingQuantities]
-"""Title, parts, couplings and readings of a document."""
+_Parts = tuple[str, tuple[Part, ...], tuple[Coupling, ...], WatchedReadings]
+"""Title, parts, couplings and what a crossing may watch in a document."""
 
 
 def _parse_only_part(document: Mapping[str, Any], collector: ProblemCollector) -> _Parts:
     parser = PartParser(document, collector)
     part = parser.parse()
-    return parser.title, () if part is None else (part,), (), parser.quantities
+    return parser.title, () if part is None else (part,), (), parser.watched_readings
 
 
 def _parse_parts(document: Mapping[str, Any], collector: ProblemCollector) -> _Parts:
@@ -84,17 +85,17 @@ def _parse_parts(document: Mapping[str, Any], collector: ProblemCollector) -> _P
     if isinstance(load := document.get("load"), Mapping):
         load_table = collector.attempt("load", validate, LoadTable, load)
         couplings += [load_table.make_element(name=LOAD_NAME)] if load_table else []
-    parts, quantities = [], dict[str, str]()
+    parts, watched = [], dict[str, WatchedReadings | None]()
     for name, table in tables.items():
         part_collector = ProblemCollector()
         parser = part_collector.attempt(KEY, PartParser, table, part_collector, name, f"{name}.{SPINDLE_ANGLE}" in coupled)
         part = parser and parser.parse()
         parts += [part] if part else []
         prefix = f"{name}." if len(tables) > 1 else ""
-        quantities |= {f"{prefix}{reading}": kind for reading, kind in ((parser and parser.quantities) or {}).items()}
+        watched[prefix] = None if parser is None else parser.watched_readings
         collector.problems += [problem.at(f"part.{name}:") for problem in part_collector.problems]
     title = (top_level and top_level.title) or ""
-    return title, tuple(parts), tuple(couplings), quantities if len(parts) == len(tables) else None
+    return title, tuple(parts), tuple(couplings), join_watched_readings(watched) if len(parts) == len(tables) else WatchedReadings(None)
 
 
 class PartParser:
@@ -108,6 +109,8 @@ class PartParser:
         self.title = ""
         self.quantities: dict[str, str] | None = None
         """Quantities of the readings by name; None while they are not known."""
+        self.shaft_speeds: tuple[str, ...] = ()
+        self.spindle: Spindle | FreeSpindle | None = None
 
     def _check_table_of(self, name: str) -> None:
         parse_name(name, "the name of a part")
@@ -120,7 +123,7 @@ class PartParser:
         """Return the part, or None if there are mistakes."""
         is_custom = _find_intended_machine(self.document) == CUSTOM_MACHINE
         part, effects, start = self._parse_custom() if is_custom else self._parse_dimensioned()
-        spindle = self._parse_spindle()
+        self.spindle = spindle = self._parse_spindle()
         if isinstance(spindle, FreeSpindle) and self.quantities is not None:
             self.quantities = self.quantities | {SPINDLE_ANGLE: "angle"}
         has_spindle = "spindle" in self.document or self.is_coupled  # even if it is not a table, which is reported
@@ -131,6 +134,14 @@ class PartParser:
         with self.collector.at(""):
             return dataclasses.replace(part, name=self.name or part.name, effects=effects, spindle=spindle, start=start)
         return None
+
+    @property
+    def watched_readings(self) -> WatchedReadings:
+        """What a named crossing may watch."""
+        has_given_speed = isinstance(self.spindle, Spindle) and "spindle" in self.tables
+        speeds = [*self.shaft_speeds, *([SPINDLE_SPEED] if isinstance(self.spindle, FreeSpindle) else [])]
+        quantities = None if self.quantities is None else self.quantities | dict.fromkeys(speeds, "angular_speed")
+        return WatchedReadings(quantities, frozenset([SPINDLE_SPEED] if has_given_speed else []))
 
     def _parse_spindle(self) -> Spindle | FreeSpindle:
         """Return the spindle; one at rest if the file has none, or a wrong one."""
@@ -173,6 +184,7 @@ class PartParser:
         # A clearance with a mistake still brings its reading, or naming that reading would be reported as a mistake too.
         has_clearance = machine_class is not None and Clearance in machine_class.supported_effects
         has_clearance = has_clearance and self.tables.get("effects", {}).get("clearance", False) is not False
+        self.shaft_speeds = tuple(one.name for one in (mechanism.derived_readings if mechanism else ()) if isinstance(one, ShaftSpeed))
         effects = self._parse_effects(mechanism.readings if mechanism else None, {CLEARANCE_READING: "length"} if has_clearance else None)
         effect_problems = machine_class.effect_problems(effects) if machine_class else ()
         self._add_effect_problems(effect_problems)

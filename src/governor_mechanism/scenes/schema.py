@@ -1,24 +1,22 @@
-"""The tables that all scenes have: top level, [spindle], [run], [dimensions], [start] and [events]. Slow to import: pydantic."""
+"""The tables that all scenes have: top level, [spindle], [run], [dimensions] and [start]. Slow to import: pydantic."""
 
 import dataclasses
 from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any, Final
 
-from pydantic import Field, PlainValidator, ValidationInfo, create_model
+from pydantic import Field, PlainValidator, create_model
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.base import CHOICE_KIND, Machine
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.model.events import CROSSING_DIRECTIONS, NamedCrossing
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Spindle, Start
 from governor_mechanism.model.scene import RunSettings
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
-from governor_mechanism.scenes.effect_tables import ReadingQuantities, parse_by_quantity, resolve_reading_name
 from governor_mechanism.scenes.loads import input_function, parse_load
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, wrong_value
-from governor_mechanism.scenes.quantities import choice, instance_of, number_between, parse_name, parse_si, parse_time_points, quantity
+from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
+from governor_mechanism.scenes.quantities import choice, instance_of, number_between, parse_si, parse_time_points, quantity
 from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, SceneFileTable, Title, validate
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
@@ -258,34 +256,3 @@ def find_misspelt_equilibrium(values: Mapping[str, Any]) -> list[str]:
 
 def _suggest_equilibrium(value: object) -> str:
     return did_you_mean(value.lower(), [EQUILIBRIUM]) if isinstance(value, str) else ""
-
-
-def _parse_reading(value: object, info: ValidationInfo) -> str:
-    if not isinstance(value, str):
-        raise wrong_value(value, "must be the name of a reading")
-    return resolve_reading_name(value, info.context, f"{KEY} {format_value(value)}")
-
-
-def _parse_value(value: object, info: ValidationInfo) -> float:
-    """Return the value in the unit of the reading, or in any if the reading has a mistake."""
-    reading = info.data.get("reading", "")
-    return parse_by_quantity(reading, info.context if reading else None, lambda quantity: parse_si(value, quantity))
-
-
-class CrossingTable(SceneFileTable):
-    """[events.name]."""
-
-    example = '{ reading = "sleeve_lift", value = "20 mm", direction = "up" }'
-
-    reading: Annotated[str, PlainValidator(_parse_reading)] = Field(description='the reading that is watched, as "arm_angle"')
-    value: Annotated[float, PlainValidator(_parse_value)] = Field(description='the value that the reading passes, as "20 mm"')
-    direction: Annotated[str, choice(CROSSING_DIRECTIONS)] = NamedCrossing.direction
-
-
-def parse_crossings(table: object, quantities: ReadingQuantities, collector: ProblemCollector) -> tuple[NamedCrossing, ...]:
-    """Return the named crossings without mistakes of [events]; anything but a table is reported with the top level."""
-
-    def parse_crossing(name: str, values: object) -> NamedCrossing:
-        return NamedCrossing(name=parse_name(name), **validate(CrossingTable, values, context=quantities).given_values())
-
-    return tuple(collector.parse_tables("events", table, parse_crossing))

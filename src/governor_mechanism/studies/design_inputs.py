@@ -84,8 +84,8 @@ def change_inputs(defaults: _Inputs, changes: Mapping[str, object], prefix: str 
     return changed
 
 
-def parse_assignments(defaults: _Inputs, assignments: Iterable[str]) -> _Inputs:
-    """Return inputs with the assignments of the option --with applied.
+def parse_assignments(defaults: _Inputs, assignments: Iterable[str], options: Mapping[str, str] | None = None) -> _Inputs:
+    """Return inputs with the assignments of the option --with, and those given as options of their own, applied.
 
     Parameters
     ----------
@@ -93,6 +93,8 @@ def parse_assignments(defaults: _Inputs, assignments: Iterable[str]) -> _Inputs:
         The inputs to change, an instance of the dataclass.
     assignments
         Texts such as "wire=14 mm"; a number without a unit is in SI.
+    options
+        Values by the names of inputs: the text "14 mm" by "wire" for the option --wire.
 
     Returns
     -------
@@ -105,15 +107,20 @@ def parse_assignments(defaults: _Inputs, assignments: Iterable[str]) -> _Inputs:
         With one sentence per assignment that is not valid.
     """
     changes: dict[str, object] = {}
+    given = options or {}
     collector = ProblemCollector()
     for assignment in assignments:
         name, sign, value = (part.strip() for part in assignment.partition("="))
         with collector.at(""):
             if not sign:
                 raise MechanismError(f"--with {format_value(assignment)} is not an assignment to an input, such as NAME=14 mm")
+            if name in given:
+                raise MechanismError(f"{name} is given by --with {name} and by --{name}; give it once")
             changes[name] = number_or_text(value)
     inputs = defaults
     with collector.at(""):
-        inputs = change_inputs(defaults, changes, "--with ")
+        inputs = change_inputs(inputs, changes, "--with ")
+    with collector.at(""):
+        inputs = change_inputs(inputs, {name: number_or_text(value) for name, value in given.items()}, "--")
     collector.raise_if_failed()
     return inputs

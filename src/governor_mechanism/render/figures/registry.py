@@ -5,6 +5,7 @@ from pathlib import Path
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.observables.valve_motion import has_valve_events
 from governor_mechanism.render.figures.page import Plate
+from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
 
 
 def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path]:
@@ -13,7 +14,7 @@ def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path
     A mechanism with a valve has Zeuner's diagram, and one that is reversed the diagrams of all its gears. A slide valve with a finite
     eccentric rod has Marks' construction, too, and a link motion the paths of the die in the link. A slider crank with masses and no
     other loads has the bearing loads, and an engine with a flywheel forces, indicator diagrams and speed, if the run covers a whole turn.
-    Other machines have none.
+    A governed engine has its engine room at the end of the run. Other machines have none.
 
     Parameters
     ----------
@@ -58,7 +59,12 @@ def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path
 
         if not engine_plate.engine_plate_refusal(run):
             plates["engine"] = engine_plate.draw_engine_plate(run)
-    return [plate.save_png(folder / f"{stem}_{name}.png") for name, plate in plates.items()]
+    files = [plate.save_png(folder / f"{stem}_{name}.png") for name, plate in plates.items()]
+    if part is None and len(run.times) > 1 and find_governed_engine(run.scene):
+        from governor_mechanism.render.film.still import write_still
+
+        files.append(write_still(run, folder / f"{stem}_engine_room.png"))
+    return files
 
 
 def _gear_plate(run: Trajectory) -> Plate:

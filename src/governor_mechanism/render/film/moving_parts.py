@@ -17,7 +17,7 @@ from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.moving_artist import MovingArtist
 from governor_mechanism.render.geometry.primitives import Vec2
-from governor_mechanism.render.style import PAPER, RULE
+from governor_mechanism.render.style import MUTED, PAPER, RULE
 from governor_mechanism.types import FloatArray
 
 
@@ -66,6 +66,65 @@ def _style_axes(axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
     first, last = axes.get_xticklabels()
     first.set_horizontalalignment("left")
     last.set_horizontalalignment("right")
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A curve of a plot: its colour, values (n,) in the display unit at times (n,) s, and whether a dot marks the last one."""
+
+    colour: str
+    times: FloatArray
+    values: FloatArray
+    has_dot: bool = True
+
+
+def plot_curves(
+    axes: Axes,
+    curves: Sequence[Curve],
+    frame_data: FrameData,
+    limits: Vec2,
+    marks: Sequence[float],
+    points_per_pixel: float,
+    *,
+    has_time_labels: bool,
+) -> Panel:
+    """Return the panel of curves, the first in front, with all their points up to frame k; `marks` are times (s) of upright lines.
+
+    Only the lowest of several plots has time labels.
+    """
+    start, end = frame_data.time_span
+    axes.set(xlim=(start, max(end, start + 1e-9)), ylim=limits)
+    _style_axes(axes, frame_data.time_span, points_per_pixel)
+    if not has_time_labels:
+        axes.set_xticklabels([])
+    for mark in marks:
+        axes.axvline(mark, color=MUTED, linewidth=0.8 * points_per_pixel, dashes=(3.0, 2.0), zorder=1)
+    artists, tracks = [], []
+    for curve in reversed(curves):
+        line = Line2D([], [], color=curve.colour, linewidth=1.3 * points_per_pixel, solid_joinstyle="round", zorder=3)
+        dot = Line2D([], [], color=curve.colour, marker="o", markersize=5 * points_per_pixel, clip_on=False, zorder=4)
+        dot.set(markeredgecolor=PAPER, markeredgewidth=0.8 * points_per_pixel)
+        artists += [MovingArtist(axes.add_line(one)) for one in (line, dot)]
+        tracks.append((_visible_points(curve, frame_data.time_span), curve.has_dot))
+
+    def paths_at(k: int) -> list[Path | None]:
+        time = float(frame_data.times[k])
+        paths: list[Path | None] = []
+        for points, has_dot in tracks:
+            last = np.array([[time, np.interp(time, *points.T)]])
+            before = points[: int(np.searchsorted(points[:, 0], time))]
+            is_reached = points[0, 0] <= time <= points[-1, 0]
+            paths += [Path(np.concatenate([before, last]) if is_reached else before), Path(last if is_reached and has_dot else last[:0])]
+        return paths
+
+    return Panel(artists, paths_at)
+
+
+def _visible_points(curve: Curve, time_span: Vec2) -> FloatArray:
+    """Return the points (m, 2) of a curve within a time span (s)."""
+    inside = (curve.times >= time_span[0]) & (curve.times <= time_span[1])
+    points: FloatArray = np.column_stack([curve.times, curve.values])[inside]
+    return points if len(points) else np.column_stack([time_span, np.interp(time_span, curve.times, curve.values)])
 
 
 class CachedNumber:

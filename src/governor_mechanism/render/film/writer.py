@@ -17,12 +17,11 @@ import numpy as np
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.film.frame_data import FrameData, ShownParts, find_parts
-from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette, RgbaPixels
-from governor_mechanism.render.film.layout import ELEVATION_RECT, HEADER_RULE_Y, REFERENCE_SIZE
+from governor_mechanism.render.film.painters import Painter, find_engine_room, make_painter
 from governor_mechanism.render.geometry.primitives import Vec2, round_step
-from governor_mechanism.render.style import FILM_COLOURS, RULE, parse_rgb
+from governor_mechanism.render.machines.engine_room.settling import settled_time
+from governor_mechanism.render.style import FILM_COLOURS, parse_rgb
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.arguments import NUMBER, PATH, TEXT, check_arguments
 from governor_mechanism.units.quantities import format_value
@@ -34,6 +33,8 @@ FrameSchedule = tuple[FloatArray, list[int]]
 AddFrame = Callable[[RgbaPixels, int], None]
 """Append a frame with its display time in hundredths of a second to a file."""
 
+DEFAULT_FRAME_RATE = 25.0
+"""Frames per second, 1/s."""
 MAX_FRAME_RATE = 50
 """Largest frame rate (1/s): viewers show a GIF frame of less than 2 hundredths of a second far too long."""
 N_PALETTE_SAMPLES = 5
@@ -46,34 +47,8 @@ MAX_SLOWED_FILM_DURATION = 3600.0
 """Longest film (s) with a requested slow-down."""
 
 
-class SideBySidePainter:
-    """Frames of runs side by side, with a thin rule between them; `paint(k)` returns a copy of the pixels of frame k.
-
-    `frame_data` are the shown parts of each run. Each run stands under its title or that of its scene.
-    """
-
-    def __init__(self, runs: Sequence[Trajectory], titles: Sequence[str] | None, frame_data: Sequence[ShownParts], size: int) -> None:
-        if len({len(data) for data in frame_data}) > 1:
-            raise MechanismError("two runs side by side must have equally many parts; choose one part with part=..., or write two films")
-        self.painters = [
-            FramePainter(run, data, size, title=title, compared=frame_data)
-            for run, data, title in zip(runs, frame_data, titles if titles is not None else [None] * len(runs), strict=True)
-        ]
-        factor = size / REFERENCE_SIZE
-        self._rule_rows = slice(round((HEADER_RULE_Y + 7) * factor), round(ELEVATION_RECT[3] * factor))
-
-    def paint(self, k: int) -> RgbaPixels:
-        """Return frame k as opaque RGBA pixels (size, number of runs * width of one, 4)."""
-        return self.draw(k).copy()
-
-    def draw(self, k: int) -> RgbaPixels:
-        """Return frame k as `paint` does, in pixels that the next frame overwrites."""
-        if len(self.painters) == 1:
-            return self.painters[0].draw(k)
-        pixels = np.concatenate([painter.draw(k) for painter in self.painters], axis=1)
-        for index in range(1, len(self.painters)):
-            pixels[self._rule_rows, index * pixels.shape[1] // len(self.painters), :3] = parse_rgb(RULE)
-        return pixels
+ENGINE_ROOM_FRAME_RATE, ENGINE_ROOM_FILM_DURATION = 12.5, 10.0
+"""Frame rate (1/s) and longest default duration (s) of the film of an engine room: a file of less than 700 kB."""
 
 
 @check_arguments(path=PATH, size=NUMBER, frames_per_second=NUMBER, part=TEXT, start=NUMBER, stop=NUMBER, slow_down=NUMBER)
@@ -83,7 +58,7 @@ def write_film(
     *,
     titles: Sequence[str] | None = None,
     size: int = 480,
-    frames_per_second: float = 25,
+    frames_per_second: float | None = None,
     part: str | None = None,
     start: float | None = None,
     stop: float | None = None,
@@ -103,16 +78,18 @@ def write_film(
     size
         Height of the film in pixels, and its width per run of one part; at least 320.
     frames_per_second
-        Frames per second of film, 1 to 50.
+        Frames per second of film, 1 to 50. None is 25, and 12.5 for an engine room.
     part
-        Name of the part to show. None shows all parts, each in a panel of its own.
+        Name of the part to show. None shows all parts, each in a panel of its own; an engine and the governor that it drives, and that
+        controls it, are shown as one elevation of an engine room.
     start
         Start of the shown part of the run, s. None is the first reported time.
     stop
-        End of the shown part of the run, s. None is the last reported time.
+        End of the shown part of the run, s. None is the last reported time; without a start, the film of an engine room ends soon
+        after the governor has settled, and says so.
     slow_down
         Seconds of film per second of the run; 1 is true time. None is true time for runs of 1 to 60 s; shorter runs are slowed and longer
-        ones sped up to a film of 4 to 20 s.
+        ones sped up to a film of 4 to 20 s. The film of an engine room is sped up by a whole number to at most 10 s.
     progress
         Called as ``progress(done, total)`` after each frame.
 
@@ -137,13 +114,18 @@ def write_film(
     if not all(isinstance(one, Trajectory) for one in runs):
         raise MechanismError(f"a film shows a run, as from gm.run, or a list of two; found {format_value(run)}")
     _check_run_pair(runs, titles)
+    governed = find_engine_room(runs, part)
+    is_engine_room = governed is not None
+    if governed and start is None and stop is None and len(runs[0].times):
+        stop = settled_time(runs[0], governed)
     time_span = _select_time_span(runs[0], start, stop)
-    slow_factor = _select_slow_down(runs[0], time_span, slow_down)
+    slow_factor = _select_slow_down(runs[0], time_span, slow_down, is_engine_room)
+    default_rate = ENGINE_ROOM_FRAME_RATE if is_engine_room else DEFAULT_FRAME_RATE
+    frame_rate = default_rate if frames_per_second is None else frames_per_second
     with atomic_write(target) as temporary:
-        times, delays = schedule(*time_span, frames_per_second, slow_factor)
-        frame_data = [[FrameData(one, shown, time_span, times, slow_factor) for shown in find_parts(one, part)] for one in runs]
-        painter = SideBySidePainter(runs, titles, frame_data, size)
-        with open_encoder(temporary, painter, len(delays), frames_per_second) as add_frame:
+        times, delays = schedule(*time_span, frame_rate, slow_factor)
+        painter = make_painter(runs, part, time_span, times, slow_factor, size, titles)
+        with open_encoder(temporary, painter, len(delays), frame_rate) as add_frame:
             for k, delay in enumerate(delays):
                 add_frame(painter.draw(k), delay)
                 if progress is not None:
@@ -237,9 +219,11 @@ def _select_time_span(run: Trajectory, start: float | None, stop: float | None) 
     return begin, end
 
 
-def _select_slow_down(run: Trajectory, time_span: Vec2, requested: float | None) -> float:
+def _select_slow_down(run: Trajectory, time_span: Vec2, requested: float | None, is_engine_room: bool) -> float:
     """Return the validated slow-down factor, as requested or chosen from the duration."""
     begin, end = time_span
+    if requested is None and is_engine_room and end - begin > ENGINE_ROOM_FILM_DURATION:
+        return 1.0 / math.ceil((end - begin) / ENGINE_ROOM_FILM_DURATION)
     if requested is None:
         # If the whole run is shown in true time, so is any part of it, however short.
         return 1.0 if MIN_TRUE_TIME_DURATION <= run.times[-1] - run.times[0] <= MAX_TRUE_TIME_DURATION else choose_slow_down(end - begin)
@@ -253,7 +237,7 @@ def _select_slow_down(run: Trajectory, time_span: Vec2, requested: float | None)
 
 
 @contextmanager
-def _open_gif(path: Path, painter: SideBySidePainter, n_frames: int, frame_rate: float) -> Iterator[AddFrame]:
+def _open_gif(path: Path, painter: Painter, n_frames: int, frame_rate: float) -> Iterator[AddFrame]:
     """Open a GIF; its palette is chosen from a few frames."""
     samples = [painter.paint(int(k)) for k in np.unique(np.linspace(0, n_frames - 1, N_PALETTE_SAMPLES).astype(int))]
     with path.open("wb") as file:
@@ -263,7 +247,7 @@ def _open_gif(path: Path, painter: SideBySidePainter, n_frames: int, frame_rate:
 
 
 @contextmanager
-def _open_video(path: Path, painter: SideBySidePainter, n_frames: int, frame_rate: float) -> Iterator[AddFrame]:
+def _open_video(path: Path, painter: Painter, n_frames: int, frame_rate: float) -> Iterator[AddFrame]:
     """Open an MP4."""
     import imageio.v2 as imageio
 

@@ -16,6 +16,7 @@ from governor_mechanism.render.geometry.outlines import make_bar, make_hatched_b
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Lines, Polygon, TextShape, Vec2, round_step
 from governor_mechanism.render.machines.machine_drawing import Dimension, MachineDrawing
 from governor_mechanism.render.part_run import EffectT, PartRun
+from governor_mechanism.types import FloatArray
 
 LIFT_READING = "sleeve_lift"
 _N_COILS = 7
@@ -74,6 +75,10 @@ class GovernorDrawing(MachineDrawing):
     @abstractmethod
     def dashpot_top(self) -> float:
         """Height of the top of a dashpot next to the sleeve (m)."""
+
+    @abstractmethod
+    def sleeve_height(self, poses: FloatArray) -> FloatArray:
+        """Return the height (...) of the sleeve lugs (m) at poses (..., bodies, 3)."""
 
     @cached_property
     def zero_lift_height(self) -> float:

@@ -139,7 +139,7 @@ class CylinderView:
         faces = self.shaft_side_pressure(relative_travel, is_return), self.far_side_pressure(relative_travel, is_return)
         for (start, end), pressure in zip(((left, x - half), (x + half, right)), faces, strict=True):
             outline = make_rectangle("bore", start, end, low, high).points
-            yield from (Polygon(role, outline if role == self._gas_role(pressure) else ()) for role in GAS_ROLES)
+            yield from (Polygon(role, outline if role == self.gas_role(pressure) else ()) for role in GAS_ROLES)
         rod = 0.016 * u
         yield make_rectangle("piston rod", left - 0.08 * u, x, self.axis - rod, self.axis + rod)
         yield make_rectangle("piston", x - half, x + half, low, high)
@@ -149,7 +149,8 @@ class CylinderView:
         for role, point in zip(("crank end mark", "head end mark"), points, strict=True):
             yield Circle(role, *point, 0.022 * u)
 
-    def _gas_role(self, pressure: float) -> str:
+    def gas_role(self, pressure: float) -> str:
+        """Return the role of gas at a pressure (Pa)."""
         share = pressure / self.highest_pressure
         return GAS_ROLES[0 if share > 2 / 3 else 1 if share > 1 / 3 else 2]
 

@@ -43,7 +43,7 @@ class FlywheelEngineDrawing(MachineDrawing):
 
     @cached_property
     def _controls(self) -> FloatArray:
-        """Opening of the throttle, 1 without one, and cut-off at the reported times; shape (n, 2)."""
+        """Opening of the throttle, 1 without one, and cut-off at the reported times; shape (n, 2). Only for gas in cylinders."""
         readings = self.select_entries(self.run.readings)
         cut_offs = readings["cut_off"]
         return np.column_stack([readings.get("throttle_opening", np.ones_like(cut_offs)), cut_offs])
@@ -55,7 +55,9 @@ class FlywheelEngineDrawing(MachineDrawing):
 
     @cached_property
     def _cylinders(self) -> tuple[CylinderView, ...]:
-        """The expansion cylinder, and below it the pump if there is one."""
+        """The expansion cylinder, and below it the pump if there is one; none where the torque of the gas is averaged."""
+        if not self._gases:
+            return ()
         widest_opening = int(np.argmax(self._controls[:, 0]))
         gases = self._gases | {"expansion": self._expansion_gas(widest_opening)}
         u, top = self.stroke, highest_pressure(gases.values())
@@ -88,9 +90,19 @@ class FlywheelEngineDrawing(MachineDrawing):
         )
         return expansion, pump
 
+    def expansion_cylinders(self, time: float) -> tuple[CylinderView, ...]:
+        """Return the expansion cylinder with its gas at a time (s); none where the torque of the gas is averaged."""
+        cylinders = self._cylinders[:1]
+        if not any(one.has_moving_diagram for one in cylinders):
+            return cylinders
+        last_sample = int(np.searchsorted(self.run.times, time, side="right")) - 1
+        return tuple(replace(one, driving=self._expansion_gas(last_sample)) for one in cylinders)
+
     @cached_property
     def _engine(self) -> EngineView:
-        u, base = self.stroke, self._cylinders[0].diagram_base + (DIAGRAM_HEIGHT + _GAP) * self.stroke
+        u, base = self.stroke, 0.0
+        if self._cylinders:
+            base = self._cylinders[0].diagram_base + (DIAGRAM_HEIGHT + _GAP) * u
         return EngineView(crank=0.5 * u, rod=self.connecting_rod, left=_LEFT * u, right=_RIGHT * u, base=base)
 
     def background_shapes(self) -> Iterator[DrawnShape]:
@@ -105,15 +117,12 @@ class FlywheelEngineDrawing(MachineDrawing):
         yield from self._engine.moving_shapes(crank_angle)
         is_return = bool(math.floor(crank_angle / math.pi) % 2)
         rods = (self.connecting_rod, 0.5 * self.stroke), (self.pump_connecting_rod, 0.5 * self.pump_stroke)
-        cylinders = list(self._cylinders)
-        if cylinders[0].has_moving_diagram:
-            last_sample = int(np.searchsorted(self.run.times, time, side="right")) - 1
-            cylinders[0] = replace(cylinders[0], driving=self._expansion_gas(last_sample))
+        cylinders = (*self.expansion_cylinders(time), *self._cylinders[1:])
         for cylinder, (rod, crank) in zip(cylinders, rods, strict=False):
-            yield from cylinder.moving_shapes(_relative_travel(crank_angle, crank / rod), is_return)
+            yield from cylinder.moving_shapes(relative_travel(crank_angle, crank / rod), is_return)
 
 
-def _relative_travel(crank_angle: float, rod_ratio: float) -> float:
+def relative_travel(crank_angle: float, rod_ratio: float) -> float:
     """Return the travel of a piston relative to its stroke; `rod_ratio` is that of crank and connecting rod."""
     across = rod_ratio * math.sin(crank_angle)
     shortening = 0.5 * across * math.sin(crank_angle) / (1 + math.sqrt(1 - across**2))

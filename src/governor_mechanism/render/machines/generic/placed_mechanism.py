@@ -9,17 +9,17 @@ from functools import cached_property
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque
 from governor_mechanism.model.joints import GROUND, ArcSlot, CurveSlot, Joint, Pin, Point, RackAndPinion, Slider, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.time_functions import InputFunction, ReadingFunction
+from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.film.layout import ELEVATION_RECT
 from governor_mechanism.render.geometry.points import axes_to_plane, drawn_point_paths, point_path
 from governor_mechanism.render.geometry.primitives import PoseTuple, Vec2
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
+from governor_mechanism.render.sampled_inputs import sample_input
 from governor_mechanism.types import FloatArray
 
 ELEVATION_ASPECT_RATIO = (ELEVATION_RECT[2] - ELEVATION_RECT[0]) / (ELEVATION_RECT[3] - ELEVATION_RECT[1])
@@ -90,27 +90,10 @@ class MechanismExtents(MachineDrawing, ABC):
         """Return a load over time, linear between the reported times if it depends on readings."""
         inputs = (load.x, load.y) if isinstance(load, Force) else (load.moment, InputFunction())
         if any(one.depends_on_readings for one in inputs):
-            samples = [self._sample_input(one) for one in inputs]
+            samples = [sample_input(self.run, one) for one in inputs]
             return lambda times: np.array([np.interp(times, self.run.times, values) for values in samples])
         functions = [CubicTimeFunction(one) for one in inputs]
         return lambda times: np.array([function(times) for function in functions])
-
-    def _sample_input(self, load: InputFunction) -> FloatArray:
-        """Return a component at the reported times."""
-        values = CubicTimeFunction(load)(self.run.times)
-        for function in load.functions:
-            values = values + self._sample_function(function)
-        for factor in load.factors:
-            values = values * self._sample_function(factor)
-        return values
-
-    def _sample_function(self, function: ReadingFunction) -> FloatArray:
-        """Return a function of a reading at the reported times; a lag follows it from its first value on."""
-        values = np.array([evaluate_reading_function(function, float(value)) for value in self.run.readings[function.reading]])
-        if function.lag:
-            for k, decay in enumerate(np.exp(-np.diff(self.run.times) / function.lag), start=1):
-                values[k] += decay * (values[k - 1] - values[k])
-        return values
 
     def _separation(self, first: Point, second: Point) -> FloatArray:
         """Return the position (n, 2) m of a point relative to another one over the run."""

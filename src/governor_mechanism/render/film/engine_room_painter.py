@@ -1,0 +1,198 @@
+"""Painter of a governed engine: one elevation of its engine room, and beside it plots on a common time axis."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
+from governor_mechanism.render.film import layout
+from governor_mechanism.render.film.frame_canvas import FrameCanvas
+from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.film.gif_encoder import RgbaPixels
+from governor_mechanism.render.film.layout import PixelView, shift_rect
+from governor_mechanism.render.film.moving_parts import Curve, Panel, plot_curves
+from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2, round_step
+from governor_mechanism.render.machines.engine_room import proportions as room
+from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, GovernedEngine
+from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
+from governor_mechanism.render.machines.engine_room.torques import engine_torque, load_steps, mean_speed
+from governor_mechanism.render.machines.flywheel_engine.cylinder import BAR
+from governor_mechanism.render.number_format import display_unit_of, format_film_speed, format_name, format_numbers
+from governor_mechanism.render.style import BLUE, GREEN, MUTED, SERIF_FONT, VERMILLION
+from governor_mechanism.types import FloatArray
+
+ROOM_RECT: layout.PixelRect = (8.0, 42.0, 8.0 + room.WIDTH, 42.0 + room.HEIGHT)
+"""Place of the elevation in a frame of two parts."""
+_BROWN, _LIGHT_BLUE = "#7a3600", "#9fcbe6"
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Plot:
+    """One plot: its curves in a display unit with their names."""
+
+    names: tuple[str, ...]
+    unit: str
+    curves: tuple[Curve, ...]
+    noise: float = 0.0
+
+
+class EngineRoomPainter(FrameCanvas):
+    """Frames of a governed engine.
+
+    Parameters
+    ----------
+    run
+        The run.
+    governed
+        Its governed engine.
+    engine
+        The engine at the frame times.
+    governor
+        The governor at the frame times.
+    size
+        Height of the frame, pixels.
+    title
+        Title; None takes that of the scene.
+    animated
+        Whether moving artists are left out of the static background.
+    """
+
+    def __init__(
+        self,
+        run: Trajectory,
+        governed: GovernedEngine,
+        engine: FrameData,
+        governor: FrameData,
+        size: int = 480,
+        *,
+        title: str | None = None,
+        animated: bool = True,
+    ) -> None:
+        super().__init__(size, layout.PART_PITCH)
+        self._run, self._governed, self._data = run, governed, governor
+        self.room = EngineRoomDrawing(run, governed, engine.drawing, governor.drawing)
+        self._add_title_and_footer(run, run.scene.title if title is None else title, governor.times)
+        self._add_caption()
+        panels = [self._make_elevation(), *self._make_plots()]
+        self._finish(panels, animated)
+
+    def paint(self, k: int) -> RgbaPixels:
+        """Return frame k as opaque RGBA pixels (size, width, 4)."""
+        return self.draw(k).copy()
+
+    def _make_elevation(self) -> Panel:
+        """Return the panel of the engine room, and write the names of load and supply, and when a belt breaks."""
+        view = PixelView(rect=ROOM_RECT, scale=1.0, x=0.5 * room.WIDTH, y=0.5 * room.HEIGHT)
+        state_at = self.room.states(self._data.times, self._data.poses)
+
+        def shapes_at(k: int) -> Sequence[DrawnShape]:
+            return tuple(self.room.moving_shapes(state_at(k)))
+
+        if self.room.has_load:
+            loads = np.interp(self._data.times, self._run.times, self.room.load_values)
+            x, y = self._place((room.LINE_SHAFT[0] + room.BRAKE_ARM + 18.0, room.LINE_SHAFT[1] + 34.0))
+            left = self._add_number(format_numbers(loads), "N m", (x, y), 11, color=VERMILLION, fontweight="bold")
+            self._add_text("load", (left - 6.0, y), 11.5, fontfamily=SERIF_FONT, ha="right")
+        if "supply_pressure" in self._governed.engine.dimensions:
+            pressure = self._governed.engine.dimensions["supply_pressure"] / BAR
+            position = self._place((room.PIPE_AXIS - room.PIPE_HALF_WIDTH - 8.0, room.HEIGHT - 12.0))
+            self._add_text(f"supply {pressure:.4g} bar", position, 9.5, color=MUTED, ha="right")
+        if self._governed.break_time is not None:
+            text = f"belt breaks at {self._governed.break_time:.4g} s"
+            self._add_text(text, self._place((room.GOVERNOR_AXIS + 92.0, room.GOVERNOR_BASE + 12.0)), 9.5, color=MUTED)
+        return self._make_shape_panel(view, tuple(self.room.background_shapes()), shapes_at)
+
+    def _place(self, point: Vec2) -> Vec2:
+        """Return the place in the frame of a point of the room."""
+        return ROOM_RECT[0] + point[0] - self._shift, ROOM_RECT[3] - point[1]
+
+    def _add_caption(self) -> None:
+        """Write scale bars of engine and governor, and how time and rotation are shown."""
+        x, y = 14.0 - self._shift, 447.0
+        engine, governor = self.room.engine, self.room.governor
+        for name, scale in ((engine.scaled, engine.pixels_per_metre), ("governor", governor.pixels_per_metre)):
+            length = round_step(110.0 / scale, 4)
+            right = x + length * scale
+            self._add_line((x, y), (right, y), MUTED)
+            for end in (x, right):
+                self._add_line((end, y - 3), (end, y + 3), MUTED)
+            text = self._add_text(f"{name} {length * 1e3:g} mm", (right + 5.0, y), 9.5, color=MUTED)
+            x = right + 5.0 + float(text.get_window_extent().width) * layout.REFERENCE_SIZE / self._size + 16.0
+        slow_down = self._data.slow_down
+        texts = [f"time lapse {1 / slow_down:.4g}x" if slow_down < 1.0 else format_film_speed(slow_down)]
+        (start, stop), duration = self._data.time_span, float(np.ptp(self._run.times))
+        if stop - start < duration:
+            texts.insert(0, f"{stop - start:.4g} of {duration:.4g} s")
+        if (slowing := self.room.rotation_slowing(self._data.times)) > 1:
+            texts.append(f"one turn drawn for {slowing}")
+        right = ROOM_RECT[2] - self._shift
+        self._add_text(", ".join(text for text in texts if text), (right, y), 9.5, color=MUTED, ha="right", max_width=right - x)
+
+    def _make_plots(self) -> list[Panel]:
+        """Return the plots, stacked over a common time axis, and write their names and numbers."""
+        plots = self._plots()
+        left, top, right, bottom = layout.READINGS_RECT
+        height = (bottom - layout.TIME_LABEL_HEIGHT - top) / len(plots)
+        marks = load_steps(self._run, self._governed)
+        if self._governed.break_time is not None:
+            marks.append(self._governed.break_time)
+        panels = []
+        for k, plot in enumerate(plots):
+            y = top + k * height
+            is_last = k == len(plots) - 1
+            rect = (left + layout.LABEL_WIDTH, y + layout.HEADING_HEIGHT - 2.0, right - 3.0, y + height - 6.0)
+            axes = self._add_axes(shift_rect(rect, self._shift))
+            values = np.concatenate([curve.values for curve in plot.curves])
+            limits = axis_limits_for(values, plot.noise)
+            panels.append(plot_curves(axes, plot.curves, self._data, limits, marks, self._points_per_pixel, has_time_labels=is_last))
+            self._write_heading(plot, (left, right), y + 7)
+        return panels
+
+    def _write_heading(self, plot: _Plot, ends: Vec2, y: float) -> None:
+        """Write the names of the curves of a plot and the number of the first one."""
+        first, others = plot.curves[0], plot.names[1:]
+        numbers = format_numbers(np.interp(self._data.times, first.times, first.values))
+        number_left = self._add_number(numbers, plot.unit, (ends[1], y), 12, color=first.colour, fontweight="bold")
+        x = ends[0]
+        for k, (name, curve) in enumerate(zip(plot.names, plot.curves, strict=False)):
+            style: dict[str, Any] = {"color": curve.colour} if others else {}
+            text = self._add_text(name + ("," if k < len(others) else ""), (x, y), 12.5, fontfamily=SERIF_FONT, **style)
+            x += float(text.get_window_extent().width) * layout.REFERENCE_SIZE / self._size + 4.0
+            text.set_visible(x < number_left)
+
+    def _plots(self) -> list[_Plot]:
+        """Return the plots from the top: speed, the governor's reading, what it controls, and torque with load."""
+        run, governed = self._run, self._governed
+        reading = governed.governor_reading
+        name = format_name(reading.rpartition(".")[2])
+        unit, factor = display_unit_of(run.units.get(reading, ""))
+        noise = READING_NOISE_RATIO * run.scales.get(reading, 0.0) * factor
+        speeds = self._speed_curves()
+        plots = [
+            _Plot(names=("mean speed" if len(speeds) > 1 else "speed",), unit="rpm", curves=speeds),
+            _Plot(names=(name,), unit=unit, noise=noise, curves=(self._curve(GREEN, run.readings[reading] * factor),)),
+        ]
+        if governed.opening_reading is not None:
+            name = "cut-off" if governed.controlled == CUT_OFF else "throttle"
+            plots.append(_Plot(names=(name,), unit="%", curves=(self._curve(_BROWN, 100 * self.room.control_values),)))
+        torque = Curve(BLUE, *engine_torque(run, governed))
+        load = (self._curve(VERMILLION, self.room.load_values),) if self.room.has_load else ()
+        names = ("torque", "load") if load else ("torque",)
+        return [*plots, _Plot(names=names, unit="N m", curves=(torque, *load))]
+
+    def _speed_curves(self) -> tuple[Curve, ...]:
+        """Return the mean speed of each turn and the speed in it, rpm; only the speed if the run has too few turns."""
+        factor = 30 / math.pi
+        speed = self._run.rates[self._governed.crank_angle]
+        mean = mean_speed(self._run, self._governed)
+        if mean is None:
+            return (self._curve(BLUE, speed * factor),)
+        return Curve(BLUE, mean[0], mean[1] * factor), Curve(_LIGHT_BLUE, self._run.times, speed * factor, has_dot=False)
+
+    def _curve(self, colour: str, values: FloatArray) -> Curve:
+        """Return the curve of values (n,) at the reported times."""
+        return Curve(colour, self._run.times, values)

@@ -1,0 +1,80 @@
+"""Painters of all films: one run, two side by side, or the engine room of a governed engine."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.render.film.engine_room_painter import EngineRoomPainter
+from governor_mechanism.render.film.frame_data import FrameData, ShownParts, find_parts
+from governor_mechanism.render.film.frame_painter import FramePainter
+from governor_mechanism.render.film.gif_encoder import RgbaPixels
+from governor_mechanism.render.film.layout import ELEVATION_RECT, HEADER_RULE_Y, REFERENCE_SIZE
+from governor_mechanism.render.geometry.primitives import Vec2
+from governor_mechanism.render.machines.engine_room.arrangement import GovernedEngine, find_governed_engine
+from governor_mechanism.render.style import RULE, parse_rgb
+from governor_mechanism.types import FloatArray
+
+
+class Painter(Protocol):
+    """Frames of a film: pixels that the next frame overwrites, or a copy of them."""
+
+    def draw(self, k: int) -> RgbaPixels:
+        """Return frame k, in pixels that the next frame overwrites."""
+
+    def paint(self, k: int) -> RgbaPixels:
+        """Return frame k."""
+
+
+class SideBySidePainter:
+    """Frames of runs side by side, with a thin rule between them; `paint(k)` returns a copy of the pixels of frame k.
+
+    `frame_data` are the shown parts of each run. Each run stands under its title or that of its scene.
+    """
+
+    def __init__(self, runs: Sequence[Trajectory], titles: Sequence[str] | None, frame_data: Sequence[ShownParts], size: int) -> None:
+        if len({len(data) for data in frame_data}) > 1:
+            raise MechanismError("two runs side by side must have equally many parts; choose one part with part=..., or write two films")
+        self.painters = [
+            FramePainter(run, data, size, title=title, compared=frame_data)
+            for run, data, title in zip(runs, frame_data, titles if titles is not None else [None] * len(runs), strict=True)
+        ]
+        factor = size / REFERENCE_SIZE
+        self._rule_rows = slice(round((HEADER_RULE_Y + 7) * factor), round(ELEVATION_RECT[3] * factor))
+
+    def paint(self, k: int) -> RgbaPixels:
+        """Return frame k as opaque RGBA pixels (size, number of runs * width of one, 4)."""
+        return self.draw(k).copy()
+
+    def draw(self, k: int) -> RgbaPixels:
+        """Return frame k as `paint` does, in pixels that the next frame overwrites."""
+        if len(self.painters) == 1:
+            return self.painters[0].draw(k)
+        pixels = np.concatenate([painter.draw(k) for painter in self.painters], axis=1)
+        for index in range(1, len(self.painters)):
+            pixels[self._rule_rows, index * pixels.shape[1] // len(self.painters), :3] = parse_rgb(RULE)
+        return pixels
+
+
+def find_engine_room(runs: Sequence[Trajectory], part: str | None) -> GovernedEngine | None:
+    """Return the governed engine that a film of one run shows as an engine room, or None; `part` is the only part to show."""
+    return find_governed_engine(runs[0].scene) if len(runs) == 1 and part is None else None
+
+
+def make_painter(
+    runs: Sequence[Trajectory],
+    part: str | None,
+    time_span: Vec2,
+    times: FloatArray,
+    slow_down: float,
+    size: int,
+    titles: Sequence[str] | None = None,
+) -> Painter:
+    """Return the painter of runs at frame times (f,) s within a time span (s); `size` is the height of a frame in pixels."""
+    if governed := find_engine_room(runs, part):
+        engine, governor = (FrameData(runs[0], shown, time_span, times, slow_down) for shown in (governed.engine, governed.governor))
+        return EngineRoomPainter(runs[0], governed, engine, governor, size)
+    frame_data = [[FrameData(one, shown, time_span, times, slow_down) for shown in find_parts(one, part)] for one in runs]
+    return SideBySidePainter(runs, titles, frame_data, size)

@@ -1,0 +1,1 @@
+"""Drawing of a governed engine as an elevation of its engine room."""

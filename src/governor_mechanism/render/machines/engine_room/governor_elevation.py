@@ -1,0 +1,86 @@
+"""Governor of the room: its own drawing, enlarged or reduced to fit, without its lift scale. Lengths in pixels."""
+
+from collections.abc import Iterable, Iterator
+from functools import cached_property
+
+import numpy as np
+
+from governor_mechanism.render.geometry.free_space import select_extreme_rows
+from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, TextShape, bounding_box, enclose_boxes
+from governor_mechanism.render.machines.engine_room import proportions as room
+from governor_mechanism.render.machines.engine_room.placement import Placement
+from governor_mechanism.render.machines.governor_parts import GovernorDrawing
+from governor_mechanism.render.machines.machine_drawing import MachineDrawing
+from governor_mechanism.types import FloatArray
+
+_LEFT_OUT = ("scale", "leader", "pointer")
+"""Roles of a lift scale, which the plots replace."""
+_FORK_HEIGHT_RATIO, _FORK_RADIUS_RATIO = 0.33, 0.9
+"""Place of the fork on a sleeve: height over its base and radius, relative to its size."""
+
+
+class GovernorElevation:
+    """A governor that stands in the room with its spindle at the governor's axis.
+
+    Parameters
+    ----------
+    drawing
+        Drawing of the governor.
+    control_reading
+        Reading of the governor, by plain name, that moves the control.
+    """
+
+    def __init__(self, drawing: MachineDrawing, control_reading: str) -> None:
+        self._drawing, self._control_reading = drawing, control_reading
+        left, right, bottom, top = self._bounds
+        half_width = max(-left, right, 1e-9)
+        scale = min(room.GOVERNOR_HALF_WIDTH / half_width, (room.GOVERNOR_TOP - room.GOVERNOR_BASE) / (top - bottom))
+        self.placement = Placement(scale=scale, x=room.GOVERNOR_AXIS, y=room.GOVERNOR_BASE - scale * bottom)
+
+    @property
+    def pixels_per_metre(self) -> float:
+        """Scale of the governor."""
+        return self.placement.scale
+
+    @property
+    def fork_x(self) -> float:
+        """Position of the fork on the sleeve."""
+        half_width = self._drawing.sleeve_size[0] if isinstance(self._drawing, GovernorDrawing) else 0.05 * self._length
+        return room.GOVERNOR_AXIS + self.placement.scale * _FORK_RADIUS_RATIO * half_width
+
+    def fork_heights(self, poses: FloatArray, readings: FloatArray) -> FloatArray:
+        """Return the heights (n,) of the fork at poses (n, bodies, 3) and values (n,) of the reading that moves the control.
+
+        On a governor without a drawing of its own, the fork rises with that reading.
+        """
+        drawing, placement = self._drawing, self.placement
+        if isinstance(drawing, GovernorDrawing):
+            heights: FloatArray = drawing.sleeve_height(poses) - (1.0 - _FORK_HEIGHT_RATIO) * drawing.sleeve_size[1]
+            return placement.y + placement.scale * heights
+        low, high = drawing.reading_range(self._control_reading)
+        return np.asarray(room.GOVERNOR_BASE + 16.0 + 30.0 * (readings - low) / max(high - low, 1e-12))
+
+    def background_shapes(self) -> Iterator[DrawnShape]:
+        """Yield the spindle in its bearings and what else does not move."""
+        yield from self.placement.place(_without_scale(self._drawing.static_shapes))
+
+    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+        """Yield the governor at a pose (bodies, 3) and a time (s)."""
+        yield from self.placement.place(_without_scale(self._drawing.moving_shapes(pose, time)))
+
+    @cached_property
+    def _bounds(self) -> BoundingBox:
+        """Box (m) around the governor at all poses of the run."""
+        drawing, poses = self._drawing, self._drawing.poses
+        rows = select_extreme_rows(poses)
+        boxes = [bounding_box(_without_scale(drawing.moving_shapes(poses[k], float(drawing.run.times[k])))) for k in rows]
+        return enclose_boxes([bounding_box(_without_scale(drawing.static_shapes)), *boxes])
+
+    @property
+    def _length(self) -> float:
+        return self._drawing.part.mechanism.length_scale
+
+
+def _without_scale(shapes: Iterable[DrawnShape]) -> list[DrawnShape]:
+    """Return the shapes without texts and those of a lift scale."""
+    return [shape for shape in shapes if not isinstance(shape, TextShape) and shape.role not in _LEFT_OUT]

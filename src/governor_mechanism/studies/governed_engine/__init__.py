@@ -1,0 +1,1 @@
+"""Design of an engine with flywheel and Porter governor for a wanted speed, droop and speed fluctuation."""

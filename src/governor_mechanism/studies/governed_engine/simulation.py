@@ -1,0 +1,130 @@
+"""A designed engine put to the test: the simulated change of load beside what the design wants."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.plain_values import plain_record
+from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.studies.governed_engine.results import GovernedEngineDesign
+from governor_mechanism.studies.governed_engine.scene_export import LOAD_CHANGE, change_times, export_scene_document
+from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
+from governor_mechanism.studies.regulation.load_change import LoadChangeStudy, study_load_change
+from governor_mechanism.units.text_table import format_table
+
+END_RATIO = 1 - 1e-9
+"""Last reported time over the duration above which a run has reached its end: rounding of the times."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SimulatedDesign:
+    """What the simulated engine does when its load falls to the half, and what was wanted; speeds rad/s.
+
+    Attributes
+    ----------
+    wanted_speeds
+        Speeds of the shaft by design at full load, half load and no load.
+    static_speeds
+        The same by the statics of the simulated machine.
+    wanted_fluctuation
+        Coefficient of speed fluctuation by design, at full load.
+    mean_torque
+        Response with the torque of the air averaged over a turn, as the theory takes it.
+    cyclic
+        Response with the torque that follows the crank.
+    """
+
+    wanted_speeds: tuple[float, float, float]
+    static_speeds: tuple[float, float, float]
+    wanted_fluctuation: float
+    mean_torque: LoadChangeStudy
+    cyclic: LoadChangeStudy
+
+    @property
+    def wanted_droop(self) -> float:
+        """Droop by design, from full load to no load."""
+        return _droop(self.wanted_speeds[0], self.wanted_speeds[-1])
+
+    @property
+    def static_droop(self) -> float:
+        """Droop by the statics of the simulated machine, from full load to no load."""
+        return _droop(self.static_speeds[0], self.static_speeds[-1])
+
+    @property
+    def fluctuation(self) -> float:
+        """Coefficient of speed fluctuation that the simulation shows at full load."""
+        return self.cyclic.fluctuations[0]
+
+    @property
+    def ok(self) -> bool:
+        """Whether the speed settles, with the mean torque and with that of every instant."""
+        return self.mean_torque.ok and self.cyclic.ok
+
+    def as_json(self) -> dict[str, Any]:
+        """Return all numbers, without the runs."""
+        studies = {name: getattr(self, name).as_json() for name in ("mean_torque", "cyclic")}
+        derived = {name: getattr(self, name) for name in ("wanted_droop", "static_droop", "fluctuation")}
+        return plain_record(self, **studies, **derived)
+
+    def __str__(self) -> str:
+        """Return a table of the wanted and the simulated numbers."""
+        header = ("load falls from the whole to the half", "wanted", "mean torque", "torque of every instant")
+        lines = [format_table(header, list(self._rows()), "lrrr")]
+        lines += [study.conclusion for study in (self.mean_torque, self.cyclic) if not study.ok]
+        return "\n".join(lines)
+
+    def _rows(self) -> Iterator[tuple[str, str, str, str]]:
+        """Yield the rows of the table."""
+        studies = self.mean_torque, self.cyclic
+        for k, label in ((0, "full"), (2, "half")):
+            speeds = (self.wanted_speeds[min(k, 1)], *(study.mean_speeds[k] for study in studies))
+            yield f"mean speed at {label} load, rpm", *(f"{speed * 30 / math.pi:.4f}" for speed in speeds)  # type: ignore[misc]
+        yield "droop from full to no load, by statics", f"{self.wanted_droop:.6%}", f"{self.static_droop:.6%}", ""
+        wanted = self.wanted_speeds[1] / self.wanted_speeds[0] - 1
+        yield "change of speed", f"{wanted:.4%}", *(f"{study.droop:.4%}" for study in studies)  # type: ignore[misc]
+        yield "overshoot, of the change", "", *(f"{study.overshoot:.2%}" for study in studies)  # type: ignore[misc]
+        yield "settling time (5 %), s", "", *(f"{study.settling_time:.4g}" for study in studies)  # type: ignore[misc]
+        yield "speed fluctuation at full load", f"{self.wanted_fluctuation:.4%}", "", f"{self.fluctuation:.4%}"
+
+
+def _droop(full_load_speed: float, no_load_speed: float) -> float:
+    return 2 * (no_load_speed - full_load_speed) / (no_load_speed + full_load_speed)
+
+
+def simulate_design(design: GovernedEngineDesign) -> SimulatedDesign:
+    """Simulate a fall of the load from the rated torque to the half.
+
+    Parameters
+    ----------
+    design
+        The design.
+
+    Returns
+    -------
+    SimulatedDesign
+        The responses with the mean torque of the air, and with that of every instant.
+
+    Raises
+    ------
+    MechanismError
+        If a run does not reach its end, or the machine has no equilibrium.
+    """
+    begin, _ = change_times(design)
+    scenes = [parse_scene_document(export_scene_document(design, mean_torque=is_mean)) for is_mean in (True, False)]
+    statics = GovernedEngine(scenes[0])
+    fractions = (*LOAD_CHANGE, 0.0)
+    full, half, none = (statics.operating_point(fraction * design.rated_torque).shaft_speed for fraction in fractions)
+    wanted_full, wanted_half, wanted_none = (design.governor.shaft_speed(fraction) for fraction in fractions)
+    mean_torque, cyclic = (study_load_change(scene, LOAD_CHANGE, at=begin) for scene in scenes)
+    for study in (mean_torque, cyclic):
+        if study.run.times[-1] < END_RATIO * study.run.scene.run.duration:
+            raise MechanismError(f"the simulation of the design ends at {study.run.times[-1]:.4g} s: {study.run.message}")
+    return SimulatedDesign(
+        wanted_speeds=(wanted_full, wanted_half, wanted_none),
+        static_speeds=(full, half, none),
+        wanted_fluctuation=design.inputs.speed_fluctuation,
+        mean_torque=mean_torque,
+        cyclic=cyclic,
+    )
