@@ -916,7 +916,7 @@ def design_governed_engine(**inputs: float | str) -> GovernedEngineDesign:
     Returns
     -------
     GovernedEngineDesign
-        The design; it prints as text, and `as_json` returns plain values.
+        The design; it prints as text, `scene` is the engine under a load that falls to the half, and `as_json` returns plain values.
 
     Raises
     ------

@@ -19,6 +19,9 @@ from governor_mechanism.closed_form.pendulum.dynamics import spindle_inertia
 from governor_mechanism.closed_form.pendulum.kinematics import PendulumGovernor
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.events import EventKind, NamedCrossing
+from governor_mechanism.model.speeds import AngleRate
+from governor_mechanism.observables.sampled_motion import SampledMotion
+from governor_mechanism.observables.speed_crossings import CrossedSpeed
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.scenes.parser import parse_scene_document
 from reference import flywheel
@@ -121,6 +124,24 @@ def test_no_crossing_of_a_governed_engine_is_missed_or_doubled() -> None:
         for name in ("shaft", "spindle"):  # the gear has the ratio 1
             assert len(found[f"{name}_{way}"]) == len(indices)
             assert np.all((found[f"{name}_{way}"] >= times[indices]) & (found[f"{name}_{way}"] <= times[indices + 1]))
+
+
+@pytest.mark.parametrize(("peak_time", "shift"), [(0.5, 0.0), (0.525, 0.05)], ids=["at a sample", "inside an interval"])
+def test_samples_alone_show_each_passage_at_a_jump_of_the_slope_once(peak_time: float, shift: float) -> None:
+    """A speed that rises and falls by 1 rad/s2, without a dense output: its slope jumps where an input does."""
+    times = np.linspace(0.0, 1.0, 11)
+    speeds, slopes = 1 + peak_time - np.abs(times - peak_time), np.where(times < peak_time, 1.0, -1.0)
+    angles = (1 + peak_time) * times - 0.5 * (times - peak_time) * np.abs(times - peak_time)
+    states = [np.zeros((11, 1, 3)) for _ in range(3)]
+    for state, values in zip(states, (angles, speeds, slopes), strict=True):
+        state[:, 0, 2] = values
+    motion = SampledMotion(times, *states, np.ones(11), lambda k, time: None, np.zeros(0), np.array([peak_time]))
+    speed = CrossedSpeed(gm.load("air_engine").mechanism, motion, AngleRate(angle="crank_angle"))
+    assert speed.find_times(1 + peak_time, "both", 1e-9) == []  # touched, or not seen between the samples
+    value = 1 + peak_time - 0.045
+    # In an interval with a jump inside, the speed is taken to change evenly: half an interval.
+    np.testing.assert_allclose(speed.find_times(value, "up", 1e-9), [peak_time - 0.045], rtol=0, atol=1e-12 + shift)
+    np.testing.assert_allclose(speed.find_times(value, "down", 1e-9), [peak_time + 0.045], rtol=0, atol=1e-12 + shift)
 
 
 @pytest.mark.parametrize("engine", ["multibody", "reduced"])

@@ -204,7 +204,6 @@ def _design_flywheel(given: GivenInputs, out: Path, *, with_figure: bool) -> tup
 def _design_governed_engine(given: GivenInputs, out: Path, *, with_figure: bool) -> tuple[console.CommandResult, tuple[str, ...]]:
     from governor_mechanism.studies.governed_engine.design import design_governed_engine
     from governor_mechanism.studies.governed_engine.inputs import DEFAULT_INPUTS
-    from governor_mechanism.studies.governed_engine.scene_export import export_scene_document
     from governor_mechanism.studies.governed_engine.simulation import simulate_design
 
     engine_design = design_governed_engine(given.replace(DEFAULT_INPUTS))
@@ -214,7 +213,7 @@ def _design_governed_engine(given: GivenInputs, out: Path, *, with_figure: bool)
         "The engine of `design governed-engine` under its governor; the load falls to the half.\n"
         "The resistance at the sleeve is left out: add dry_friction to the effects of the governor."
     )
-    files = [_write_scene(export_scene_document(engine_design), comment, out / "governed_engine_design.toml")]
+    files = [_write_scene(engine_design.scene_document, comment, out / "governed_engine_design.toml")]
     if with_figure:
         from governor_mechanism.render.figures.governed_engine_design import governed_engine_figure
 

@@ -55,10 +55,12 @@ def directional_derivative(
     """
     positive = np.array(_POSITIVE_WEIGHTS[order])
     weights = np.concatenate([(-1) ** order * positive[:0:-1], positive])
-    samples = np.array([function(point)])
-    best, best_error, previous = np.full_like(samples[0], np.nan), np.inf, None
+    values = {0.0: function(point)}  # by the offset: half the points of a step are also points of the next one, which is half as long
+    best, best_error, previous = np.full_like(values[0.0], np.nan), np.inf, None
     for ratio in STEP_RATIOS:
-        samples = np.array([function(point + k * ratio * direction) for k in range(-4, 5)])
+        offsets = [k * ratio for k in range(-4, 5)]
+        values |= {offset: function(point + offset * direction) for offset in offsets if offset not in values}
+        samples = np.array([values[offset] for offset in offsets])
         derivative = weights @ samples / ratio**order
         if previous is not None:
             difference = float(np.max(np.abs(derivative - previous), initial=0.0))

@@ -15,7 +15,7 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.speeds import find_speeds
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.observables.crossing_intervals import find_crossing_intervals
-from governor_mechanism.observables.sampled_motion import BodyState, SampledMotion, SampledReading
+from governor_mechanism.observables.sampled_motion import EVENT_TIME_MARGIN, BodyState, SampledMotion, SampledReading
 from governor_mechanism.observables.speed_crossings import CrossedSpeed
 from governor_mechanism.types import FloatArray, IntArray
 
@@ -27,9 +27,6 @@ ROUNDING_TOLERANCE = 1e-12
 
 N_SUBDIVISIONS = 8
 """Parts of an interval of which each has at most one extreme: an interval is a quarter of the time in which the motion changes."""
-
-EVENT_TIME_MARGIN = 1e-6
-"""A contact event closer to a sample than this fraction of the interval is at the sample."""
 
 
 def find_crossings(

@@ -27,6 +27,9 @@ The other time is that of the interpolant over three samples. Its error is large
 the time in which the motion changes, which this difference bounds.
 """
 
+EVENT_TIME_MARGIN = 1e-6
+"""A contact event closer to a sample than this fraction of the interval is at the sample."""
+
 BodyState = tuple[FloatArray, FloatArray]
 """Poses and velocities (bodies, 3)."""
 DenseOutput = Callable[[int, float], BodyState | None]

@@ -9,7 +9,7 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.speeds import AngleRate
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.observables.crossing_intervals import find_crossing_intervals
-from governor_mechanism.observables.sampled_motion import BodyState, SampledMotion, SampledReading
+from governor_mechanism.observables.sampled_motion import EVENT_TIME_MARGIN, BodyState, SampledMotion, SampledReading
 from governor_mechanism.types import BoolArray, FloatArray
 
 N_SUBDIVISIONS = 8
@@ -100,7 +100,16 @@ class CrossedSpeed:
         if self._is_smooth[k]:
             return self._speed.ratio * float(self._angle.interpolant(np.array([k]), 2).evaluate(np.array([time]))[1][0])
         # A polynomial through the slopes on both sides of a jump has extremes that the motion has not.
-        return float(np.interp(time, self._motion.times[k : k + 2], self._speeds[k : k + 2]))
+        (start, end), (first, last) = self._motion.times[k : k + 2].tolist(), self._speeds[k : k + 2].tolist()
+        fraction, linear = (time - start) / (end - start), last - first
+        slope = linear if self._jumps_inside(k) else (end - start) * float(self._accelerations[k])  # a jump at the end is one of its slope
+        return float(first + fraction * (slope + fraction * (linear - slope)))
+
+    def _jumps_inside(self, k: int) -> bool:
+        """Return whether an event or a jump of an input lies between samples k and k + 1, not at one of them."""
+        start, end = self._motion.times[k : k + 2].tolist()
+        jumps, margin = np.concatenate([self._motion.contact_times, self._motion.breakpoints]), EVENT_TIME_MARGIN * (end - start)
+        return bool(np.any((jumps > start + margin) & (jumps < end - margin)))
 
     def _speed_of(self, state: BodyState) -> float:
         poses, velocities = state

@@ -20,7 +20,7 @@ from governor_mechanism.studies.governed_engine.governor import GovernorDesign
 LOAD_FRACTIONS = (1.0, 0.5, 0.0)
 """Loads at which the motions are judged, relative to the rated torque."""
 
-SEARCH_DECADES, N_SEARCH_POINTS = 4.0, 321
+SEARCH_DECADES, N_SEARCH_POINTS = 4.0, 161
 """Decades below and above the aperiodic damping of the governor alone in which the best one is sought, and points there: 20 a decade."""
 
 SEARCH_TOLERANCE = 1e-10

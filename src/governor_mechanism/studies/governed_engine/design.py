@@ -11,6 +11,7 @@ F. Redtenbacher, Die Luftexpansions-Maschine (Mannheim 1853), for engine and fly
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from governor_mechanism.studies.governed_engine.dashpot import DashpotDesign, de
 from governor_mechanism.studies.governed_engine.governor import GovernorDesign, design_governor
 from governor_mechanism.studies.governed_engine.inputs import DEFAULT_INPUTS, GovernedEngineInputs, validate_inputs
 from governor_mechanism.studies.governed_engine.results import Check, Flywheel, GovernedEngineDesign, ThrottleSetting
+from governor_mechanism.studies.governed_engine.scene_export import export_scene_document
 
 THROTTLE_FRACTIONS = (1.0, 0.75, 0.5, 0.25, 0.0)
 """Loads of the table of the throttle rod, relative to the rated torque."""
@@ -56,7 +58,7 @@ def design_governed_engine(inputs: GovernedEngineInputs = DEFAULT_INPUTS) -> Gov
     flywheel = _size_flywheel(inputs, engine, openings[0])
     torque_slope = -inputs.rated_torque / governor.sleeve_travel
     dashpot = design_dashpot(governor, flywheel.inertia, torque_slope, inputs.dashpot)
-    return GovernedEngineDesign(
+    design = GovernedEngineDesign(
         inputs=inputs,
         engine=engine,
         bore=bore,
@@ -69,6 +71,7 @@ def design_governed_engine(inputs: GovernedEngineInputs = DEFAULT_INPUTS) -> Gov
         dashpot=dashpot,
         checks=tuple(_checks(inputs, governor, dashpot)),
     )
+    return replace(design, scene_document=export_scene_document(design))
 
 
 def _size_cylinders(inputs: GovernedEngineInputs) -> tuple[AirEngine, float]:
@@ -113,11 +116,12 @@ def _throttle_points(governor: GovernorDesign, openings: list[float], reserve: f
 
 def _checks(inputs: GovernedEngineInputs, governor: GovernorDesign, dashpot: DashpotDesign) -> Iterator[Check]:
     """Yield the rules of the design with their numbers."""
+    force_cure = "reduce insensitivity" if inputs.ball_mass is None else "reduce resistance, or increase ball_mass"
     yield Check(
         rule="insensitivity below the droop, or the resistance hides the load (Zehnder, Dubois)",
         found=governor.insensitivity,
         highest=inputs.droop,
-        cure="reduce resistance, or increase ball_mass",
+        cure=force_cure,
     )
     yield Check(
         rule="insensitivity above the speed fluctuation, or the sleeve moves in every turn (Zehnder)",
@@ -125,12 +129,7 @@ def _checks(inputs: GovernedEngineInputs, governor: GovernorDesign, dashpot: Das
         lowest=inputs.speed_fluctuation,
         cure="reduce speed_fluctuation, or leave it to the dashpot",
     )
-    yield Check(
-        rule="effort at the sleeve over its resistance",
-        found=governor.effort / inputs.resistance,
-        lowest=1.0,
-        cure="increase ball_mass or gear_ratio, or reduce resistance",
-    )
+    yield Check(rule="effort at the sleeve over its resistance", found=governor.effort / inputs.resistance, lowest=1.0, cure=force_cure)
     squared_speed = (governor.gear_ratio * governor.full_load_speed) ** 2
     low, high = (squared_speed / constant - 1 for constant in MASS_RATIO_CONSTANTS)
     yield Check(

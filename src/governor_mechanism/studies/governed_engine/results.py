@@ -1,11 +1,14 @@
 """The result of the design of a governed engine, as text and as plain values."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from governor_mechanism.closed_form.flywheel.engine import AirEngine
 from governor_mechanism.files.plain_values import plain_record
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.governed_engine.dashpot import DashpotDesign
 from governor_mechanism.studies.governed_engine.governor import GovernorDesign
 from governor_mechanism.studies.governed_engine.inputs import GovernedEngineInputs
@@ -97,6 +100,8 @@ class GovernedEngineDesign:
         The dashpot, and the motions of engine and governor.
     checks
         Rules that the design should keep.
+    scene_document
+        The document of a scene file of the engine, whose load falls from the rated torque to the half.
     """
 
     inputs: GovernedEngineInputs
@@ -110,6 +115,12 @@ class GovernedEngineDesign:
     torque_slope: float
     dashpot: DashpotDesign
     checks: tuple[Check, ...]
+    scene_document: Mapping[str, Any] = field(default_factory=dict, repr=False)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of that document, to be run or linearised."""
+        return parse_scene_document(self.scene_document)
 
     @property
     def droop(self) -> float:
@@ -188,7 +199,13 @@ class GovernedEngineDesign:
         checks = [plain_record(check, ok=check.ok) for check in self.checks]
         dashpot = plain_record(self.dashpot, decay_rate=self.dashpot.decay_rate, stability_margin=self.dashpot.stability_margin)
         return plain_record(
-            self, droop=self.droop, governor=self.governor.as_json(), dashpot=dashpot, checks=checks, warnings=self.warnings
+            self,
+            "scene_document",
+            droop=self.droop,
+            governor=self.governor.as_json(),
+            dashpot=dashpot,
+            checks=checks,
+            warnings=self.warnings,
         )
 
 

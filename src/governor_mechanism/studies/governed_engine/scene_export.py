@@ -17,6 +17,9 @@ N_DECAYS_BEFORE, N_DECAYS_AFTER = 8.0, 10.0
 MIN_TURNS, MAX_TURNS = 8, 300
 """Turns of the shaft before and after the change: enough to judge the mean speed, and no more than take a minute."""
 
+MIN_SCENE_TURNS = 45
+"""Turns of the run of a scene file, at least: the study of a change of load at a tenth of the run then has turns enough before it."""
+
 POINTS_PER_TURN = 100
 """Reported times in a turn."""
 
@@ -43,7 +46,8 @@ def export_scene_document(design: GovernedEngineDesign, *, mean_torque: bool = F
     dict[str, Any]
         The document of a scene file.
     """
-    begin, duration = change_times(design)
+    begin, end = change_times(design)
+    duration = max(end, MIN_SCENE_TURNS * math.tau / design.inputs.full_load_speed)
     opening, closed = design.throttle_points
     kind = "mean torque" if mean_torque else "designed"
     return {
@@ -93,7 +97,7 @@ def export_scene_document(design: GovernedEngineDesign, *, mean_torque: bool = F
 
 
 def change_times(design: GovernedEngineDesign) -> tuple[float, float]:
-    """Return the time of the change of load and the duration of the run, s: whole tenths of a second, by the slowest motion of the design.
+    """Return the time of the change of load and that at which it is over, s: tenths of a second, by the slowest motion of the design.
 
     Parameters
     ----------
