@@ -37,6 +37,8 @@ STEADY = {**STEAM, "moment": "100 N m"}
 DAMPER = {"type": "torsion_damper", "name": "brake", "second": "flywheel", "damping": "5 N m s/rad"}
 SPRING = {"type": "torsion_spring", "name": "coil", "second": "flywheel", "stiffness": "5 N m/rad"}
 LIFT = {"reading": "governor.sleeve_lift", "gain": -2000, "about": "540 mm"}
+LIFT_TABLE = {"reading": "governor.sleeve_lift", "table": [[0.45, 200], [0.5, 60], [0.55, -100]]}
+SPEED_TABLE = {"reading": "governor.spindle_speed", "table": [[6.4, 20], [6.6, -20]]}
 SPEED = {"reading": "governor.spindle_speed", "gain": -30, "about": "7 rad/s"}
 LOADS = {
     "gear": GEAR,
@@ -58,3 +60,6 @@ LOADS = {
     "stops": {**GEAR, "part.governor.effects.stops": {"arm_angle": ["50 deg", "60 deg"], "restitution": 0.4}},
 }
 """Changes of the scene watt_engine_hunting."""
+
+TABLES = {"tables of the lift and of the speed": {**GEAR, "part.engine.force": [{**STEAM, "moment": [LIFT_TABLE, SPEED_TABLE, -50]}]}}
+"""Changes of the same scene, with kinks that the motion crosses."""

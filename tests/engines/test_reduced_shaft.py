@@ -12,7 +12,7 @@ from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
 from governor_mechanism.model.trajectory import Outcome
 from reference import haug_governor, watt_engine
-from shaft_scenes import GEAR, LIFT, LOADS, SPRING, STEADY, STEAM, changed
+from shaft_scenes import GEAR, LIFT, LOADS, SPRING, STEADY, STEAM, TABLES, changed
 
 MODELS = ["haug_governor", "watt_engine_hunting", "watt_engine_stable"]
 
@@ -65,7 +65,7 @@ def test_auto_chooses_reduced(name):
     assert select_engine("auto", gm.load(name))[0].name == "reduced"
 
 
-@pytest.mark.parametrize("changes", LOADS.values(), ids=LOADS.keys())
+@pytest.mark.parametrize("changes", [*LOADS.values(), *TABLES.values()], ids=[*LOADS, *TABLES])
 def test_shafts_and_their_loads_agree_with_multibody(changes):
     reduced, multibody = assert_engines_agree(changed("watt_engine_hunting", changes), 1e-9)
     assert [(event.kind, event.subject) for event in reduced.events] == [(event.kind, event.subject) for event in multibody.events]
@@ -103,9 +103,8 @@ def test_a_geared_engine_without_torque_keeps_momentum_and_energy():
 REFUSALS = {
     "breaks": {**GEAR, "coupling.belt.until": "1 s"},
     "with a lag": {"part.engine.force": [{**STEAM, "moment": [{**LIFT, "lag": "0.1 s"}]}]},
-    "by a table": {"part.engine.force": [{**STEAM, "moment": [{"reading": "governor.sleeve_lift", "table": [[0.4, 200], [0.6, 0]]}]}]},
     "the effect Dashpot on 'engine.crank_angle'": {"part.engine.effects": {"dashpot": {"crank_angle": "1 N m s/rad"}}},
-    "neither a torque nor a torsion damper": {"part.engine.force": [STEADY, SPRING]},
+    "neither a torque, nor a torsion damper, nor gas": {"part.engine.force": [STEADY, SPRING]},
     "2 are more than a shaft": {
         "part.engine.body.0.at": ["0.1 m", 0],
         "part.engine.body.0.points": {"pin": ["-0.1 m", 0]},

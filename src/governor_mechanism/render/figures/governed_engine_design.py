@@ -6,7 +6,7 @@ import numpy as np
 
 from governor_mechanism.closed_form.pendulum import dynamics, sizing
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Page, Panel, add_legend
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SKY, VERMILLION
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.studies.governed_engine.results import HORSEPOWER, GovernedEngineDesign
 from governor_mechanism.studies.governed_engine.simulation import SimulatedDesign
 
@@ -52,11 +52,10 @@ def governed_engine_figure(design: GovernedEngineDesign, simulated: SimulatedDes
     _draw_speed(page.add_panel(_SPEED_RECT, "sleeve lift, mm", "equilibrium speed of the shaft, rpm"), design)
     _draw_plane(page.add_panel(_PLANE_RECT, "$x = a/c^{1/3}$", "$y = b/c^{2/3}$"), design)
     _draw_step(page.add_panel(_STEP_RECT, "time, s", "speed of the shaft, rpm"), design, simulated)
-    cyclic = simulated.cyclic
+    free, resisted = simulated.cyclic.overshoot, simulated.resisted.overshoot
     page.write_footnote(
-        f"load falls from the whole to the half: overshoot {cyclic.overshoot:.2%} of the change of speed, settled within 5 % of it after "
-        f"{cyclic.settling_time:.3g} s; speed fluctuation at full load {simulated.fluctuation:.4%}, "
-        f"wanted {simulated.wanted_fluctuation:.4%}"
+        f"load falls from the whole to the half: overshoot {free:.2%} of the change of speed, {resisted:.2%} with the resistance at the "
+        f"sleeve; speed fluctuation at full load {simulated.fluctuation:.4%}, wanted {simulated.wanted_fluctuation:.4%}"
     )
     return page
 
@@ -119,10 +118,12 @@ def _draw_step(panel: Panel, design: GovernedEngineDesign, simulated: SimulatedD
     begin, times = cyclic.change_times[0], cyclic.run.times
     # The settling of the start is of no interest; some turns before the change are.
     first = max(0.0, begin - 0.3 * (float(times[-1]) - begin))
-    panel.plot(times, np.asarray(cyclic.run.readings["engine.shaft_speed"]) * _RPM, color=SKY, linewidth=0.8, label="of every instant")
+    panel.plot(times, np.asarray(cyclic.run.readings["engine.shaft_speed"]) * _RPM, color=SKY, linewidth=0.8, label="cyclic torque")
     panel.plot(cyclic.average.times, cyclic.average.speeds * _RPM, color=BLUE, linewidth=1.8, label="mean over a turn")
     mean_speeds = np.asarray(mean_torque.run.readings["engine.shaft_speed"]) * _RPM
-    panel.plot(mean_torque.run.times, mean_speeds, color=INK, linewidth=1.1, linestyle=DASHED, label="with the mean torque")
+    panel.plot(mean_torque.run.times, mean_speeds, color=INK, linewidth=1.1, linestyle=DASHED, label="mean torque")
+    resisted = simulated.resisted.average
+    panel.plot(resisted.times, resisted.speeds * _RPM, color=SERIES_COLOURS[-1], linewidth=1.5, label="with the resistance")
     for speed, colour, name in zip(simulated.wanted_speeds, _LOAD_COLOURS, ("full", "half", "no"), strict=True):
         panel.axhline(speed * _RPM, color=colour, linewidth=0.8, linestyle=CHAIN_DOTTED)
         text = f"wanted at {name} load:\n{speed * _RPM:.4f} rpm"
@@ -131,4 +132,4 @@ def _draw_step(panel: Panel, design: GovernedEngineDesign, simulated: SimulatedD
     panel.set_xlim(first, float(times[-1]))
     panel.write_note("load to the half", (begin, panel.get_ylim()[0]), (4, 4), color=MUTED)
     panel.write_heading("Simulated change of load", y=1.04)
-    add_legend(panel, {"color": INK}, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3, fontsize=8.5)
+    add_legend(panel, {"color": INK}, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=4, fontsize=8.5)

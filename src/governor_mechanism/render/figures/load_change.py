@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.model.output_variables import AppliedTorque
 from governor_mechanism.render.figures.page import DASHED, MM_PER_M, Page, Panel
+from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
+from governor_mechanism.render.machines.engine_room.torques import engine_torque
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SKY, VERMILLION
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
 from governor_mechanism.studies.regulation.load_change import SETTLING_BAND, LoadChangeStudy, Verdict
@@ -93,11 +94,8 @@ def _draw_torques(panel: Panel, study: LoadChangeStudy, governed: GovernedEngine
     """Draw the torque of the engine averaged over a turn, and the load."""
     run = study.run
     part = governed.shaft_angle.rpartition(".")[0]
-    derived = {one.name for one in run.scene.mechanism.derived_readings if isinstance(one, AppliedTorque)}
-    if (name := f"{part}.gas_torque") in derived:
-        angles = run.readings[governed.shaft_angle]
-        times, torques = rolling_mean(run.times, run.readings[name], angles)
-        panel.plot(*rolling_mean(times, torques, np.interp(times, run.times, angles)), color=BLUE, linewidth=1.6)
+    if arrangement := find_governed_engine(run.scene):
+        panel.plot(*engine_torque(run, arrangement), color=BLUE, linewidth=1.6)
         panel.write_note("engine, mean over a turn" if not governed.has_mean_torque else "engine", (0.985, 0.88), **_corner(BLUE))
     panel.plot(run.times, run.readings[f"{part}.load_torque"], color=INK, linewidth=1.2)
     panel.write_note("load", (0.985, 0.76), **_corner(INK))

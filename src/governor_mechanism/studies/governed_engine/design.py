@@ -127,7 +127,7 @@ def _checks(inputs: GovernedEngineInputs, governor: GovernorDesign, dashpot: Das
         rule="insensitivity above the speed fluctuation, or the sleeve moves in every turn (Zehnder)",
         found=governor.insensitivity,
         lowest=inputs.speed_fluctuation,
-        cure="reduce speed_fluctuation, or leave it to the dashpot",
+        cure="the dashpot has to hold it, or reduce speed_fluctuation",
     )
     yield Check(rule="effort at the sleeve over its resistance", found=governor.effort / inputs.resistance, lowest=1.0, cure=force_cure)
     squared_speed = (governor.gear_ratio * governor.full_load_speed) ** 2

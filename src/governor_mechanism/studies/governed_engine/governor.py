@@ -116,7 +116,7 @@ def design_governor(inputs: GovernedEngineInputs) -> GovernorDesign:
     """
     offset, no_load_angle = _geometry(inputs)
     gear_ratio, mass_ratio = _gear_and_mass_ratio(inputs, offset)
-    wanted = _wanted_insensitivity(inputs)
+    wanted = INSENSITIVITY_PER_DROOP * inputs.droop if inputs.insensitivity is None else inputs.insensitivity
     ball_mass = inputs.ball_mass
     if ball_mass is None:
         force = {"resistance": inputs.resistance, "mass_ratio": mass_ratio, "insensitivity": wanted}
@@ -129,7 +129,8 @@ def design_governor(inputs: GovernedEngineInputs) -> GovernorDesign:
     sleeve_force = float(sizing.sleeve_force(ball_mass=ball_mass, sleeve_mass=governor.sleeve_mass, gravity=inputs.gravity))
     insensitivity = inputs.resistance / sleeve_force
     effort = 0.5 * sleeve_force * ((high / low) ** 2 - 1)
-    margin = (insensitivity - inputs.speed_fluctuation) / 2
+    # A resistance that the fluctuation overcomes in every turn does not hold the sleeve.
+    margin = max(0.0, insensitivity - inputs.speed_fluctuation) / 2
     return GovernorDesign(
         governor=governor,
         gear_ratio=gear_ratio,
@@ -146,13 +147,6 @@ def design_governor(inputs: GovernedEngineInputs) -> GovernorDesign:
         work_capacity=effort * (lifts[1] - lifts[0]),
         speed_limits=(low * (1 - margin), high * (1 + margin)),
     )
-
-
-def _wanted_insensitivity(inputs: GovernedEngineInputs) -> float:
-    """Return the degree of insensitivity for which the balls are sized: between speed fluctuation and droop, if it can be."""
-    if inputs.insensitivity is not None:
-        return inputs.insensitivity
-    return min(INSENSITIVITY_PER_DROOP * inputs.droop, (inputs.droop + inputs.speed_fluctuation) / 2)
 
 
 def droop_of_speed_ratio(ratio: float) -> float:

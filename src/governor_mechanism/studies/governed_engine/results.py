@@ -51,7 +51,7 @@ class Check:
     lowest, highest
         Limits of the rule; None if there is none.
     cure
-        What to change if it is broken.
+        What to do if it is not kept.
     """
 
     rule: str
@@ -66,10 +66,11 @@ class Check:
         return (self.lowest is None or self.found >= self.lowest) and (self.highest is None or self.found <= self.highest)
 
     def __str__(self) -> str:
-        """Return the rule with its numbers."""
+        """Return the rule with its numbers, and the cure if it is not kept."""
         bounds = (("at least", self.lowest), ("at most", self.highest))
         limits = [f"{words} {limit:.4g}" for words, limit in bounds if limit is not None]
-        return f"{'kept' if self.ok else 'BROKEN'}: {self.rule}: {self.found:.4g}, {' and '.join(limits)}"
+        text = f"{self.rule}: {self.found:.4g}, {' and '.join(limits)}"
+        return f"kept: {text}" if self.ok else f"not kept: {text}; {self.cure}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,8 +131,8 @@ class GovernedEngineDesign:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """A sentence for each rule that is broken."""
-        return tuple(f"{check}; {check.cure}" for check in self.checks if not check.ok)
+        """A sentence for each rule that is not kept."""
+        return tuple(str(check) for check in self.checks if not check.ok)
 
     def summary_lines(self) -> list[str]:
         """Return the design as text in workshop units."""
@@ -148,7 +149,6 @@ class GovernedEngineDesign:
             *self._governor_lines(),
             *self._dashpot_lines(),
             *(str(check) for check in self.checks),
-            *(f"warning: {sentence}" for sentence in self.warnings),
             "",
             "throttle rod, a straight line:",
             self.throttle_table(),

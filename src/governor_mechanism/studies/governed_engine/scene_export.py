@@ -11,8 +11,8 @@ from governor_mechanism.studies.governed_engine.results import GovernedEngineDes
 LOAD_CHANGE = (1.0, 0.5)
 """Load before and after its change, relative to the rated torque."""
 
-N_DECAYS_BEFORE, N_DECAYS_AFTER = 8.0, 10.0
-"""Decay times of the slowest motion before and after the change: the start, and the change, have faded to exp(-8), 3e-4, or less."""
+N_DECAYS_BEFORE, N_DECAYS_AFTER = 8.0, 16.0
+"""Decay times of the slowest motion before and after the change: the start has faded to exp(-8), 3e-4. With friction it takes longer."""
 
 MIN_TURNS, MAX_TURNS = 8, 300
 """Turns of the shaft before and after the change: enough to judge the mean speed, and no more than take a minute."""
@@ -31,7 +31,7 @@ speed at 120 rpm, below a thousandth of droop and speed fluctuation. The mean to
 """
 
 
-def export_scene_document(design: GovernedEngineDesign, *, mean_torque: bool = False) -> dict[str, Any]:
+def export_scene_document(design: GovernedEngineDesign, *, mean_torque: bool = False, with_resistance: bool = False) -> dict[str, Any]:
     """Return a runnable scene of a design, whose load falls to the half.
 
     Parameters
@@ -40,6 +40,8 @@ def export_scene_document(design: GovernedEngineDesign, *, mean_torque: bool = F
         The design.
     mean_torque
         Whether the torque of the air is averaged over a turn, as in the theory of governing.
+    with_resistance
+        Whether the resistance is in it, as dry friction at the sleeve.
 
     Returns
     -------
@@ -75,6 +77,7 @@ def export_scene_document(design: GovernedEngineDesign, *, mean_torque: bool = F
                     "gravity": True if design.inputs.gravity == 9.81 else f"{design.inputs.gravity:.15g} m/s^2",
                     "centrifugal": True,
                     "dashpot": {"sleeve": f"{design.dashpot.damping:.12g} N s/m"},
+                    **({"dry_friction": {"sleeve": f"{design.inputs.resistance:.15g} N"}} if with_resistance else {}),
                 },
                 "start": {"arm_angle": f"{math.degrees(design.governor.full_load_angle):.15g} deg"},
             },

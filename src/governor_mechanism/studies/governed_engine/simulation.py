@@ -5,6 +5,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.scenes.parser import parse_scene_document
@@ -34,6 +36,8 @@ class SimulatedDesign:
         Response with the torque of the air averaged over a turn, as the theory takes it.
     cyclic
         Response with the torque that follows the crank.
+    resisted
+        The same with the resistance as dry friction at the sleeve.
     """
 
     wanted_speeds: tuple[float, float, float]
@@ -41,6 +45,18 @@ class SimulatedDesign:
     wanted_fluctuation: float
     mean_torque: LoadChangeStudy
     cyclic: LoadChangeStudy
+    resisted: LoadChangeStudy
+
+    @property
+    def studies(self) -> tuple[LoadChangeStudy, LoadChangeStudy, LoadChangeStudy]:
+        """The three responses."""
+        return self.mean_torque, self.cyclic, self.resisted
+
+    @property
+    def sleeve_motions(self) -> tuple[float, float, float]:
+        """Travel of the sleeve within the last turn before the change, in each of the responses, m."""
+        first, second, third = (_sleeve_motion(study) for study in self.studies)
+        return first, second, third
 
     @property
     def wanted_droop(self) -> float:
@@ -59,34 +75,43 @@ class SimulatedDesign:
 
     @property
     def ok(self) -> bool:
-        """Whether the speed settles, with the mean torque and with that of every instant."""
-        return self.mean_torque.ok and self.cyclic.ok
+        """Whether the speed settles in all responses."""
+        return all(study.ok for study in self.studies)
 
     def as_json(self) -> dict[str, Any]:
         """Return all numbers, without the runs."""
-        studies = {name: getattr(self, name).as_json() for name in ("mean_torque", "cyclic")}
-        derived = {name: getattr(self, name) for name in ("wanted_droop", "static_droop", "fluctuation")}
+        studies = {name: getattr(self, name).as_json() for name in ("mean_torque", "cyclic", "resisted")}
+        derived = {name: getattr(self, name) for name in ("wanted_droop", "static_droop", "fluctuation", "sleeve_motions")}
         return plain_record(self, **studies, **derived)
 
     def __str__(self) -> str:
         """Return a table of the wanted and the simulated numbers."""
-        header = ("load falls from the whole to the half", "wanted", "mean torque", "torque of every instant")
-        lines = [format_table(header, list(self._rows()), "lrrr")]
-        lines += [study.conclusion for study in (self.mean_torque, self.cyclic) if not study.ok]
+        header = ("load falls from the whole to the half", "wanted", "mean torque", "cyclic torque", "with resistance")
+        lines = [format_table(header, list(self._rows()), "lrrrr")]
+        lines += [f"{name}: {study.conclusion}" for name, study in zip(header[2:], self.studies, strict=True) if not study.ok]
         return "\n".join(lines)
 
     def _rows(self) -> Iterator[Sequence[str]]:
         """Yield the rows of the table: label, wanted, and what each run shows."""
-        studies = self.mean_torque, self.cyclic
+        studies = self.studies
         full, half, _ = self.wanted_speeds
         for label, wanted, k in (("full", full, 0), ("half", half, 2)):
             speeds = (wanted, *(study.mean_speeds[k] for study in studies))
             yield f"mean speed at {label} load, rpm", *(f"{speed * 30 / math.pi:.4f}" for speed in speeds)
-        yield "droop from full to no load, by statics", f"{self.wanted_droop:.6%}", f"{self.static_droop:.6%}", ""
+        yield "droop from full to no load, by statics", f"{self.wanted_droop:.6%}", f"{self.static_droop:.6%}", "", ""
         yield "change of speed", f"{half / full - 1:.4%}", *(f"{study.droop:.4%}" for study in studies)
         yield "overshoot, of the change", "", *(f"{study.overshoot:.2%}" for study in studies)
         yield "settling time (5 %), s", "", *(f"{study.settling_time:.4g}" if study.ok else "none" for study in studies)
-        yield "speed fluctuation at full load", f"{self.wanted_fluctuation:.4%}", "", f"{self.fluctuation:.4%}"
+        yield "speed fluctuation at full load", f"{self.wanted_fluctuation:.4%}", "", *(f"{one.fluctuations[0]:.4%}" for one in studies[1:])
+        yield "sleeve motion in a turn at full load, mm", "", *(f"{1e3 * motion:.3f}" for motion in self.sleeve_motions)
+
+
+def _sleeve_motion(study: LoadChangeStudy) -> float:
+    """Return the travel of the sleeve within the last turn before the change, m."""
+    times, begin = study.run.times, study.change_times[0]
+    period = math.tau / study.mean_speeds[0]
+    is_last_turn = (times >= begin - period) & (times <= begin)
+    return float(np.ptp(study.run.readings["governor.sleeve_lift"][is_last_turn]))
 
 
 def _droop(full_load_speed: float, no_load_speed: float) -> float:
@@ -104,7 +129,7 @@ def simulate_design(design: GovernedEngineDesign) -> SimulatedDesign:
     Returns
     -------
     SimulatedDesign
-        The responses with the mean torque of the air, and with that of every instant.
+        The responses with the mean torque of the air, with its cyclic torque, and with the resistance at the sleeve too.
 
     Raises
     ------
@@ -112,16 +137,15 @@ def simulate_design(design: GovernedEngineDesign) -> SimulatedDesign:
         If a run does not reach its end, or the machine has no equilibrium.
     """
     begin, end = change_times(design)
-    scenes = [
-        replace(scene, run=replace(scene.run, duration=end), document={})
-        for scene in (parse_scene_document(export_scene_document(design, mean_torque=True)), design.scene)
-    ]
+    options: tuple[dict[str, bool], ...] = {"mean_torque": True}, {}, {"with_resistance": True}
+    parsed = [parse_scene_document(export_scene_document(design, **one)) for one in options]
+    scenes = [replace(scene, run=replace(scene.run, duration=end), document={}) for scene in parsed]
     statics = GovernedEngine(scenes[0])
     fractions = (*LOAD_CHANGE, 0.0)
     full, half, none = (statics.operating_point(fraction * design.rated_torque).shaft_speed for fraction in fractions)
     wanted_full, wanted_half, wanted_none = (design.governor.shaft_speed(fraction) for fraction in fractions)
-    mean_torque, cyclic = (study_load_change(scene, LOAD_CHANGE, at=begin) for scene in scenes)
-    for study in (mean_torque, cyclic):
+    mean_torque, cyclic, resisted = (study_load_change(scene, LOAD_CHANGE, at=begin) for scene in scenes)
+    for study in (mean_torque, cyclic, resisted):
         if study.run.times[-1] < END_RATIO * study.run.scene.run.duration:
             raise MechanismError(f"the simulation of the design ends at {study.run.times[-1]:.4g} s: {study.run.message}")
     return SimulatedDesign(
@@ -130,4 +154,5 @@ def simulate_design(design: GovernedEngineDesign) -> SimulatedDesign:
         wanted_fluctuation=design.inputs.speed_fluctuation,
         mean_torque=mean_torque,
         cyclic=cyclic,
+        resisted=resisted,
     )
