@@ -17,6 +17,49 @@ SWITCH_COEFFICIENT = 4
 """Index of the travel at which isotherm and constant pressure meet among the coefficients."""
 
 
+def travel_in_stroke(coefficient: Any, travel: Any, crank_angle: Any) -> Any:
+    """Return the travel of a piston since the last dead centre, relative to the stroke.
+
+    Parameters
+    ----------
+    coefficient
+        1 / stroke, 1/m.
+    travel
+        Travel of the piston, m.
+    crank_angle
+        Crank angle, rad.
+
+    Returns
+    -------
+    Any
+        Travel, 0 to 1.
+    """
+    is_return = np.floor(crank_angle / np.pi + 1e-12) % 2.0  # at a dead centre, but for rounding, the next stroke has begun
+    return is_return + (1.0 - 2.0 * is_return) * coefficient * travel
+
+
+def gas_phase(coefficients: Any, travel: Any, crank_angle: Any) -> Any:
+    """Return the phase of the cycle of a gas: 0 in a forward stroke before the switch, 1 behind it; 2 and 3 in a return stroke.
+
+    Parameters
+    ----------
+    coefficients
+        Coefficients of the law.
+    travel
+        Travel of the piston, m.
+    crank_angle
+        Crank angle, rad.
+
+    Returns
+    -------
+    Any
+        Phase.
+    """
+    is_return = np.floor(crank_angle / np.pi + 1e-12) % 2.0
+    relative_travel = is_return + (1.0 - 2.0 * is_return) * (1.0 / coefficients[7]) * travel  # as `travel_in_stroke`, to the bit
+    return 2.0 * is_return + 1.0 * (relative_travel >= coefficients[SWITCH_COEFFICIENT])
+
+
 class GasPressure(ForceLaw):
     """The gas on a piston, by its travel (m) and the crank angle (rad), both zero at the dead centre where the forward stroke begins.
 
@@ -31,10 +74,18 @@ class GasPressure(ForceLaw):
     @staticmethod
     def force(coefficients: Any, value: Any, rate: Any) -> Any:
         """Return the force along the travel, N. In place of the rate of the travel it takes the crank angle, on which the sense depends."""
-        is_return = np.floor(rate / np.pi + 1e-12) % 2.0  # at a dead centre, but for rounding, the next stroke has begun
+        return GasPressure.force_in_phase(coefficients, value, gas_phase(coefficients, value, rate))
+
+    @staticmethod
+    def force_in_phase(coefficients: Any, value: Any, phase: Any) -> Any:
+        """Return the force along the travel, N, as it is in a phase of the cycle, also where that has not begun or is over.
+
+        It is smooth there, so that a step may try more than a phase.
+        """
+        is_return = np.floor(0.5 * phase)
         sense, switch = 1.0 - 2.0 * is_return, coefficients[4]
         travel = is_return + sense * value / coefficients[7]
-        is_before, begins_constant = 1.0 * (travel < switch), coefficients[5]
+        is_before, begins_constant = 1.0 - (phase - 2.0 * is_return), coefficients[5]
         is_isothermal = is_before + begins_constant - 2.0 * is_before * begins_constant
         volume_at_switch = coefficients[2] + coefficients[3] * switch
         volume = volume_at_switch + is_isothermal * coefficients[3] * (travel - switch)

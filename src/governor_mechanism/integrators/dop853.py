@@ -2,20 +2,22 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Generic, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
-import numpy as np
-
-from governor_mechanism.integrators import event_location
 from governor_mechanism.integrators import stages as runge_kutta
-from governor_mechanism.integrators.event_location import LAST_SAMPLE, NO_EVENT, EventStep
+from governor_mechanism.integrators.equation import EquationFunctions, StepBuffers
+from governor_mechanism.integrators.event_location import LAST_SAMPLE
+from governor_mechanism.integrators.kink_approach import KINK_TIME_ROUNDING
 from governor_mechanism.integrators.stages import END_STAGE, N_STAGES, Stages, StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.integrators.step_ends import make_plain_step_ends, make_step_ends
 from governor_mechanism.integrators.tableau import NODES
 from governor_mechanism.numerics.array_copy import copy_array
-from governor_mechanism.numerics.jit import jit, jit_in_place
-from governor_mechanism.types import FloatArray, IntArray
+from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.types import FloatArray
+
+MAX_STEP_FACTOR = 6.0
+"""Largest ratio of a step size to the one before."""
 
 STALL_WINDOW_STEPS, MIN_PROGRESS_RATIO = 2000, 1e-6
 """An integration stalls when this many accepted steps advance less than this fraction of the interval."""
@@ -80,92 +82,7 @@ class StepLimits(NamedTuple):
     min_stiff_steps: float
 
 
-class StepBuffers(NamedTuple):
-    """Stages of a step and of trial steps, and what errors and event functions are relative to.
-
-    Attributes
-    ----------
-    stages
-        Stages of a step.
-    trial_stages
-        Stages of the steps that locate events.
-    error_scale
-        Scale of every integrated component; shape (integrated components,).
-    event_tolerances
-        Rounding of the event functions; shape (event functions,).
-    event_values
-        Event functions at the samples of a step; after an event the last row holds those at the event; shape (samples, event functions).
-    """
-
-    stages: Stages
-    trial_stages: Stages
-    error_scale: FloatArray
-    event_tolerances: FloatArray
-    event_values: FloatArray
-
-
-def make_step_buffers(
-    n_components: int, n_coupled: int, error_scale: FloatArray, event_tolerances: FloatArray, counts: IntArray
-) -> StepBuffers:
-    """Allocate the buffers of an integration.
-
-    Parameters
-    ----------
-    n_components
-        Number of components of a state.
-    n_coupled
-        Number of leading components on which the derivative depends.
-    error_scale
-        Scale of every integrated component; shape (integrated components,).
-    event_tolerances
-        Rounding of the event functions; shape (event functions,).
-    counts
-        Counters, indexed by `StepCounter`, increased by the integration.
-
-    Returns
-    -------
-    StepBuffers
-        The buffers.
-    """
-    stages, trial_stages = (runge_kutta.make_stages(n_components, error_scale.size, n_coupled, counts) for _ in range(2))
-    event_values = np.full((event_location.EVENT_SAMPLE_FRACTIONS.size, event_tolerances.size), event_location.INACTIVE_EVENT_VALUE)
-    return StepBuffers(stages, trial_stages, error_scale, event_tolerances, event_values)
-
-
 Equation = TypeVar("Equation")
-
-
-@dataclass(frozen=True)
-class EquationFunctions(Generic[Equation]):
-    """Compiled functions of an equation; times are local, as those of its inputs.
-
-    The quality of a stage is 1, less near a singular state, 0 where the equation is always singular, and negative outside its domain.
-
-    Attributes
-    ----------
-    evaluate
-        Fill a column of derivatives (components, stages) at a time and state, count the evaluation, and return the quality.
-    take_step
-        Fill the stages of a step from a time, of a length, from a state, and return the lowest quality; see `make_take_step`.
-    finish_step
-        Fill the state and derivative with which the next step starts, at a time, from the end of a step of a quality; return their quality.
-    project
-        Move a state at a time into the domain.
-    project_errors
-        Remove from the errors of a step near a singular state what `finish_step` removes.
-    evaluate_events
-        Fill the event functions at a time and state whose derivative was evaluated last.
-    sample_events
-        Fill the event functions at a fraction of a step, interpolated.
-    """
-
-    evaluate: Callable[[Equation, float, FloatArray, FloatArray, int], float]
-    take_step: Callable[[Equation, float, float, FloatArray, Stages], float]
-    finish_step: Callable[[Equation, float, float, Stages], float]
-    project: Callable[[Equation, float, FloatArray], None]
-    project_errors: Callable[[Equation, FloatArray], None]
-    evaluate_events: Callable[[Equation, float, FloatArray, FloatArray], None]
-    sample_events: Callable[[Equation, EventStep, float, FloatArray], None]
 
 
 Integration = Callable[
@@ -197,9 +114,11 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
     Integration[Equation]
         The integration.
     """
-    evaluate, evaluate_events = functions.evaluate, functions.evaluate_events if has_event_functions else _evaluate_no_events
+    evaluate = functions.evaluate
     attempt_step = jit_in_place(_make_attempt(functions))
-    finish_to_event = jit_in_place(_make_finish_to_event(functions) if has_event_functions else _make_finish(functions))
+    ends = make_step_ends(functions) if has_event_functions else make_plain_step_ends(functions)
+    evaluate_events, choose_length, finish_and_sample = ends.evaluate_events, ends.choose_length, ends.finish_and_sample
+    correct_length, cut_at_event = ends.correct_length, ends.cut_at_event
     write_outputs = jit_in_place(_make_output(functions))
 
     def integrate(
@@ -220,9 +139,10 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
         if has_events:
             evaluate_events(equation, t - time_origin, state, buffers.event_values[0])
         is_regular, quality = quality > 0.0, 1.0
-        n_reached = n_retries = n_stiff = n_calm = 0
+        n_reached = n_retries = n_kink_retries = n_stiff = n_calm = 0
         progress_time, progress_steps = t, counts[StepCounter.ACCEPTED]
         reach = min(end - t, limits.max_step * limits.max_steps)  # a later end cannot be reached
+        min_step, full_step = 1e-13 * reach, step
         while t < end:
             if counts[StepCounter.ACCEPTED] - progress_steps >= STALL_WINDOW_STEPS:
                 if t - progress_time < MIN_PROGRESS_RATIO * reach:
@@ -230,27 +150,41 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
                 progress_time, progress_steps = t, counts[StepCounter.ACCEPTED]
             if counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED] >= limits.max_steps:
                 return IntegrationStatus.STEP_LIMIT, step, n_reached, t
-            if not 1e-13 * reach <= step < math.inf:
+            if not min_step <= step < math.inf:
                 return IntegrationStatus.STALLED, step, n_reached, t
-            step = min(step, limits.max_step)
+            if n_kink_retries == 0:
+                full_step = min(step, limits.max_step)
+                step = max(choose_length(equation, buffers, t - time_origin, full_step, state), min_step)
             is_last = t + step >= end
             h, t_next = (end - t, end) if is_last else (step, t + step)
             lowest_quality, error, retry_factor = attempt_step(
                 equation, buffers, t - time_origin, h, state, quality, is_regular, n_retries, limits.tolerance
             )
-            if retry_factor > 0.0:
+            is_rejected, next_quality, is_at_kink = retry_factor > 0.0, lowest_quality, False
+            if lowest_quality < 0.0 and not is_rejected:
+                return _domain_status(lowest_quality), step, n_reached, t
+            if not is_rejected or (buffers.n_kinks > 0 and 0.0 <= error < math.inf):
+                next_quality = finish_and_sample(equation, buffers, t - time_origin, h, t_next - time_origin, state, lowest_quality)
+                rounding = KINK_TIME_ROUNDING * abs(t)
+                is_at_kink, kink_step = correct_length(
+                    equation, buffers, t - time_origin, h, state, retry_factor, n_kink_retries, min_step, rounding
+                )
+                if 0.0 < kink_step < end - t:
+                    counts[StepCounter.REJECTED] += 1
+                    n_kink_retries += 1
+                    step = max(kink_step, min_step)
+                    continue
+            if is_rejected:
                 counts[StepCounter.REJECTED] += 1
                 n_retries += error < 0.0
-                step = h * retry_factor
+                n_kink_retries, step = 0, h * retry_factor
                 continue
-            if lowest_quality < 0.0:
-                return _domain_status(lowest_quality), step, n_reached, t
             counts[StepCounter.ACCEPTED] += 1
             is_stiff = (
                 limits.min_stiff_steps < math.inf
                 and h * runge_kutta.estimate_dominant_eigenvalue(stages, buffers.error_scale) > STABILITY_LIMIT
             )
-            next_quality, fraction = finish_to_event(equation, buffers, t - time_origin, h, t_next - time_origin, state, lowest_quality)
+            fraction = cut_at_event(equation, buffers, t - time_origin, h, state)
             if fraction <= 1.0:
                 h, t_next = fraction * h, t + fraction * h if fraction < 1.0 else t_next
             n_reached, output_quality = write_outputs(equation, stages, time_origin, t, h, t_next, state, times, states, n_reached)
@@ -262,15 +196,19 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
             if next_quality < 0.0:
                 return _domain_status(next_quality), step, n_reached, t
             if fraction <= 1.0:
-                return IntegrationStatus.EVENT, step, n_reached, t
+                return IntegrationStatus.EVENT, full_step, n_reached, t
             if has_events:
                 copy_array(buffers.event_values[0], buffers.event_values[LAST_SAMPLE])
-            step_factor = min(6.0, max(0.3, 0.9 * max(error, 1e-30) ** -0.125))
-            step = max(step, h * step_factor) if is_last else h * step_factor  # the last step may be cut very short
+            step_factor = min(MAX_STEP_FACTOR, max(0.3, 0.9 * max(error, 1e-30) ** -0.125))
+            # The last step, or one up to a kink, may be cut very short.
+            is_cut = is_last or (h < full_step and step_factor == MAX_STEP_FACTOR)
+            step = max(full_step, h * step_factor) if is_cut else h * step_factor
+            if is_at_kink:
+                return IntegrationStatus.EVENT, step, n_reached, t
             n_stiff, n_calm = (n_stiff + 1, 0) if is_stiff else (0 if n_calm + 1 >= N_NONSTIFF_STEPS else n_stiff, n_calm + 1)
             if is_regular and next_quality < min(quality, STEERING_QUALITY):
                 step = _steer_step_over_singularity(math.sqrt(next_quality), math.sqrt(quality), h, step)
-            n_retries, quality = 0, next_quality
+            n_retries, n_kink_retries, quality = 0, 0, next_quality
             if n_stiff >= N_STIFF_STEPS and end - t > limits.min_stiff_steps * h:
                 return IntegrationStatus.STIFF, step, n_reached, t
         return IntegrationStatus.DONE, step, n_reached, t
@@ -336,50 +274,6 @@ def _make_attempt(functions: EquationFunctions[Equation]) -> Callable[..., tuple
         return lowest_quality, error, max(0.2, 0.9 * error**-0.125) if math.isfinite(error) else 0.1
 
     return attempt_step
-
-
-@jit_in_place
-def _evaluate_no_events(equation: Equation, local_time: float, state: FloatArray, event_values: FloatArray) -> None:
-    """Leave the event functions: there are none."""
-
-
-def _make_finish(functions: EquationFunctions[Equation]) -> Callable[..., tuple[float, float]]:
-    """Return the function that finishes a step without events; it returns what that of `_make_finish_to_event` returns."""
-    finish_step = functions.finish_step
-
-    def finish(
-        equation: Equation, buffers: StepBuffers, local_time: float, h: float, local_end: float, state: FloatArray, lowest_quality: float
-    ) -> tuple[float, float]:
-        return finish_step(equation, local_end, lowest_quality, buffers.stages), NO_EVENT
-
-    return finish
-
-
-def _make_finish_to_event(functions: EquationFunctions[Equation]) -> Callable[..., tuple[float, float]]:
-    """Return the function that finishes a step, or what of it precedes the first event.
-
-    It returns the quality of the state after the whole step, and the fraction of the step that precedes the event, or NO_EVENT.
-    """
-    take_step, finish_step, evaluate_events = functions.take_step, functions.finish_step, functions.evaluate_events
-    evaluate_after_fraction = jit_in_place(event_location.make_trial_evaluation(take_step, finish_step, evaluate_events))
-    locate_first_event = jit(event_location.make_event_location(evaluate_after_fraction, functions.sample_events))
-
-    def finish_to_event(
-        equation: Equation, buffers: StepBuffers, local_time: float, h: float, local_end: float, state: FloatArray, lowest_quality: float
-    ) -> tuple[float, float]:
-        stages, event_values = buffers.stages, buffers.event_values
-        quality = finish_step(equation, local_end, lowest_quality, stages)
-        if buffers.event_tolerances.size == 0:
-            return quality, NO_EVENT
-        evaluate_events(equation, local_end, stages.next_state, event_values[LAST_SAMPLE])
-        step = EventStep(local_time, h, state, stages, buffers.trial_stages, buffers.event_tolerances)
-        fraction = locate_first_event(equation, step, event_values)
-        if fraction <= 1.0:
-            lowest_quality = take_step(equation, local_time, fraction * h, state, stages)
-            finish_step(equation, local_time + fraction * h, lowest_quality, stages)
-        return quality, fraction
-
-    return finish_to_event
 
 
 def _make_output(functions: EquationFunctions[Equation]) -> Callable[..., tuple[int, float]]:

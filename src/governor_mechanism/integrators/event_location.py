@@ -44,8 +44,33 @@ NO_EVENT = 2.0
 Equation = TypeVar("Equation")
 
 
+@jit_in_place
+def is_any_positive(event_values: FloatArray, n_functions: int) -> bool:
+    """Return whether any of the first event functions is positive.
+
+    Parameters
+    ----------
+    event_values
+        Values of the event functions; shape (n,).
+    n_functions
+        Number of those that matter.
+
+    Returns
+    -------
+    bool
+        True if one has risen through zero.
+    """
+    is_positive = False
+    for i in range(n_functions):
+        is_positive = is_positive or event_values[i] > 0.0
+    return is_positive
+
+
 class EventStep(NamedTuple):
-    """A step in which events are located: its start, its stages, buffers for steps integrated again, and rounding of the functions."""
+    """A step in which events are located: its start, its stages, buffers for steps integrated again, and rounding of the functions.
+
+    Only the first `n_located` functions are of events; kinks, which the others locate, are met by the ends of steps.
+    """
 
     local_time: float
     h: float
@@ -53,6 +78,7 @@ class EventStep(NamedTuple):
     stages: Stages
     trial_stages: Stages
     tolerances: FloatArray
+    n_located: int
 
 
 @jit_in_place
@@ -119,7 +145,7 @@ def make_bracketing(evaluate_after_fraction: TrialEvaluation[Equation]) -> Calla
 
     def bracket_first_event(equation: Equation, step: EventStep, event_values: FloatArray) -> tuple[float, float]:
         low, high, trial_values = NO_EVENT, NO_EVENT, np.empty(step.tolerances.size)
-        for i in range(step.tolerances.size):
+        for i in range(step.n_located):
             tolerance = step.tolerances[i]
             is_armed = event_values[0, i] < -tolerance
             for j in range(1, LAST_SAMPLE + 1):
@@ -172,9 +198,7 @@ def make_regula_falsi(
     return locate_zero
 
 
-def make_event_location(
-    evaluate_after_fraction: TrialEvaluation[Equation], sample_events: Callable[[Equation, EventStep, float, FloatArray], None]
-) -> Callable[[Equation, EventStep, FloatArray], float]:
+def make_event_location(evaluate_after_fraction: TrialEvaluation[Equation]) -> Callable[[Equation, EventStep, FloatArray], float]:
     """Return the function that locates the first event in a step: the fraction of the step after which an event function is positive.
 
     It returns NO_EVENT if there is none. Its event_values (samples, functions) hold the values at the start in the first row and those
@@ -185,15 +209,13 @@ def make_event_location(
     locate_in_bracket = jit(_make_location_in_bracket(evaluate_after_fraction))
 
     def locate_first_event(equation: Equation, step: EventStep, event_values: FloatArray) -> float:
-        trial_values = np.empty(step.tolerances.size)
-        for j in range(1, LAST_SAMPLE):
-            sample_events(equation, step, EVENT_SAMPLE_FRACTIONS[j], event_values[j])
+        trial_values, n_located = np.empty(step.tolerances.size), step.n_located
         low, high = bracket_first_event(equation, step, event_values)
         if high > 1.0:
             return NO_EVENT
         evaluate_after_fraction(equation, step, high, trial_values)
-        if not np.any(trial_values > 0.0):
-            if not np.any(event_values[LAST_SAMPLE] > step.tolerances):
+        if not np.any(trial_values[:n_located] > 0.0):
+            if not np.any(event_values[LAST_SAMPLE, :n_located] > step.tolerances[:n_located]):
                 return NO_EVENT
             low, high, trial_values[:] = high, 1.0, event_values[LAST_SAMPLE]
         return locate_in_bracket(equation, step, event_values, low, high, trial_values)
@@ -214,6 +236,7 @@ def _make_location_in_bracket(
         equation: Equation, step: EventStep, event_values: FloatArray, low: float, high: float, trial_values: FloatArray
     ) -> float:
         at_event, rising = event_values[LAST_SAMPLE], trial_values > 0.0
+        rising[step.n_located :] = False
         copy_array(at_event, trial_values)
         if low > 0.0:
             evaluate_after_fraction(equation, step, low, trial_values)

@@ -3,23 +3,22 @@
 import math
 from typing import NamedTuple
 
-from governor_mechanism.integrators.dop853 import (
-    NEAR_SINGULAR_QUALITY,
-    OUT_OF_RANGE,
-    TURNED_BACK,
-    EquationFunctions,
-    StepBuffers,
-    StepLimits,
-    make_dop853,
-)
-from governor_mechanism.integrators.event_location import LAST_SAMPLE, EventStep
+from governor_mechanism.integrators.dop853 import NEAR_SINGULAR_QUALITY, OUT_OF_RANGE, TURNED_BACK, StepLimits, make_dop853
+from governor_mechanism.integrators.equation import EquationFunctions, StepBuffers
+from governor_mechanism.integrators.event_location import LAST_SAMPLE, EventStep, is_any_positive
 from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics import equations_of_motion
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.inputs import HOLD_KINDS, NOT_HELD
 from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
-from governor_mechanism.mechanics.dynamics.output_forces import GAS_KINKS, EventFunctionKind, travel_in_stroke
+from governor_mechanism.mechanics.dynamics.output_forces import (
+    GAS_KINKS,
+    IN_NO_PHASE,
+    EventFunctionKind,
+    evaluate_gas_phase,
+    evaluate_travel_in_stroke,
+)
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.model.time_functions import StrokeHold
 from governor_mechanism.numerics.array_copy import copy_array
@@ -174,15 +173,31 @@ def _evaluate_inputs(equation: MultibodyEquation, local_time: float, state: Floa
 
 
 @jit_in_place
-def _disarm_kinks(equation: MultibodyEquation, buffers: StepBuffers, local_time: float, state: FloatArray) -> None:
-    """Let the event functions of kinks that are not negative wait until they are: those of the kink at which the integration goes on.
+def _keep_phases(equation: MultibodyEquation, is_kept: bool) -> None:
+    """Keep all gas in its phase of the cycle at the last evaluation up to the next kink, or let the phase follow from the state again."""
+    force_elements, rows = equation.workspace.force_elements, equation.workspace.output_row_values
+    for i in range(force_elements.size):
+        gas = force_elements[i]
+        if gas.argument_index >= 0:
+            travel, crank_angle = rows[gas.output_index, RowColumn.RESIDUAL], rows[gas.argument_index, RowColumn.RESIDUAL]
+            gas.phase = int(evaluate_gas_phase(gas.coefficients, travel, crank_angle)) if is_kept else IN_NO_PHASE
 
-    Before they rise again there is a dead centre, at which they are armed.
+
+@jit_in_place
+def _begin_phases(equation: MultibodyEquation, buffers: StepBuffers, local_time: float, state: FloatArray) -> None:
+    """Keep all gas in the phase that begins or goes on here, and let the event functions of kinks that are not negative wait.
+
+    Those are functions of the kink at which the integration goes on. Before they rise again there is a dead centre, at which they are
+    armed.
     """
     event_functions, is_armed, values = equation.system.event_functions, equation.workspace.is_armed, buffers.event_values[LAST_SAMPLE]
+    if buffers.n_kinks == 0:
+        return
     is_armed[:] = True
-    _evaluate_inputs(equation, local_time, state)
+    _keep_phases(equation, False)
+    _evaluate(equation, local_time, state, buffers.stages.derivatives, 0)
     _evaluate_events(equation, local_time, state, values)
+    _keep_phases(equation, True)
     for i in range(event_functions.size):
         is_armed[i] = values[i] < 0.0 or event_functions[i].kind not in GAS_KINKS
 
@@ -215,7 +230,7 @@ def _update_holds(equation: MultibodyEquation, local_time: float, state: FloatAr
                 _evaluate_inputs(equation, local_time, state)
                 lag_states[k] = inputs[lag.input_index]
         elif lag_states[k] >= NOT_HELD:
-            travel_ratio = travel_in_stroke(switch.sign, travel, angle)
+            travel_ratio = evaluate_travel_in_stroke(switch.sign, travel, angle)
             if travel_ratio >= inputs[lag.input_index] - CUT_OFF_TOLERANCE:
                 lag_states[k] = travel_ratio
 
@@ -230,33 +245,18 @@ def integrate_multibody_to_event(
     limits: StepLimits,
     states: FloatArray,
 ) -> tuple[IntegrationStatus, float, int, float]:
-    """Integrate as `integrate_multibody` does, up to the first event."""
-    _update_holds(equation, 0.0, state)
-    _disarm_kinks(equation, buffers, 0.0, state)
-    return _integrate_to_event(equation, buffers, span, span[0], state, limits, times, states)
-
-
-@jit_in_place
-def integrate_multibody_over_kinks(
-    equation: MultibodyEquation,
-    buffers: StepBuffers,
-    span: tuple[float, float],
-    times: FloatArray,
-    state: FloatArray,
-    limits: StepLimits,
-    states: FloatArray,
-) -> tuple[IntegrationStatus, float, int, float]:
-    """Integrate as `integrate_multibody` does; steps end at kinks of the forces, which event functions locate."""
-    (time, end), step, n_reached = span, limits.step, 0
+    """Integrate as `integrate_multibody` does, up to the first event of a contact; steps end at kinks of the forces."""
+    (time, end), step, n_reached, n_events = span, limits.step, 0, buffers.event_tolerances.size - buffers.n_kinks
     while True:
         _update_holds(equation, time - span[0], state)
-        _disarm_kinks(equation, buffers, time - span[0], state)
+        _begin_phases(equation, buffers, time - span[0], state)
         next_limits = StepLimits(limits.tolerance, step, limits.max_step, limits.max_steps, limits.min_stiff_steps)
         status, step, n_new, time = _integrate_to_event(
             equation, buffers, (time, end), span[0], state, next_limits, times[n_reached:], states[n_reached:]
         )
         n_reached += n_new
-        if status != IntegrationStatus.EVENT:
+        if status != IntegrationStatus.EVENT or is_any_positive(buffers.event_values[LAST_SAMPLE], n_events):
+            _keep_phases(equation, False)
             return status, step, n_reached, time
 
 

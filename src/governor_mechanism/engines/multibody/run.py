@@ -10,14 +10,10 @@ import numpy as np
 
 from governor_mechanism.engines.certificate import ErrorControlSettings, speed_jump_work
 from governor_mechanism.engines.initial_state import Motion
-from governor_mechanism.engines.multibody.integration import (
-    MultibodyEquation,
-    integrate_multibody,
-    integrate_multibody_over_kinks,
-    integrate_multibody_to_event,
-)
+from governor_mechanism.engines.multibody.integration import MultibodyEquation, integrate_multibody, integrate_multibody_to_event
 from governor_mechanism.engines.multibody.partition import ImplicitIntegrator
-from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits, make_step_buffers
+from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits
+from governor_mechanism.integrators.equation import make_step_buffers
 from governor_mechanism.integrators.radau import RadauLimits
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
@@ -29,7 +25,7 @@ from governor_mechanism.mechanics.dynamics import lowering
 from governor_mechanism.mechanics.dynamics.characteristic_scales import loading_rate, max_step_scale
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts, has_kinks, initial_lags, output_forces_of
 from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES, project_state
-from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION
+from governor_mechanism.mechanics.dynamics.output_forces import GAS_KINKS, SLIDING_FRICTION
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
@@ -137,10 +133,9 @@ class ConstrainedIntegrator:
 
     @property
     def integration_kernel(self) -> Callable[..., tuple[IntegrationStatus, float, int, float]]:
-        """The compiled integration: without contacts nothing interrupts it."""
-        if self.scene_contacts is not None:
-            return integrate_multibody_to_event
-        return integrate_multibody_over_kinks if has_kinks(self.scene) else integrate_multibody
+        """The compiled integration: without contacts and kinks nothing interrupts it."""
+        has_events = self.scene_contacts is not None or has_kinks(self.scene)
+        return integrate_multibody_to_event if has_events else integrate_multibody
 
     @property
     def is_stiff(self) -> bool:
@@ -342,7 +337,8 @@ class ExplicitRun:
         has_contact_events = context.scene_contacts is not None and system.event_functions.size > 0
         max_step = self._limits.max_step * (context.settings.event_step_ratio if has_contact_events else 1.0)
         n_states, event_tolerances = len(self.state), system.event_functions["tolerance"].copy()
-        buffers = make_step_buffers(n_states, n_states, context.error_scale, event_tolerances, self.counts)
+        n_kinks = int(np.isin(system.event_functions["kind"], GAS_KINKS).sum())  # the last event functions
+        buffers = make_step_buffers(n_states, n_states, context.error_scale, event_tolerances, self.counts, n_kinks)
         cubics, gap = context.input_cubics(self.time), context.constraint_tolerance
         equation = MultibodyEquation(system, workspace, cubics, gap, context.max_distance, context.shafts, *self._buffers, self.counts)
         limits, outputs = self._limits._replace(step=self.step, max_step=max_step), self.states[rows]

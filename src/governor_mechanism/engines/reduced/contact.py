@@ -13,16 +13,20 @@ from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses
 from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, find_touched_stop
 from governor_mechanism.mechanics.contact.tolerances import REST_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import EventLog, make_transition
-from governor_mechanism.mechanics.dynamics.lowering import EVENT_ROUNDING_RATIO
-from governor_mechanism.mechanics.dynamics.output_forces import travel_in_stroke
+from governor_mechanism.mechanics.dynamics.inputs import EVENT_ROUNDING_RATIO
+from governor_mechanism.mechanics.dynamics.output_forces import IN_NO_PHASE, evaluate_event_function, evaluate_gas_phase
 from governor_mechanism.mechanics.reduction import equation_of_motion
 from governor_mechanism.mechanics.reduction.equation_of_motion import StateIndex
 from governor_mechanism.mechanics.reduction.lowering import ForceParameter, OutputForceColumn, ReducedForces
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
+from governor_mechanism.mechanics.reduction.shaft_outputs import evaluate_shaft_outputs
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
+
+NO_ARGUMENT = -1
+"""Index of the argument of an event function without one."""
 
 
 class ReducedState(NamedTuple):
@@ -108,63 +112,95 @@ def apply_transition(
 
 
 def make_event_tolerances(forces: ReducedForces) -> FloatArray:
-    """Return the rounding of the event functions; none without contacts, one-sided springs and gas in cylinders.
+    """Return the rounding of the event functions; none without contacts, one-sided springs, tables of readings and gas in cylinders.
 
     Each contact has its rate, its high and its low stop; each one-sided spring its elongation; two more are the static force
-    upwards and downwards minus the friction limit. Behind them are the kinks of gas: the switch of each, and both dead centres.
+    upwards and downwards minus the friction limit. Behind them each table of a reading has the upper and the lower end of its segment,
+    and then come the kinks of gas.
     """
-    n_kinks = count_kinks(forces.output_forces)
-    if not len(forces.contacts) and not len(forces.one_sided_springs) and not n_kinks:
+    begins_table = np.isneginf(forces.table_segments["low"])
+    if not len(forces.contacts) and not len(forces.one_sided_springs) and not begins_table.any() and not forces.kinks.size:
         return np.zeros(0)
     scales, parameters = forces.contacts["scale"], forces.parameters
     contact_scales = np.column_stack([scales / parameters[ForceParameter.TIME_SCALE], scales, scales]).ravel()
     force_scales = np.full(2, parameters[ForceParameter.FORCE_SCALE])
-    return EVENT_ROUNDING_RATIO * np.concatenate([contact_scales, forces.one_sided_springs[:, 2], force_scales, np.ones(n_kinks)])
-
-
-@jit_in_place
-def count_kinks(output_forces: FloatArray) -> int:
-    """Return the number of event functions of kinks: one for each gas, and two for the dead centres if there is any."""
-    n_gases = 0
-    for i in range(output_forces.shape[0]):
-        n_gases += int(output_forces[i, OutputForceColumn.TAKES_COORDINATE])
-    return n_gases + 2 if n_gases > 0 else 0
+    tolerances = EVENT_ROUNDING_RATIO * np.concatenate([contact_scales, forces.one_sided_springs[:, 2], force_scales])
+    return np.concatenate([tolerances, np.repeat(forces.table_segments["tolerance"][begins_table], 2), forces.kinks["tolerance"]])
 
 
 def make_mode(forces: ReducedForces) -> IntArray:
-    """Return a contact mode in which nothing is held, every one-sided spring is slack and every kink is armed."""
-    n_kinks = count_kinks(forces.output_forces)
-    return np.array([0] * (1 + len(forces.contacts) + len(forces.one_sided_springs)) + [1] * n_kinks, dtype=np.int64)
+    """Return a contact mode without anything held, with slack springs, tables on their lowest segments, and all kinks monitored."""
+    mode = [0] * (1 + len(forces.contacts) + len(forces.one_sided_springs))
+    mode += np.flatnonzero(np.isneginf(forces.table_segments["low"])).tolist()
+    n_gases = len(forces.shaft_forces) + int(np.sum(forces.output_forces[:, OutputForceColumn.PHASE] >= 0))
+    return np.array(mode + [1] * len(forces.kinks) + [IN_NO_PHASE] * n_gases, dtype=np.int64)
 
 
 @jit_in_place
-def _evaluate_kinks(model: equation_of_motion.ReducedModel, piece: int, t: float, coordinate: float, event_values: FloatArray) -> None:
-    """Fill the event functions of the kinks that are armed, the last ones."""
-    n_kinks = count_kinks(model.output_forces)
-    if n_kinks == 0:
-        return
-    k = event_values.size - n_kinks
-    for i in range(model.output_forces.shape[0]):
-        force = model.output_forces[i]
-        if force[OutputForceColumn.TAKES_COORDINATE] != 0.0:
-            travel = equation_of_motion.evaluate_table_output(model, piece, t, force[OutputForceColumn.OUTPUT])[0]
-            switch, stroke = force[OutputForceColumn.FIRST_COEFFICIENT + 4], force[OutputForceColumn.FIRST_COEFFICIENT + 7]
-            if 0.0 < switch < 1.0:
-                event_values[k] = travel_in_stroke(1.0 / stroke, travel, coordinate) - switch
-            k += 1
-    event_values[k], event_values[k + 1] = math.sin(coordinate), -math.sin(coordinate)
-    for i in range(1, n_kinks + 1):
-        if model.mode[-i] == 0:
-            event_values[-i] = INACTIVE_EVENT_VALUE
+def first_table_index(model: equation_of_motion.ReducedModel) -> int:
+    """Return the index in the contact mode of the segment of the first table; those of the kinks follow after all tables."""
+    return int(1 + model.contacts.shape[0] + model.one_sided_springs.shape[0])
 
 
 @jit_in_place
-def is_any_positive(event_values: FloatArray) -> bool:
-    """Return whether any of some event functions is positive."""
-    is_positive = False
+def set_table_terms(model: equation_of_motion.ReducedModel) -> None:
+    """Set the terms of the inputs to the segments of tables in the contact mode."""
+    first = first_table_index(model)
+    for k in range(int(model.parameters[ForceParameter.TABLE_COUNT])):
+        segment = model.table_segments[model.mode[first + k]]
+        term = model.input_terms[segment.term_index]
+        term.a, term.b, term.c = segment.a, segment.b, segment.c
+
+
+@jit_in_place
+def change_table_segments(model: equation_of_motion.ReducedModel, event_values: FloatArray) -> None:
+    """Let tables whose event functions (2 tables,) are positive go on to the next segment."""
+    first = first_table_index(model)
+    for k in range(event_values.size // 2):
+        model.mode[first + k] += int(event_values[2 * k] > 0.0) - int(event_values[2 * k + 1] > 0.0)
+    set_table_terms(model)
+
+
+@jit_in_place
+def _evaluate_table_ends(
+    model: equation_of_motion.ReducedModel, piece: int, t: float, shaft_speed: float, event_values: FloatArray
+) -> None:
+    """Fill the event functions (2 tables,) at the ends of the segments of tables."""
+    first = first_table_index(model)
+    for k in range(event_values.size // 2):
+        segment = model.table_segments[model.mode[first + k]]
+        value, derivative = equation_of_motion.evaluate_output(model, piece, t, segment.source_index)
+        if segment.is_rate:
+            value = derivative * shaft_speed
+        if segment.high < math.inf:
+            event_values[2 * k] = value - segment.high
+        if segment.low > -math.inf:
+            event_values[2 * k + 1] = segment.low - value
+
+
+@jit_in_place
+def _evaluate_kinks(model: equation_of_motion.ReducedModel, piece: int, t: float, event_values: FloatArray) -> None:
+    """Fill the event functions (kinks,) of the kinks that are monitored."""
+    first = first_table_index(model) + int(model.parameters[ForceParameter.TABLE_COUNT])
     for i in range(event_values.size):
-        is_positive = is_positive or event_values[i] > 0.0
-    return is_positive
+        kink, argument = model.kinks[i], 0.0
+        if model.mode[first + i] != 0:
+            if kink.argument_index != NO_ARGUMENT:
+                argument = equation_of_motion.evaluate_output(model, piece, t, kink.argument_index)[0]
+            value = equation_of_motion.evaluate_output(model, piece, t, kink.source_index)[0]
+            event_values[i] = evaluate_event_function(model.kinks, i, value, argument, 0.0)
+
+
+@jit_in_place
+def _keep_phases(model: equation_of_motion.ReducedModel, forces: FloatArray, piece: int, t: float) -> None:
+    """Keep the gases among some forces in their present phases of the cycle."""
+    for i in range(forces.shape[0]):
+        force = forces[i]
+        index = int(force[OutputForceColumn.PHASE])
+        if index >= 0:
+            travel = equation_of_motion.evaluate_output(model, piece, t, force[OutputForceColumn.OUTPUT])[0]
+            crank_angle = equation_of_motion.evaluate_output(model, piece, t, force[OutputForceColumn.CRANK_ANGLE])[0]
+            model.mode[index] = int(evaluate_gas_phase(force[OutputForceColumn.FIRST_COEFFICIENT :], travel, crank_angle))
 
 
 @jit_in_place
@@ -188,7 +224,11 @@ def evaluate_reduced_event_functions(
     if side >= 0:
         return
     n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
-    _evaluate_kinks(model, piece, t, state[0], event_values)
+    first_kink = event_values.size - model.kinks.size
+    first_table = first_kink - 2 * int(model.parameters[ForceParameter.TABLE_COUNT])
+    evaluate_shaft_outputs(model.shaft_outputs, state[StateIndex.SHAFT_ANGLE])
+    _evaluate_table_ends(model, piece, t, state[StateIndex.SHAFT_SPEED], event_values[first_table:first_kink])
+    _evaluate_kinks(model, piece, t, event_values[first_kink:])
     if model.mode[equation_of_motion.MODE_HELD] != 0:
         force, resistance = equation_of_motion.evaluate_static_force(model, piece, t, state, local_time)
         up_blocked, down_blocked = find_blocked_directions(model, piece, t)
@@ -213,16 +253,29 @@ def evaluate_reduced_event_functions(
 
 
 @jit_in_place
-def disarm_kinks(
+def begin_phases(
     model: equation_of_motion.ReducedModel, state: FloatArray, local_time: float, piece_guess: int, event_values: FloatArray
 ) -> None:
-    """Let the event functions of kinks that are not negative wait until they are: those of the kink at which the integration goes on.
+    """Keep all gas in the phase that begins or goes on here, and let the event functions of kinks that are not negative wait.
 
-    Before they rise again there is a dead centre, at which they are armed. The event values are overwritten.
+    Those are functions of the kink at which the integration goes on. Before they rise again there is a dead centre, at which they are
+    monitored again. The event values are overwritten.
     """
-    n_kinks = count_kinks(model.output_forces)
-    for i in range(1, n_kinks + 1):
-        model.mode[-i] = 1
+    first, first_value = first_table_index(model) + int(model.parameters[ForceParameter.TABLE_COUNT]), event_values.size - model.kinks.size
+    for i in range(model.kinks.size):
+        model.mode[first + i] = 1
     evaluate_reduced_event_functions(model, state, local_time, piece_guess, event_values)
-    for i in range(1, n_kinks + 1):
-        model.mode[-i] = event_values[-i] < 0.0
+    for i in range(model.kinks.size):
+        model.mode[first + i] = event_values[first_value + i] < 0.0
+    piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
+    if side < 0:
+        _keep_phases(model, model.output_forces, piece, t)
+        _keep_phases(model, model.shaft_forces, piece, t)
+
+
+@jit_in_place
+def end_phases(model: equation_of_motion.ReducedModel) -> None:
+    """Let the phase of each gas follow from the state again."""
+    first = first_table_index(model) + int(model.parameters[ForceParameter.TABLE_COUNT]) + model.kinks.size
+    for i in range(first, model.mode.size):
+        model.mode[i] = IN_NO_PHASE

@@ -28,10 +28,9 @@ from governor_mechanism.mechanics.kinematics.constraint_equations import constra
 from governor_mechanism.mechanics.reduction.lowering import OutputForceColumn
 from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.force_elements import Torque, TorsionDamper
+from governor_mechanism.model.force_elements import CylinderGas, Torque, TorsionDamper
 from governor_mechanism.model.joints import GROUND, JOINT_TYPES, Gear, Joint
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.time_functions import TableFunction
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.numerics.parallel_compilation import compiled_beside
@@ -188,7 +187,7 @@ class ReducedRunner(CertifiedRunner):
         steps, rejected, evaluations, moving_evaluations = np.sum([reduced_run.counts for reduced_run in reduced_runs], axis=0).tolist()
         n_pieces = sum(reduced_run.motion_table.n_pieces for reduced_run in reduced_runs)
         law_counts, forces = Counter({"equations of motion": evaluations, "table pieces": n_pieces}), reduced_runs[0].motion_table.forces
-        for law_index in forces.output_forces[:, OutputForceColumn.LAW].astype(int):
+        for law_index in np.concatenate([forces.output_forces, forces.shaft_forces])[:, OutputForceColumn.LAW].astype(int):
             law = FORCE_LAWS[law_index]
             law_counts[law.law_name] += moving_evaluations if law.dissipates else evaluations
         if n_frictions := int(np.sum(forces.contacts["friction_input"] >= 0)):
@@ -214,13 +213,11 @@ def _shaft_problems(scene: Scene, train: ShaftTrain, own_readings: set[str]) -> 
         if element.switch is not None:
             yield f"the cut-off of {element.name!r}, which moves"
         bodies = set(element.bodies)
-        if bodies & set(train.rotors) and not (isinstance(element, Torque | TorsionDamper) and bodies <= rotors):
-            yield f"force element {element.name!r} on the shaft, which is neither a torque nor a torsion damper"
-    readings = own_readings | shaft_readings(scene, train).keys()
+        if bodies & set(train.rotors) and not (isinstance(element, Torque | TorsionDamper | CylinderGas) and bodies <= rotors):
+            yield f"force element {element.name!r} on the shaft, which is neither a torque, nor a torsion damper, nor gas"
+    readings = own_readings | shaft_readings(scene, train)
     for function in reading_functions_of(scene):
         if function.lag:
             yield f"a load that follows {function.reading!r} with a lag"
-        if isinstance(function, TableFunction):
-            yield f"a load that depends on {function.reading!r} by a table, whose kinks are events"
         if output_of_reading(function.reading)[0] not in readings:
             yield f"a load that depends on {function.reading!r}, which is no reading of {train.rotors} nor of the part with the coordinate"

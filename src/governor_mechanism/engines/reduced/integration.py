@@ -9,15 +9,17 @@ import numpy as np
 from governor_mechanism.engines.certificate import TOLERANCE_SAFETY_FACTOR
 from governor_mechanism.engines.reduced.contact import (
     apply_transition,
-    count_kinks,
-    disarm_kinks,
+    begin_phases,
+    change_table_segments,
+    end_phases,
     evaluate_reduced_event_functions,
-    is_any_positive,
     make_event_tolerances,
     make_mode,
+    set_table_terms,
 )
 from governor_mechanism.integrators import dop853
-from governor_mechanism.integrators.event_location import LAST_SAMPLE, EventStep
+from governor_mechanism.integrators.equation import EquationFunctions, StepBuffers, make_step_buffers
+from governor_mechanism.integrators.event_location import LAST_SAMPLE, EventStep, is_any_positive
 from governor_mechanism.integrators.stages import END_STAGE, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import FIRST_NONZERO_STAGE, STAGES
@@ -86,7 +88,7 @@ def make_reduced_equation(
     return ReducedEquation(model, np.zeros(1, dtype=np.int64), counts, accuracy)
 
 
-def make_reduced_buffers(forces: ReducedForces, counts: IntArray) -> dop853.StepBuffers:
+def make_reduced_buffers(forces: ReducedForces, counts: IntArray) -> StepBuffers:
     """Return the buffers of an integration; only what changes is integrated."""
     parameters = forces.parameters
     coordinate_scale, time_scale, energy_scale = parameters[
@@ -96,8 +98,8 @@ def make_reduced_buffers(forces: ReducedForces, counts: IntArray) -> dop853.Step
     has_shaft, is_conservative = parameters[ForceParameter.HAS_SHAFT] != 0.0, parameters[ForceParameter.IS_CONSERVATIVE] != 0.0
     n_integrated = equation_of_motion.N_STATES if has_shaft else 2 if is_conservative else int(StateIndex.SHAFT_ANGLE)
     n_coupled = equation_of_motion.N_STATES if has_shaft else 2
-    return dop853.make_step_buffers(
-        equation_of_motion.N_STATES, n_coupled, error_scale[:n_integrated], make_event_tolerances(forces), counts
+    return make_step_buffers(
+        equation_of_motion.N_STATES, n_coupled, error_scale[:n_integrated], make_event_tolerances(forces), counts, len(forces.kinks)
     )
 
 
@@ -186,7 +188,9 @@ def _take_conservative_step(equation: ReducedEquation, h: float, state: FloatArr
 def _finish_step(equation: ReducedEquation, local_time: float, quality: float, stages: Stages) -> float:
     for i in range(stages.errors.shape[1]):
         stages.next_state[i], stages.next_derivative[i, 0] = stages.end[i], stages.derivatives[i, END_STAGE]
-    return quality if stages.next_state[1] >= equation.model.parameters[ForceParameter.MIN_RATE] else dop853.TURNED_BACK
+    parameters, state = equation.model.parameters, stages.next_state
+    is_turning = parameters[ForceParameter.STALL_RATIO] * state[StateIndex.SHAFT_SPEED] >= 0.0
+    return quality if is_turning and state[StateIndex.RATE] >= parameters[ForceParameter.MIN_RATE] else dop853.TURNED_BACK
 
 
 @jit_in_place
@@ -216,14 +220,14 @@ def _sample_events(equation: ReducedEquation, step: EventStep, fraction: float, 
     _evaluate_events(equation, step.local_time + fraction * h, sample, event_values)
 
 
-_EQUATION = dop853.EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events)
+_EQUATION = EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events)
 _integrate = jit_in_place(dop853.make_dop853(_EQUATION, has_event_functions=False))
 _integrate_to_event = jit_in_place(dop853.make_dop853(_EQUATION, has_event_functions=True))
 
 
 def integrate_reduced(
     equation: ReducedEquation,
-    buffers: dop853.StepBuffers,
+    buffers: StepBuffers,
     span: tuple[float, float],
     times: FloatArray,
     state: FloatArray,
@@ -286,7 +290,7 @@ def make_integration_arguments(scene: Scene) -> tuple[Any, ...]:
 @jit_in_place
 def integrate_without_contacts(
     equation: ReducedEquation,
-    buffers: dop853.StepBuffers,
+    buffers: StepBuffers,
     span: tuple[float, float],
     times: FloatArray,
     state: FloatArray,
@@ -305,7 +309,7 @@ def integrate_without_contacts(
 @jit_in_place
 def integrate_with_contacts(
     equation: ReducedEquation,
-    buffers: dop853.StepBuffers,
+    buffers: StepBuffers,
     span: tuple[float, float],
     times: FloatArray,
     state: FloatArray,
@@ -319,14 +323,16 @@ def integrate_with_contacts(
     parameters, mode = model.parameters, model.mode
     is_conservative, time_scale = parameters[ForceParameter.IS_CONSERVATIVE] != 0.0, parameters[ForceParameter.TIME_SCALE]
     is_load_steady = parameters[ForceParameter.FLUCTUATION_AMPLITUDE] == 0.0 and model.input_terms.size == 0
-    n_kinks = count_kinks(model.output_forces)
+    n_located, n_tables = buffers.event_tolerances.size - buffers.n_kinks, int(parameters[ForceParameter.TABLE_COUNT])
+    n_contact_events = n_located - 2 * n_tables
+    set_table_terms(model)
     while True:
         is_held, n_steps = mode[equation_of_motion.MODE_HELD] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
         max_step = limits.max_step * (HELD_STEP_FACTOR if is_held and is_load_steady else 1.0)
         min_stiff_steps = math.inf if is_conservative or is_held else 0.0
         segment_limits = dop853.StepLimits(limits.tolerance, step, max_step, limits.max_steps, min_stiff_steps)
-        if n_kinks > 0:
-            disarm_kinks(model, state, time - span[0], equation.piece[0], buffers.event_values[LAST_SAMPLE])
+        if buffers.n_kinks > 0:
+            begin_phases(model, state, time - span[0], equation.piece[0], buffers.event_values[LAST_SAMPLE])
         status, step, n_new, segment_end = _integrate_to_event(
             equation, buffers, (time, end), span[0], state, segment_limits, times[n_reached:], states[n_reached:]
         )
@@ -336,12 +342,15 @@ def integrate_with_contacts(
             copy_array(modes[row], mode)
         n_reached += n_new
         if status != IntegrationStatus.EVENT:
+            end_phases(model)
             return status, step, n_reached, segment_end
         event_log.counts[1] = event_log.counts[1] + 1 if segment_end - time <= SIMULTANEITY_TOLERANCE * time_scale else 0
         if event_log.counts[1] >= MAX_SIMULTANEOUS_REDUCED_EVENTS:
+            end_phases(model)
             return IntegrationStatus.ENDLESS_EVENTS, step, n_reached, time
-        time, values, n_contact_events = segment_end, buffers.event_values[LAST_SAMPLE], buffers.event_tolerances.size - n_kinks
-        if n_kinks > 0 and not is_any_positive(values[:n_contact_events]):
+        time, values = segment_end, buffers.event_values[LAST_SAMPLE]
+        change_table_segments(model, values[n_contact_events:n_located])
+        if not is_any_positive(values, n_contact_events):
             continue
         is_released = is_held and max(values[n_contact_events - 2], values[n_contact_events - 1]) > 0.0
         apply_transition(model, time, time - span[0], equation.piece[0], is_released, state, event_log)
@@ -351,4 +360,5 @@ def integrate_with_contacts(
 @jit
 def initialise_contact_mode(model: equation_of_motion.ReducedModel, time: float, state: FloatArray, event_log: EventLog) -> None:
     """Select the contact mode at a start or after a discontinuity of an input; the state must be on the table."""
+    set_table_terms(model)
     apply_transition(model, time, 0.0, 0, False, state, event_log)

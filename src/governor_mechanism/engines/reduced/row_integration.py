@@ -10,7 +10,8 @@ from governor_mechanism.engines.certificate import TOLERANCE_SAFETY_FACTOR
 from governor_mechanism.engines.reduced.integration import ReducedEquation, integrate_without_contacts, make_reduced_buffers
 from governor_mechanism.engines.reduced.passage import TableEndLimits, approach_table_end, time_at_rate, time_to_travel
 from governor_mechanism.engines.reduced.row_arrays import RowArrays, RowScalar
-from governor_mechanism.integrators.dop853 import StepBuffers, StepLimits
+from governor_mechanism.integrators.dop853 import StepLimits
+from governor_mechanism.integrators.equation import StepBuffers
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.inputs import output_rate
@@ -307,7 +308,10 @@ def _integrate_along_table(
         forces.output_forces,
         forces.contacts,
         forces.shaft_torques,
+        forces.shaft_forces,
         forces.shaft_outputs,
+        forces.kinks,
+        forces.table_segments,
         forces.input_terms,
         forces.inputs,
         buffers.input_cubics,

@@ -16,11 +16,13 @@ from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events, select_start_events
+from governor_mechanism.mechanics.contact.input_modes import InputModes
 from governor_mechanism.mechanics.contact.rules import HELD
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, one_sided_forces_of
+from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, one_sided_forces_of, reading_tables_of
+from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES, StateIndex
@@ -56,19 +58,34 @@ class ReducedRun:
         self, evaluator: ReadingEvaluator, initial_motion: Motion, max_steps: int, settings: ReducedSettings, width_ratio: float
     ) -> None:
         scene, self.evaluator, self.max_steps, self.settings = evaluator.scene, evaluator, max_steps, settings
-        (prefix, part), self._initial_poses = parts_with_coordinate(scene)[0], initial_motion[0]
+        (prefix, part), self._initial_motion = parts_with_coordinate(scene)[0], initial_motion
         first_body = scene.mechanism.body_index(prefix + part.mechanism.bodies[0].name)
         self._own_bodies = slice(first_body, first_body + len(part.mechanism.bodies))
         self._rotors = {scene.mechanism.body_index(name): motion for name, motion in find_shaft_train(scene).motion.items()}
         self.start = self._make_start(prefix + part.mechanism.coordinate, *initial_motion)
         coordinate = float(self.start[StateIndex.COORDINATE])
-        self.motion_table = MotionTable(scene, coordinate, self._initial_poses[self._own_bodies], width_ratio)
+        self.motion_table = MotionTable(scene, coordinate, self._initial_motion[0][self._own_bodies], width_ratio)
         self.counts = np.zeros(len(StepCounter), dtype=np.int64)
         self.contacts, self.one_sided_springs = contacts_of(scene), one_sided_forces_of(scene)
         self._subjects = [contact.output_name for contact in self.contacts] + [spring.reading for spring in self.one_sided_springs]
-        self.has_contacts = bool(self._subjects)
-        self._max_step = settings.max_step_ratio * max_step_scale(scene) * (settings.event_step_ratio if self.has_contacts else 1.0)
+        self.has_contacts, self._has_tables = bool(self._subjects), bool(reading_tables_of(scene))
+        is_monitored = self.has_contacts or self._has_tables
+        self._max_step = settings.max_step_ratio * max_step_scale(scene) * (settings.event_step_ratio if is_monitored else 1.0)
         self.breakpoints = np.unique(np.concatenate([function.breakpoints for function in self.motion_table.time_functions]))
+
+    def _make_initial_mode(self) -> IntArray:
+        """Return the contact mode before the search for the one at the start, with the segments of tables at the start."""
+        mode = make_mode(self.motion_table.forces)
+        scene, first = self.evaluator.scene, 1 + len(self._subjects)
+        outputs = [evaluate_output(self.evaluator.mechanism, name, self._initial_motion[0]) for name in forced_output_names(scene)]
+        values, rates = (
+            [float(output.value) for output in outputs],
+            [float(np.sum(one.gradient * self._initial_motion[1])) for one in outputs],
+        )
+        input_modes = InputModes(scene, self.evaluator.time_scale, len(self._subjects))
+        segments = input_modes.update(initial_mode(scene), 0.0, values, rates, ()).segments
+        mode[first : first + len(segments)] += np.array(segments, dtype=np.int64)
+        return mode
 
     def _make_start(self, coordinate: str, poses: FloatArray, velocities: FloatArray) -> FloatArray:
         """Return the state (N_STATES,) at poses and velocities (bodies, 3) of all bodies at the start."""
@@ -84,7 +101,7 @@ class ReducedRun:
         """Integrate through times (n,) s, with a factor on the largest step."""
         motion_table, settings, time_scale = self.motion_table, self.settings, self.evaluator.time_scale
         max_step, state = step_factor * self._max_step, self.start.copy()
-        mode = make_mode(motion_table.forces)
+        mode = self._make_initial_mode()
         states, modes = np.zeros((len(times), N_STATES)), np.zeros((len(times), len(mode)), dtype=np.int64)
         event_log, counts = make_event_log(event_capacity * self.has_contacts), np.zeros(len(StepCounter), dtype=np.int64)
         buffers = integration.make_reduced_buffers(motion_table.forces, counts)
@@ -159,7 +176,7 @@ class ReducedRun:
         own_poses, tangents = self.motion_table.evaluate_poses(states[:, 0])
         if not self._rotors:
             return own_poses, tangents * states[:, 1, np.newaxis, np.newaxis]
-        poses = np.repeat(self._initial_poses[np.newaxis], len(states), axis=0)
+        poses = np.repeat(self._initial_motion[0][np.newaxis], len(states), axis=0)
         velocities = np.zeros_like(poses)
         poses[:, self._own_bodies] = own_poses
         velocities[:, self._own_bodies] = tangents * states[:, 1, np.newaxis, np.newaxis]
@@ -170,8 +187,9 @@ class ReducedRun:
 
     def contact_modes(self, solution: ReducedSolution, poses: FloatArray) -> tuple[ContactMode, ...]:
         """Return the contact modes at the times reached; empty without contacts."""
-        if not self.has_contacts:
+        if not self.has_contacts and not self._has_tables:
             return ()
+        first_segments = make_mode(self.motion_table.forces)[1 + len(self._subjects) :][: len(reading_tables_of(self.evaluator.scene))]
         mechanism, n_contacts = self.evaluator.mechanism, len(self.contacts)
         values = [evaluate_output_value(mechanism, contact.output_name, poses) for contact in self.contacts]
         contact_modes = []
@@ -179,5 +197,6 @@ class ReducedRun:
             held_values = tuple(float(value[index]) if state == HELD else None for value, state in zip(values, states, strict=False))
             sliding_signs = tuple(0 if state == HELD else state for state in states[:n_contacts])
             taut = tuple(map(bool, states[n_contacts : n_contacts + len(self.one_sided_springs)]))
-            contact_modes.append(ContactMode(held_values, sliding_signs, taut, bool(is_held)))
+            segments = tuple(row - first for row, first in zip(states[len(self._subjects) :], first_segments.tolist(), strict=False))
+            contact_modes.append(ContactMode(held_values, sliding_signs, taut, bool(is_held), segments))
         return tuple(contact_modes)

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from governor_mechanism.effects.gas_pressure import travel_in_stroke
 from governor_mechanism.mechanics.dynamics.inputs import NOT_HELD, evaluate_reading_function, output_of_reading
-from governor_mechanism.mechanics.dynamics.output_forces import travel_in_stroke
 from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
@@ -335,4 +335,4 @@ def _travel_in_stroke(scene: Scene, switch: InputFunction, poses: FloatArray) ->
     gas = next(one for one in gases if one.switch is switch)
     rows = (rows_of_readings(scene.mechanism, [reading], {}) for reading in (gas.travel, gas.crank_angle))
     travel, crank_angle = (float(OutputDerivatives(row, poses).value) for row in rows)
-    return travel_in_stroke(1.0 / gas.stroke, travel, crank_angle)
+    return float(travel_in_stroke(1.0 / gas.stroke, travel, crank_angle))

@@ -12,7 +12,7 @@ from governor_mechanism.mechanics.dynamics import force_laws
 from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, assemble_schur_band, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.inputs import evaluate_inputs, output_rate
 from governor_mechanism.mechanics.dynamics.lowering import PlaneColumn, System, SystemWorkspace
-from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind, add_output_forces, travel_in_stroke
+from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind, add_output_forces, evaluate_event_function
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_drives, evaluate_rows, rotate_vector_jit
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed
 from governor_mechanism.numerics.array_copy import copy_array
@@ -426,17 +426,11 @@ def evaluate_event_functions(system: System, workspace: SystemWorkspace, state: 
             event_values[i] = -1.0
             continue
         limit = workspace.inputs[event_function.input_index] if event_function.input_index >= 0 else 0.0
-        if event_function.kind == EventFunctionKind.VALUE:
-            value = row_values[event_function.source_index, RowColumn.RESIDUAL]
-        elif event_function.kind == EventFunctionKind.RATE:
+        argument = row_values[event_function.argument_index, RowColumn.RESIDUAL] if event_function.argument_index >= 0 else 0.0
+        if event_function.kind == EventFunctionKind.RATE:
             value = output_rate(system.output_rows, jacobian, event_function.source_index, velocities)
-        elif event_function.kind == EventFunctionKind.DEAD_CENTRE:
-            value = math.sin(row_values[event_function.source_index, RowColumn.RESIDUAL])
-        elif event_function.kind == EventFunctionKind.SWITCH:
-            travel, angle = row_values[event_function.source_index, RowColumn.RESIDUAL], event_function.argument_index
-            travel_ratio = travel_in_stroke(event_function.sign, travel, row_values[angle, RowColumn.RESIDUAL])
-            event_values[i] = travel_ratio - event_function.threshold - limit
-            continue
-        else:
+        elif event_function.kind == EventFunctionKind.FORCE:
             value = -workspace.multipliers[event_function.source_index]
-        event_values[i] = event_function.sign * value - event_function.threshold - limit
+        else:
+            value = row_values[event_function.source_index, RowColumn.RESIDUAL]
+        event_values[i] = evaluate_event_function(system.event_functions, i, value, argument, limit)

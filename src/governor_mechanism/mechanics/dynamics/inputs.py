@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from enum import IntEnum
-from itertools import count
+from itertools import count, pairwise
 
 import numpy as np
 
@@ -39,6 +39,9 @@ class InputTermKind(IntEnum):
     HOLD = 6
 
 
+EVENT_ROUNDING_RATIO = 1e-12
+"""Rounding level of event functions, relative to a length, rate or force scale."""
+
 NOT_HELD = 2.0
 """State of a hold while it lets its input move; that of an input which is held lies between 0 and 1."""
 
@@ -52,6 +55,11 @@ INPUT_TERM_DTYPE = record_dtype("i8 kind input_index source_index", "f8 a b c")
 LAG_DTYPE = record_dtype("i8 input_index hold", "f8 time_constant")
 """One first-order lag or hold: the input that it follows, the index of its kind in `HOLD_KINDS`, and the time constant (s) of a lag, which
 is infinite for a hold: only events change its state."""
+
+
+TABLE_SEGMENT_DTYPE = record_dtype("i8 term_index source_index is_rate", "f8 low high tolerance a b c")
+"""One segment of a table of a reading: the term that it sets, the output row, whether its rate is meant, the values between which the
+segment holds with their rounding, and the coefficients of the term."""
 
 
 def make_input_terms(
@@ -103,6 +111,37 @@ def make_input_terms(
             lags.append((index, HOLD_KINDS.index(load.hold), math.inf))
     records = np.array(terms + products + last_terms, dtype=INPUT_TERM_DTYPE)
     return records, np.array(lags, dtype=LAG_DTYPE), next(further_inputs) - first_further_input
+
+
+def make_table_segments(output_names: Sequence[str], scales: Sequence[float], time: float, loads: Sequence[InputFunction]) -> RecordArray:
+    """Return the segments of all tables of readings, which have no lags.
+
+    Parameters
+    ----------
+    output_names
+        Names of the outputs of the system.
+    scales
+        Their scales, m or rad.
+    time
+        Characteristic time, s.
+    loads
+        Loads, as for `make_input_terms`.
+
+    Returns
+    -------
+    RecordArray
+        Records of `TABLE_SEGMENT_DTYPE`, those of each table in the order of its positions; the lowest one of a table begins at -inf.
+    """
+    records, term_index = [], 0
+    for function in (one for load in loads for one in (*load.functions, *load.factors)):
+        if isinstance(function, TableFunction):
+            name, is_rate = output_of_reading(function.reading)
+            source, ends = output_names.index(name), (-math.inf, *function.positions, math.inf)
+            tolerance = EVENT_ROUNDING_RATIO * scales[source] / (time if is_rate else 1.0)
+            for segment, interval in enumerate(pairwise(ends)):
+                records.append((term_index, source, is_rate, *interval, tolerance, *_table_segment(function, segment)))
+        term_index += len(list(_function_terms(function, 0, output_names, 0)))
+    return np.array(records, dtype=TABLE_SEGMENT_DTYPE)
 
 
 def _function_terms(

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from governor_mechanism.mechanics.dynamics.characteristic_scales import time_sca
 from governor_mechanism.mechanics.dynamics.constraint_solver import bandwidth_reducing_order, find_coupled_rows
 from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode
 from governor_mechanism.mechanics.dynamics.force_elements import lower_outputs
-from governor_mechanism.mechanics.dynamics.inputs import make_input_terms, output_of_reading
+from governor_mechanism.mechanics.dynamics.inputs import EVENT_ROUNDING_RATIO, make_input_terms, output_of_reading
 from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows
@@ -56,9 +56,6 @@ STAND_IN_INERTIA_RATIO = 1e-3
 `remove_stand_in_inertia` removes it again by an iteration that converges by about this ratio; a smaller ratio conditions the
 joint equations worse.
 """
-
-EVENT_ROUNDING_RATIO = 1e-12
-"""Rounding level of event functions, relative to a length, rate or force scale."""
 
 EventFunctionRecord = tuple[EventFunctionKind, int, int, float, float, float, int, int]
 """A record of `EVENT_FUNCTION_DTYPE`."""
@@ -425,13 +422,31 @@ def _make_event_functions(
     first_table = len(mode.held_values) + len(mode.taut)
     for contact_index, (table, segment) in enumerate(zip(contacts.reading_tables_of(scene), mode.segments, strict=True), start=first_table):
         records += _table_event_functions(table, segment, contact_index, output_names, tolerances, time)
-    records += _gas_event_functions(force_elements, first_table + len(mode.segments))
+    records += make_gas_event_functions(force_elements, first_table + len(mode.segments))
     return np.array(records, dtype=output_forces.EVENT_FUNCTION_DTYPE)
 
 
-def _gas_event_functions(force_elements: RecordArray, contact_index: int) -> Iterator[EventFunctionRecord]:
-    """Yield the event functions of the kinks of gas in cylinders."""
+def make_gas_event_functions(force_elements: RecordArray, contact_index: int) -> list[EventFunctionRecord]:
+    """Return the event functions of the kinks of gas in cylinders; gases that share a kink share its function.
+
+    Parameters
+    ----------
+    force_elements
+        Records of `OUTPUT_FORCE_DTYPE`.
+    contact_index
+        What they have as index of a contact.
+
+    Returns
+    -------
+    list[EventFunctionRecord]
+        Records of `EVENT_FUNCTION_DTYPE`: the switch of each gas, then both dead centres of each crank.
+    """
     gases = [force for force in force_elements if force["law"] == FORCE_LAWS.index(GasPressure)]
+    return list(dict.fromkeys(_gas_event_functions(gases, contact_index)))
+
+
+def _gas_event_functions(gases: Sequence[Any], contact_index: int) -> Iterator[EventFunctionRecord]:
+    """Yield the event functions of gases; the same one for each gas that has it."""
     for gas in gases:
         switch, stroke = float(gas["coefficients"][SWITCH_COEFFICIENT]), float(gas["coefficients"][7])
         rows, switch_input = (int(gas["output_index"]), int(gas["argument_index"])), int(gas["switch_input"])

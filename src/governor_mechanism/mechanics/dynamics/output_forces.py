@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from governor_mechanism.effects.gas_pressure import GasPressure, gas_phase, travel_in_stroke
 from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.mechanics.dynamics.inputs import output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, RowKind
@@ -25,18 +26,22 @@ SLIDING_FRICTION, LOAD = len(FORCE_LAWS), len(FORCE_LAWS) + 1
 sign of sliding, that of a load -1.
 """
 
+IN_NO_PHASE = -1
+"""Phase of a gas that follows from travel and crank angle."""
+
 OUTPUT_FORCE_DTYPE = np.dtype(
     [
-        *((name, "i8") for name in ("law", "output_index", "argument_index", "has_power", "input_index", "switch_input")),
+        *((name, "i8") for name in ("law", "output_index", "argument_index", "has_power", "input_index", "switch_input", "phase")),
         ("slack_below", "f8"),
         ("coefficients", "f8", (MAX_COEFFICIENTS,)),
     ]
 )
 """One force along an output row: index in `FORCE_LAWS`, `SLIDING_FRICTION` or `LOAD`, index of the row, that of the row whose value the
-law takes in place of the rate, or -1, whether it has no potential, the input of a friction force or load, or by which the force of a law is
-multiplied, or -1, the input that is the switch of a gas, or -1, value of the output below which it is slack, and its coefficients."""
+law of gas takes in place of the rate, or -1, whether it has no potential, the input of a friction force or load, or by which the force of a
+law is multiplied, or -1, the input that is the switch of a gas, or -1, the phase of the cycle that a gas is kept in, or -1, value of the
+output below which it is slack, and its coefficients."""
 
-OutputForceRecord = tuple[int, int, int, bool, int, int, float, tuple[float, ...]]
+OutputForceRecord = tuple[int, int, int, bool, int, int, int, float, tuple[float, ...]]
 """A record of `OUTPUT_FORCE_DTYPE`."""
 
 
@@ -52,7 +57,8 @@ def make_output_force(
     slack_below: float = -math.inf,
 ) -> OutputForceRecord:
     """Return a record of `OUTPUT_FORCE_DTYPE`; coefficients that are left out are zero."""
-    return law, output_index, argument_index, has_power, input_index, switch_input, slack_below, pad_coefficients(coefficients)
+    coefficients = pad_coefficients(coefficients)
+    return law, output_index, argument_index, has_power, input_index, switch_input, IN_NO_PHASE, slack_below, coefficients
 
 
 def pad_coefficients(coefficients: Sequence[float]) -> tuple[float, ...]:
@@ -96,8 +102,16 @@ def _compile_laws(functions: Sequence[Callable[..., Any]]) -> Callable[..., Any]
     return jit_in_place(call)
 
 
-evaluate_force_law: Callable[[int, FloatArray, float, float], float] = _compile_laws([law.force for law in FORCE_LAWS])
-"""Force (N or N m) of a law by its index in `FORCE_LAWS`, its coefficients, and value and rate of the output."""
+_KERNEL_LAWS = [GasPressure.force_in_phase if law is GasPressure else law.force for law in FORCE_LAWS]
+
+evaluate_force_law: Callable[[int, FloatArray, float, float], float] = _compile_laws(_KERNEL_LAWS)
+"""Force (N or N m) of a law by its index in `FORCE_LAWS`, its coefficients, and value and rate of the output; gas takes its phase."""
+
+evaluate_gas_phase: Callable[[FloatArray, float, float], float] = jit_in_place(gas_phase)
+"""Phase of the cycle of a gas by its coefficients, the travel (m) and the crank angle (rad)."""
+
+evaluate_travel_in_stroke: Callable[[float, float, float], float] = jit_in_place(travel_in_stroke)
+"""Travel since the last dead centre, relative to the stroke, by 1 / stroke (1/m), the travel (m) and the crank angle (rad)."""
 
 evaluate_potential: Callable[[int, FloatArray, float], tuple[float, float, float]] = _compile_laws([law.potential for law in FORCE_LAWS])
 """Energy (J) of a law by its index in `FORCE_LAWS`, its coefficients and value of the output, and the derivatives by that value."""
@@ -130,10 +144,14 @@ contact_index: the contact or one-sided spring concerned.
 
 
 @jit_in_place
-def travel_in_stroke(coefficient: float, travel: float, crank_angle: float) -> float:
-    """Return the travel of a piston since the last dead centre, relative to the stroke 1 / coefficient (m)."""
-    is_return = math.floor(crank_angle / math.pi + 1e-12) % 2.0  # as for the force of the gas
-    return is_return + (1.0 - 2.0 * is_return) * coefficient * travel
+def evaluate_event_function(event_functions: RecordArray, i: int, value: float, argument: float, limit: float) -> float:
+    """Return event function i from its quantity, for a switch the travel (m) with the crank angle (rad), and the input subtracted."""
+    event_function = event_functions[i]
+    if event_function.kind == EventFunctionKind.SWITCH:
+        return float(evaluate_travel_in_stroke(event_function.sign, value, argument) - event_function.threshold - limit)
+    if event_function.kind == EventFunctionKind.DEAD_CENTRE:
+        value = math.sin(value)
+    return float(event_function.sign * value - event_function.threshold - limit)
 
 
 @jit_in_place
@@ -160,8 +178,13 @@ def add_output_forces(
         if output_force.law in (SLIDING_FRICTION, LOAD):
             force = -(output_force.coefficients[0] * inputs[output_force.input_index])
         else:
-            argument = rate if output_force.argument_index < 0 else row_values[output_force.argument_index, RowColumn.RESIDUAL]
-            force = evaluate_force_law(output_force.law, output_force.coefficients, row_values[k, RowColumn.RESIDUAL], argument)
+            argument, value = rate, row_values[k, RowColumn.RESIDUAL]
+            if output_force.phase != IN_NO_PHASE:
+                argument = float(output_force.phase)
+            elif output_force.argument_index >= 0:
+                crank_angle = row_values[output_force.argument_index, RowColumn.RESIDUAL]
+                argument = evaluate_gas_phase(output_force.coefficients, value, crank_angle)
+            force = evaluate_force_law(output_force.law, output_force.coefficients, value, argument)
             if output_force.input_index >= 0:
                 force *= inputs[output_force.input_index]
         power += force * rate

@@ -6,10 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.inputs import InputTermKind, add_input_term
-from governor_mechanism.mechanics.dynamics.output_forces import evaluate_force_law
+from governor_mechanism.mechanics.dynamics.output_forces import IN_NO_PHASE, evaluate_force_law, evaluate_gas_phase
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed, evaluate_input
-from governor_mechanism.mechanics.reduction.lowering import ForceParameter, OutputForceColumn, ReducedForces
+from governor_mechanism.mechanics.reduction.lowering import COORDINATE, ForceParameter, OutputForceColumn, ReducedForces
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
+from governor_mechanism.mechanics.reduction.shaft_outputs import ShaftOutputs, evaluate_shaft_outputs
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable
 from governor_mechanism.numerics.chebyshev import evaluate_piece, evaluate_piece_derivative
 from governor_mechanism.numerics.jit import jit, jit_in_place
@@ -67,7 +69,13 @@ class ReducedModel(NamedTuple):
         As in `ReducedForces`.
     shaft_torques
         As in `ReducedForces`.
+    shaft_forces
+        As in `ReducedForces`.
     shaft_outputs
+        As in `ReducedForces`.
+    kinks
+        As in `ReducedForces`.
+    table_segments
         As in `ReducedForces`.
     input_terms
         As in `ReducedForces`.
@@ -76,7 +84,8 @@ class ReducedModel(NamedTuple):
     input_cubics
         Cubics of the inputs in local time, highest power first, then the integral at local time 0; shape (inputs, 5).
     mode
-        Contact mode; see `MODE_HELD`; then which kinks are monitored; shape (1 + contacts + one-sided springs + kinks,).
+        Contact mode, see `MODE_HELD`; then the segment of each table, which kinks are monitored, and the phase of each gas; shape
+        (1 + contacts + one-sided springs + tables + kinks + gases,).
     """
 
     coefficients: FloatArray
@@ -88,7 +97,10 @@ class ReducedModel(NamedTuple):
     output_forces: FloatArray
     contacts: RecordArray
     shaft_torques: FloatArray
-    shaft_outputs: FloatArray
+    shaft_forces: FloatArray
+    shaft_outputs: ShaftOutputs
+    kinks: RecordArray
+    table_segments: RecordArray
     input_terms: RecordArray
     inputs: FloatArray
     input_cubics: FloatArray
@@ -136,19 +148,15 @@ def evaluate_model_inputs(model: ReducedModel, piece: int, t: float, shaft_angle
     local_time
         Time since the inputs' cubics begin, s.
     """
+    evaluate_shaft_outputs(model.shaft_outputs, shaft_angle)
     for k in range(1, model.inputs.size):
         model.inputs[k] = evaluate_input(model.input_cubics, k, local_time)
-    n_outputs = int(model.parameters[ForceParameter.OUTPUT_COUNT])
     for i in range(model.input_terms.size):
         term, source = model.input_terms[i], 0.0
-        shaft_output = term.source_index - n_outputs
         if term.kind == InputTermKind.RATE:
-            source = model.shaft_outputs[shaft_output, 0] * shaft_speed
+            source = evaluate_output(model, piece, t, term.source_index)[1] * shaft_speed
         elif term.kind != InputTermKind.PRODUCT and term.kind != InputTermKind.NOT_NEGATIVE:
-            if shaft_output >= 0:
-                source = model.shaft_outputs[shaft_output, 0] * shaft_angle + model.shaft_outputs[shaft_output, 1]
-            else:
-                source = evaluate_table_output(model, piece, t, term.source_index)[0]
+            source = evaluate_output(model, piece, t, term.source_index)[0]
         add_input_term(model.input_terms, i, source, model.inputs)
 
 
@@ -211,6 +219,13 @@ def evaluate_acceleration(
         for i in range(model.shaft_torques.shape[0]):
             torque += inputs[int(model.shaft_torques[i, 0])] * model.shaft_torques[i, 1]
         power += torque * shaft_speed
+        for i in range(model.shaft_forces.shape[0]):
+            gas = model.shaft_forces[i]
+            travel, travel_derivative = evaluate_output(model, piece, t, gas[OutputForceColumn.OUTPUT])
+            gas_torque = evaluate_force(model, gas, piece, t, travel, 0.0) * travel_derivative
+            torque += gas_torque
+            if gas[OutputForceColumn.INPUT] >= 0.0:
+                power += gas_torque * shaft_speed
         if parameters[ForceParameter.HAS_REACTION] != 0.0:
             shaft_inertia += ratio * ratio * spindle_inertia
             torque -= 2.0 * ratio * ratio * centrifugal / inverse_inertia * v * shaft_speed
@@ -234,12 +249,8 @@ def evaluate_acceleration(
         mode_index = int(output_force[OutputForceColumn.MODE])
         if mode_index < 0 or mode[mode_index] != 0:
             value, output_derivative = evaluate_table_output(model, piece, t, output_force[OutputForceColumn.OUTPUT])
-            argument, law = output_derivative * v, int(output_force[OutputForceColumn.LAW])
-            if output_force[OutputForceColumn.TAKES_COORDINATE] != 0.0:
-                argument = model.intervals[piece, 2] + t / model.intervals[piece, 3]
-            force = evaluate_force_law(law, output_force[OutputForceColumn.FIRST_COEFFICIENT :], value, argument)
+            force = evaluate_force(model, output_force, piece, t, value, output_derivative * v)
             if output_force[OutputForceColumn.INPUT] >= 0.0:
-                force *= inputs[int(output_force[OutputForceColumn.INPUT])]
                 power += force * output_derivative * v
             acceleration += force * output_derivative * inverse_inertia
             dissipated_power -= output_force[OutputForceColumn.DISSIPATES] * force * output_derivative * v
@@ -255,6 +266,40 @@ def evaluate_acceleration(
     further_rates[0, stage], further_rates[1, stage] = work_rate, dissipated_power
     further_rates[2, stage], further_rates[3, stage] = shaft_speed, shaft_acceleration
     return float(acceleration)
+
+
+@jit_in_place
+def evaluate_force(model: ReducedModel, force: FloatArray, piece: int, t: float, value: float, rate: float) -> float:
+    """Evaluate a force along an output, from the inputs and outputs of the shaft as last evaluated.
+
+    Parameters
+    ----------
+    model
+        The reduced model.
+    force
+        Its row of `ReducedForces.output_forces` or `shaft_forces`; shape (columns,).
+    piece
+        Index of the table piece.
+    t
+        Local coordinate in that piece, -1 to 1.
+    value
+        Value of the output.
+    rate
+        Its rate.
+
+    Returns
+    -------
+    float
+        Force, N or N m.
+    """
+    argument, phase_index = rate, int(force[OutputForceColumn.PHASE])
+    coefficients, factor = force[OutputForceColumn.FIRST_COEFFICIENT :], int(force[OutputForceColumn.INPUT])
+    if phase_index >= 0:
+        argument = float(model.mode[phase_index])
+        if argument == IN_NO_PHASE:
+            argument = evaluate_gas_phase(coefficients, value, evaluate_output(model, piece, t, force[OutputForceColumn.CRANK_ANGLE])[0])
+    result = evaluate_force_law(int(force[OutputForceColumn.LAW]), coefficients, value, argument)
+    return float(result * model.inputs[factor] if factor >= 0 else result)
 
 
 @jit_in_place
@@ -336,6 +381,17 @@ def evaluate_table_output(model: ReducedModel, piece: int, t: float, output_inde
     """
     column = TableColumn.FIRST_LOAD + int(model.parameters[ForceParameter.LOAD_COUNT]) + 2 * int(output_index)
     return evaluate_piece(model.coefficients, piece, column, t), evaluate_piece(model.coefficients, piece, column + 1, t)
+
+
+@jit_in_place
+def evaluate_output(model: ReducedModel, piece: int, t: float, output_index: float) -> tuple[float, float]:
+    """Return value and derivative of an output of the table, of the coordinate, or of the shaft as last evaluated, by its index."""
+    shaft_output = int(output_index) - int(model.parameters[ForceParameter.OUTPUT_COUNT])
+    if shaft_output >= 0:
+        return model.shaft_outputs.row_values[shaft_output, RowColumn.RESIDUAL], model.shaft_outputs.derivatives[shaft_output]
+    if output_index == COORDINATE:
+        return model.intervals[piece, 2] + t / model.intervals[piece, 3], 1.0
+    return evaluate_table_output(model, piece, t, output_index)
 
 
 @jit_in_place

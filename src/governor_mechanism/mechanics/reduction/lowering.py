@@ -9,16 +9,31 @@ import numpy as np
 
 from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import contacts_of, loads_of, make_contact_table, one_sided_forces_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.contacts import (
+    contacts_of,
+    loads_of,
+    make_contact_table,
+    one_sided_forces_of,
+    output_forces_of,
+    reading_tables_of,
+)
 from governor_mechanism.mechanics.dynamics.force_elements import element_law, lower_outputs
-from governor_mechanism.mechanics.dynamics.inputs import make_input_terms
-from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record
-from governor_mechanism.mechanics.dynamics.output_forces import MAX_COEFFICIENTS, OUTPUT_FORCE_DTYPE, make_output_force, output_force_record
+from governor_mechanism.mechanics.dynamics.inputs import make_input_terms, make_table_segments
+from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record, make_gas_event_functions
+from governor_mechanism.mechanics.dynamics.output_forces import (
+    EVENT_FUNCTION_DTYPE,
+    MAX_COEFFICIENTS,
+    OUTPUT_FORCE_DTYPE,
+    OutputForceRecord,
+    make_output_force,
+    output_force_record,
+)
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import lower_assembly
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, LagrangianArrays, ReductionArrays
 from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
+from governor_mechanism.mechanics.reduction.shaft_outputs import ShaftOutputs, lower_shaft_outputs
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.force_elements import CylinderGas, ForceElement
 from governor_mechanism.model.mechanism import Mechanism
@@ -30,6 +45,10 @@ from governor_mechanism.types import FloatArray, RecordArray
 
 UNBOUNDED_RANGE = 1e9
 """Bound of the coordinate where the scene sets none, in coordinate scales."""
+
+
+COORDINATE = -2
+"""Index that stands for the coordinate among those of outputs."""
 
 
 class ReducedForces(NamedTuple):
@@ -47,10 +66,16 @@ class ReducedForces(NamedTuple):
         Records of `CONTACT_DTYPE`; shape (contacts,).
     shaft_torques
         Input of each torque on the shaft, and its ratio to the shaft; shape (n, 2).
+    shaft_forces
+        Gas on the shaft, like `output_forces`; shape (n, columns).
     shaft_outputs
-        Ratio to the shaft, and angle (rad) at its zero, of the angles that loads depend on; shape (n, 2).
+        Outputs of bodies on the shaft along which gas acts or on which loads depend. Outputs are counted from those of the table on.
+    kinks
+        Kinks of gas, records of `EVENT_FUNCTION_DTYPE`; an index of COORDINATE is the coordinate; shape (kinks,).
+    table_segments
+        Segments of all tables of readings, records of `TABLE_SEGMENT_DTYPE`.
     input_terms
-        Records of `INPUT_TERM_DTYPE`; their sources are the outputs of the table, then `shaft_outputs`.
+        Records of `INPUT_TERM_DTYPE`; those of tables are set where a segment begins.
     inputs
         Values of the inputs at the last evaluation; shape (inputs,).
     """
@@ -60,7 +85,10 @@ class ReducedForces(NamedTuple):
     output_forces: FloatArray
     contacts: RecordArray
     shaft_torques: FloatArray
-    shaft_outputs: FloatArray
+    shaft_forces: FloatArray
+    shaft_outputs: ShaftOutputs
+    kinks: RecordArray
+    table_segments: RecordArray
     input_terms: RecordArray
     inputs: FloatArray
 
@@ -76,12 +104,18 @@ class OutputForceColumn(IntEnum):
     """Whether the force dissipates energy."""
     MODE = 3
     """Index in the contact mode of whether a one-sided spring is taut; -1 for a force that always acts."""
-    TAKES_COORDINATE = 4
-    """Whether the law takes the coordinate in place of the rate of the output."""
-    INPUT = 5
+    CRANK_ANGLE = 4
+    """Output that is the crank angle of a gas, or COORDINATE."""
+    PHASE = 5
+    """Index in the contact mode of the phase of the cycle that a gas is kept in, or IN_NO_PHASE; -1 for other forces."""
+    INPUT = 6
     """Input by which the force is multiplied, or -1."""
-    FIRST_COEFFICIENT = 6
+    FIRST_COEFFICIENT = 7
     """From here on the coefficients of the law."""
+
+
+N_OUTPUT_FORCE_COLUMNS = OutputForceColumn.FIRST_COEFFICIENT + MAX_COEFFICIENTS
+"""Number of columns of `ReducedForces.output_forces`."""
 
 
 class ForceParameter(IntEnum):
@@ -121,6 +155,10 @@ class ForceParameter(IntEnum):
     """Number of outputs in the table."""
     MIN_RATE = 16
     """Rate of the coordinate below which the integration ends."""
+    STALL_RATIO = 17
+    """Ratio to the shaft of a body on it with which the integration ends where it turns back, or 0."""
+    TABLE_COUNT = 18
+    """Number of tables of readings."""
 
 
 def lower_lagrangian(scene: Scene, prefix: str, part: Part, outputs: Sequence[str], effects: Sequence[OutputForce]) -> LagrangianArrays:
@@ -190,11 +228,12 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
     (prefix, part), train = parts_with_coordinate(scene)[0], find_shaft_train(scene)
     mechanism, plane = part.mechanism, next(iter(scene.system.planes), None)
     spindle = plane.given_speed if plane and plane.given_speed else Spindle()
-    shaft_angles = shaft_readings(scene, train)
     limits = [limit for limit in mechanism.limits if limit.reading != mechanism.coordinate]
-    forced_outputs = [name for name in forced_output_names(scene) if name not in shaft_angles]
-    gases = [element for element in scene.mechanism.force_elements if isinstance(element, CylinderGas)]
-    names = list(dict.fromkeys([*forced_outputs, *(prefix + limit.reading for limit in limits), *(gas.travel.name for gas in gases)]))
+    all_gases = [element for element in scene.mechanism.force_elements if isinstance(element, CylinderGas)]
+    gases = [gas for gas in all_gases if not _is_elsewhere(gas, prefix, part)]
+    shaft_gases = [gas for gas in all_gases if _is_elsewhere(gas, prefix, part)]
+    names, shaft_names = _output_names(scene, train, [prefix + limit.reading for limit in limits], gases, shaft_gases)
+    all_names = [*names, *shaft_names]
     tabulated = [effect for effect in output_forces_of(scene) if _is_tabulated(effect)]
     lagrangian = lower_lagrangian(scene, prefix, part, names, tabulated)
     low, high = _coordinate_bounds(mechanism)
@@ -213,19 +252,30 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
     )
     loads, contacts = loads_of(scene), contacts_of(scene)
     first_friction_input = 1 + len(loads) - sum(contact.friction is not None for contact in contacts)
-    input_terms, _, n_further_inputs = make_input_terms([*names, *shaft_angles], (), 1, loads, len(loads) + 1 - first_friction_input)
+    input_terms, _, n_further_inputs = make_input_terms(
+        all_names, [0] * len(reading_tables_of(scene)), 1, loads, len(loads) + 1 - first_friction_input
+    )
     inputs = (spindle.speed_function, *loads, *(InputFunction(),) * n_further_inputs)
     one_sided_springs = [
         (names.index(one.reading), one.slack_below, scene.mechanism.output_scale(one.reading)) for one in one_sided_forces_of(scene)
     ]
     shaft_elements, first_load_input = _shaft_elements(scene, prefix, part, train)
+    gas_records = [_gas_record(scene, all_names, gas, prefix + mechanism.coordinate) for gas in (*gases, *shaft_gases)]
+    kinks = make_gas_event_functions(np.array(gas_records, dtype=OUTPUT_FORCE_DTYPE), -1)
+    n_tables, scales = len(reading_tables_of(scene)), [scene.mechanism.output_scale(name) for name in all_names]
+    first_phase = 1 + len(contacts) + len(one_sided_springs) + n_tables + len(kinks)
     forces = ReducedForces(
         parameters=_make_parameters(scene, part, arrays, train, shaft_elements, first_load_input),
         one_sided_springs=np.array(one_sided_springs).reshape(-1, 3),
-        output_forces=_output_forces(scene, names, gases),
+        output_forces=np.array([*_effect_rows(scene, names), *_gas_rows(gas_records[: len(gases)], first_phase)], dtype=float).reshape(
+            -1, N_OUTPUT_FORCE_COLUMNS
+        ),
         contacts=make_contact_table(scene, names, first_friction_input),
         shaft_torques=np.array([(index, ratio) for index, ratio, _ in shaft_elements if index >= 0]).reshape(-1, 2),
-        shaft_outputs=np.array(list(shaft_angles.values())).reshape(-1, 2),
+        shaft_forces=np.array(_gas_rows(gas_records[len(gases) :], first_phase + len(gases))).reshape(-1, N_OUTPUT_FORCE_COLUMNS),
+        shaft_outputs=lower_shaft_outputs(scene, train, shaft_names),
+        kinks=np.array(kinks, dtype=EVENT_FUNCTION_DTYPE),
+        table_segments=make_table_segments(all_names, scales, arrays.time_scale, loads),
         input_terms=input_terms,
         inputs=np.zeros(len(inputs)),
     )
@@ -243,7 +293,8 @@ def _shaft_elements(scene: Scene, prefix: str, part: Part, train: ShaftTrain) ->
     for element in scene.mechanism.force_elements:
         ratio = train.ratio(element.bodies[1]) - train.ratio(element.bodies[0])
         if _is_elsewhere(element, prefix, part):
-            shaft_elements.append((next_input, ratio, 0.0) if element.loads else (-1, ratio, element_law(element)[1][0]))
+            if not isinstance(element, CylinderGas):
+                shaft_elements.append((next_input, ratio, 0.0) if element.loads else (-1, ratio, element_law(element)[1][0]))
             first_own_input += len(element.inputs) if first_own_input == next_input else 0
         next_input += len(element.inputs)
     return shaft_elements, first_own_input
@@ -261,20 +312,45 @@ def _is_tabulated(effect: OutputForce) -> bool:
     return not effect.dissipates and effect.slack_below == -math.inf
 
 
-def _output_forces(scene: Scene, names: list[str], gases: Sequence[CylinderGas]) -> FloatArray:
-    """Return the force laws that the table does not contain, as in `ReducedForces`."""
-    one_sided, n_contacts, rows = one_sided_forces_of(scene), len(contacts_of(scene)), []
+def _output_names(
+    scene: Scene, train: ShaftTrain, limited: Sequence[str], gases: Sequence[CylinderGas], shaft_gases: Sequence[CylinderGas]
+) -> tuple[list[str], list[str]]:
+    """Return the readings that the table contains, among them those with limits, and those that the shaft gives."""
+    forced, given_by_shaft = forced_output_names(scene), shaft_readings(scene, train)
+    own = [*(name for name in forced if name not in given_by_shaft), *limited, *(gas.travel.name for gas in gases)]
+    of_gas = [name for gas in shaft_gases for name in (gas.travel.name, gas.crank_angle.name)]
+    return list(dict.fromkeys(own)), list(dict.fromkeys([*(name for name in forced if name in given_by_shaft), *of_gas]))
+
+
+def _effect_rows(scene: Scene, names: Sequence[str]) -> list[tuple[float, ...]]:
+    """Return the laws of effects that the table does not contain, as in `ReducedForces.output_forces`."""
+    one_sided, n_contacts, rows = one_sided_forces_of(scene), len(contacts_of(scene)), list[tuple[float, ...]]()
     for effect in (effect for effect in output_forces_of(scene) if not _is_tabulated(effect)):
         law, output_index, _, dissipates, *_, coefficients = output_force_record(effect, names.index(effect.reading))
         mode_index = 1 + n_contacts + one_sided.index(effect) if effect in one_sided else -1
-        rows.append((output_index, law, dissipates, mode_index, False, -1, *coefficients))
+        rows.append((output_index, law, dissipates, mode_index, -1, -1, -1, *coefficients))
+    return rows
+
+
+def _gas_record(scene: Scene, names: Sequence[str], gas: CylinderGas, coordinate: str) -> OutputForceRecord:
+    """Return the gas in a cylinder as a record of `OUTPUT_FORCE_DTYPE`."""
+    law, coefficients = element_law(gas)
     inputs = [load for element in scene.mechanism.force_elements for load in element.inputs]
-    for gas in gases:
-        gas_law, gas_coefficients = element_law(gas)
-        law, output_index, *_, coefficients = make_output_force(FORCE_LAWS.index(gas_law), names.index(gas.travel.name), gas_coefficients)
-        factor_index = -1 if gas.factor is None else 1 + next(k for k, load in enumerate(inputs) if load is gas.factor)
-        rows.append((output_index, law, False, -1, True, factor_index, *coefficients))
-    return np.array(rows, dtype=float).reshape(-1, OutputForceColumn.FIRST_COEFFICIENT + MAX_COEFFICIENTS)
+    return make_output_force(
+        FORCE_LAWS.index(law),
+        names.index(gas.travel.name),
+        coefficients,
+        argument_index=COORDINATE if gas.crank_angle.name == coordinate else names.index(gas.crank_angle.name),
+        input_index=-1 if gas.factor is None else 1 + next(k for k, load in enumerate(inputs) if load is gas.factor),
+    )
+
+
+def _gas_rows(records: Sequence[OutputForceRecord], first_phase: int) -> list[tuple[float, ...]]:
+    """Return records of gas, whose phases begin at an index of the contact mode, as in `ReducedForces.output_forces`."""
+    rows = list[tuple[float, ...]]()
+    for phase, (law, output_index, crank_angle, _, factor, *_, coefficients) in enumerate(records, start=first_phase):
+        rows.append((output_index, law, False, -1, crank_angle, phase, factor, *coefficients))
+    return rows
 
 
 def _make_parameters(
@@ -292,6 +368,7 @@ def _make_parameters(
     own_mass = sum(body.mass for body in mechanism.bodies)
     own_energy_scale = own_mass * (mechanism.length_scale / arrays.time_scale) ** 2
     rotors = [body for body in scene.mechanism.bodies if body.name in train.motion]
+    stalling_ratio = next((train.ratio(limit.body) for limit in scene.mechanism.stall_limits if limit.body in train.motion), 0.0)
     values = {
         ForceParameter.IS_SPINDLE_LOADED: arrays.lagrangian.has_centrifugal_forces,
         ForceParameter.SPINDLE_RATIO: train.spindle_ratio,
@@ -309,6 +386,8 @@ def _make_parameters(
         ForceParameter.SHAFT_DAMPING: sum(damping * ratio**2 for _, ratio, damping in shaft_elements),
         ForceParameter.FIRST_LOAD_INPUT: first_load_input,
         ForceParameter.OUTPUT_COUNT: len(arrays.output_scales),
-        ForceParameter.MIN_RATE: 0.0 if scene.mechanism.stall_limits else -math.inf,
+        ForceParameter.MIN_RATE: -math.inf if stalling_ratio or not scene.mechanism.stall_limits else 0.0,
+        ForceParameter.STALL_RATIO: stalling_ratio,
+        ForceParameter.TABLE_COUNT: len(reading_tables_of(scene)),
     }
     return np.array([float(values[parameter]) for parameter in ForceParameter])

@@ -76,7 +76,11 @@ class MotionTable:
         self.scene = scene
         arrays, forces, self.time_functions = lower_reduced_scene(scene)
         self.arrays = arrays._replace(fit_tolerance=fit_tolerance)
-        self.forces = forces._replace(inputs=np.zeros_like(forces.inputs))
+        self.forces = forces._replace(
+            inputs=np.zeros_like(forces.inputs),
+            input_terms=forces.input_terms.copy(),
+            shaft_outputs=forces.shaft_outputs.with_own_results(),
+        )
         self._workspace = make_lagrangian_workspace(self.arrays.lagrangian)
         is_assembled, poses = True, poses.copy()
         if is_guess:

@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
 from governor_mechanism.model.joints import GROUND, Gear, Pin
-from governor_mechanism.model.output_variables import BodyAngle
 from governor_mechanism.model.part import FIXED_PLANE, Part
 from governor_mechanism.model.scene import Scene
 
@@ -97,10 +99,25 @@ def find_shaft_train(scene: Scene) -> ShaftTrain:
     )
 
 
-def shaft_readings(scene: Scene, train: ShaftTrain) -> dict[str, tuple[float, float]]:
-    """Return ratio and angle at zero, as in `ShaftTrain.motion`, of the readings that are angles of its bodies, by name."""
-    return {
-        reading.name: train.motion[reading.body]
-        for reading in scene.mechanism.readings
-        if isinstance(reading, BodyAngle) and reading.reference_body == GROUND and reading.body in train.motion
-    }
+def shaft_readings(scene: Scene, train: ShaftTrain) -> set[str]:
+    """Return the names of the readings that are functions of the angle of the shaft.
+
+    Parameters
+    ----------
+    scene
+        Scene with one part that has a coordinate.
+    train
+        Its shaft.
+
+    Returns
+    -------
+    set[str]
+        Names of angles, travels and so on of the bodies that turn with it.
+    """
+    mechanism, (prefix, part) = scene.mechanism, parts_with_coordinate(scene)[0]
+    own = {prefix + reading.name for reading in part.mechanism.readings}
+    readings = [reading for reading in mechanism.readings if reading.name not in own]
+    rotors = [mechanism.body_index(body) for body in train.motion]
+    bodies = rows_of_readings(mechanism, readings, {}).row_bodies
+    follows_shaft = (np.isin(bodies, rotors) | (bodies < 0)).all(axis=1) & (bodies >= 0).any(axis=1)
+    return {readings[k].name for k in np.flatnonzero(follows_shaft)}
