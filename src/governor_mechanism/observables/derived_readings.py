@@ -7,7 +7,7 @@ import numpy as np
 from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, gas_pressure
 from governor_mechanism.mechanics.dynamics.contacts import lagged_functions_of
 from governor_mechanism.mechanics.dynamics.force_elements import element_law
-from governor_mechanism.mechanics.dynamics.inputs import NOT_HELD, evaluate_reading_function, output_of_reading
+from governor_mechanism.mechanics.dynamics.inputs import NOT_HELD, evaluate_reading_function_along, output_of_reading
 from governor_mechanism.mechanics.dynamics.output_forces import pad_coefficients
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
@@ -201,4 +201,4 @@ def _reading_function(scene: Scene, function: ReadingFunction, history: StateHis
     name, is_rate = output_of_reading(function.reading)
     output = evaluate_output(scene.mechanism, name, history.poses)
     values = output.rate(history.velocities) if is_rate else output.value
-    return np.array([evaluate_reading_function(function, value) for value in values.tolist()])
+    return evaluate_reading_function_along(function, values)

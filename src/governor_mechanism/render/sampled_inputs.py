@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function
+from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function_along
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.time_functions import InputFunction, ReadingFunction
 from governor_mechanism.model.trajectory import Trajectory
@@ -21,7 +21,7 @@ def sample_input(run: Trajectory, load: InputFunction) -> FloatArray:
 
 def sample_reading_function(run: Trajectory, function: ReadingFunction) -> FloatArray:
     """Return a function of a reading (n,) at the reported times, SI; a lag follows it from its first value on."""
-    values = np.array([evaluate_reading_function(function, float(value)) for value in run.readings[function.reading]])
+    values = evaluate_reading_function_along(function, run.readings[function.reading])
     if function.lag:
         for k, decay in enumerate(np.exp(-np.diff(run.times) / function.lag), start=1):
             values[k] += decay * (values[k - 1] - values[k])

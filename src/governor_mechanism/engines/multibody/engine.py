@@ -91,7 +91,7 @@ class MultibodyRunner(CertifiedRunner):
         if (control_exit := find_first_control_exit(self.scene, history.at(slice(n_kept)))) is not None:
             n_kept, outcome = control_exit[0], Outcome.CONTROL_OUT_OF_RANGE
             detail = f"{control_exit[1]}, at about t = {history.times[n_kept]:.6g} s"
-        elif status == IntegrationStatus.TURNED_BACK:
+        elif status == IntegrationStatus.TURNED_BACK and n_kept == len(history.times):  # else something else ended the run before
             n_kept, detail = self._find_stall(integration, tolerance, history)
             outcome = Outcome.SHAFT_STALLED
         reported_indices = time_grid.truncate(n_kept).reported_indices

@@ -192,11 +192,15 @@ class ReducedRun:
         first_segments = make_mode(self.motion_table.forces)[1 + len(self._subjects) :][: len(reading_tables_of(self.evaluator.scene))]
         mechanism, n_contacts = self.evaluator.mechanism, len(self.contacts)
         values = [evaluate_output_value(mechanism, contact.output_name, poses) for contact in self.contacts]
-        contact_modes = []
-        for index, (is_held, *states) in enumerate(solution.modes.tolist()):
+        contact_modes, last_row = list[ContactMode](), list[int]()
+        for index, row in enumerate(solution.modes.tolist()):
+            if row == last_row and HELD not in row[1:]:
+                contact_modes.append(contact_modes[-1])
+                continue
+            last_row, (is_held, *states) = row, row
             held_values = tuple(float(value[index]) if state == HELD else None for value, state in zip(values, states, strict=False))
             sliding_signs = tuple(0 if state == HELD else state for state in states[:n_contacts])
             taut = tuple(map(bool, states[n_contacts : n_contacts + len(self.one_sided_springs)]))
-            segments = tuple(row - first for row, first in zip(states[len(self._subjects) :], first_segments.tolist(), strict=False))
+            segments = tuple(one - first for one, first in zip(states[len(self._subjects) :], first_segments.tolist(), strict=False))
             contact_modes.append(ContactMode(held_values, sliding_signs, taut, bool(is_held), segments))
         return tuple(contact_modes)

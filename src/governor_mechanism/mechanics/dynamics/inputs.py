@@ -207,13 +207,39 @@ def evaluate_reading_function(function: ReadingFunction, value: float) -> float:
     TypeError
         If the type of the function is unknown.
     """
+    return float(evaluate_reading_function_along(function, np.array([value]))[0])
+
+
+def evaluate_reading_function_along(function: ReadingFunction, values: FloatArray) -> FloatArray:
+    """Return a function of a reading at many values of it, SI.
+
+    Parameters
+    ----------
+    function
+        The function.
+    values
+        Values of the reading, SI; shape (n,).
+
+    Returns
+    -------
+    FloatArray
+        Values of the function, SI; shape (n,).
+
+    Raises
+    ------
+    TypeError
+        If the type of the function is unknown.
+    """
     match function:
         case LinearFunction():
-            return function.gain * (value - function.about)
+            return function.gain * (values - function.about)
         case TableFunction():
-            return float(np.interp(value, function.positions, function.values))
+            return np.interp(values, function.positions, function.values)
         case HarmonicFunction():
-            return sum(cosine * math.cos(order * value) + sine * math.sin(order * value) for order, cosine, sine in function.harmonics)
+            orders, cosines, sines = np.array(function.harmonics).T
+            angles = np.multiply.outer(values, orders)
+            harmonics: FloatArray = np.cos(angles) @ cosines + np.sin(angles) @ sines
+            return harmonics
     raise TypeError(f"no function of a reading is defined for {type(function).__name__}")
 
 

@@ -5,6 +5,7 @@ from governor_mechanism.closed_form.pendulum.kinematics import PendulumGovernor
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.stops import Stops
 from governor_mechanism.machines.pendulum import machine as pendulum
 from governor_mechanism.model.coupling.couplings import FollowCoupling
 from governor_mechanism.model.part import FreeSpindle
@@ -25,11 +26,12 @@ def characteristic_coefficients_of(governed: GovernedEngine, point: OperatingPoi
     Returns
     -------
     CharacteristicCoefficients | None
-        Coefficients; None unless a pendulum governor without further effects than a linear dashpot on its sleeve regulates the engine.
+        Coefficients; None unless a pendulum governor without further effects than a linear dashpot on its sleeve, and stops,
+        regulates the engine.
     """
     part = next(one for one in governed.scene.parts if one.name == governed.governor)
     dashpots = [one for one in part.effects if isinstance(one, Dashpot)]
-    others = [one for one in part.effects if not isinstance(one, Dashpot | Gravity | Centrifugal)]
+    others = [one for one in part.effects if not isinstance(one, Dashpot | Gravity | Centrifugal | Stops)]
     if part.machine != pendulum.PendulumGovernor.name or others:
         return None
     if any(one.reading != SLEEVE_READING or one.quadratic for one in dashpots):

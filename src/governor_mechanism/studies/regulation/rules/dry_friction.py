@@ -18,7 +18,7 @@ from governor_mechanism.studies.regulation.rules.steady_engine import (
     dashpot_on_sleeve,
     find_coordinate_at,
     friction_on_sleeve,
-    start_key,
+    start_at_rest,
     with_values,
 )
 from governor_mechanism.types import FloatArray
@@ -130,7 +130,7 @@ def check_dry_friction(point: SteadyEngine) -> DryFrictionCheck:
 
 def run_displaced(point: SteadyEngine, damping: float, displacement: float) -> tuple[FloatArray, FloatArray]:
     """Return times, s, and lifts of the sleeve, m, after a displacement of the sleeve, m, under dry friction."""
-    start = {start_key(point.scene): find_coordinate_at(point.scene, point.sleeve_lift + displacement)}
+    start = start_at_rest(point.scene, find_coordinate_at(point.scene, point.sleeve_lift + displacement))
     times = {DURATION: RUN_TIME, INTERVAL: OUTPUT_INTERVAL}
     run = run_uncertified(with_values(point.scene, {**dashpot_on_sleeve(damping), **friction_on_sleeve(FRICTION), **start, **times}))
     return run.times, run.readings[SLEEVE]

@@ -95,7 +95,7 @@ class SteadyEngine:
     @property
     def start(self) -> dict[str, Any]:
         """Values that start a scene at this point."""
-        return {start_key(self.scene): self.coordinate, START_SPEED: self.engine_speed}
+        return start_at_rest(self.scene, self.coordinate) | {START_SPEED: self.engine_speed}
 
     @cached_property
     def governor(self) -> Scene:
@@ -146,12 +146,12 @@ def find_steady_engine(mean_engine: Scene, values: Values = NO_VALUES, *, sleeve
     """
     scene = with_values(mean_engine, {LOAD: HALF_LOAD, **values})
     if sleeve_lift is not None:
-        scene = with_values(scene, {start_key(scene): find_coordinate_at(scene, sleeve_lift)})
+        scene = with_values(scene, start_at_rest(scene, find_coordinate_at(scene, sleeve_lift)))
     linearisation = linearise_scene_from_start(scene)
     coordinate = linearisation.readings[f"governor.{_coordinate_name(scene)}"]
     engine_speed = linearisation.rates["engine.crank_angle"]
     return SteadyEngine(
-        scene=with_values(scene, {start_key(scene): coordinate, START_SPEED: engine_speed}),
+        scene=with_values(scene, start_at_rest(scene, coordinate) | {START_SPEED: engine_speed}),
         coordinate=coordinate,
         sleeve_lift=linearisation.readings[SLEEVE],
         engine_speed=engine_speed,
@@ -185,6 +185,6 @@ def _coordinate_name(scene: Scene) -> str:
     return scene.part_of("governor")[0].mechanism.coordinate
 
 
-def start_key(scene: Scene) -> str:
-    """Return the key of the coordinate of the governor at the start."""
-    return f"part.governor.start.{scene.part_of('governor')[0].mechanism.coordinate}"
+def start_at_rest(scene: Scene, coordinate: float) -> dict[str, Any]:
+    """Return the values that start the governor at rest at a coordinate, SI; the whole table, so that no rate is left in it."""
+    return {"part.governor.start": {scene.part_of("governor")[0].mechanism.coordinate: coordinate}}
