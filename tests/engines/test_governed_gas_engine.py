@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 import governor_mechanism as gm
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.selection import select_engine
+from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.scenes.parser import parse_scene_document
 
 AREA, STROKE, CUT_OFF, CLEARANCE = 0.05, 0.65, 0.375, 0.05
@@ -196,3 +197,18 @@ def test_a_cut_off_that_moves_is_refused_by_name():
     moving = parse_scene_document({**document, "part": part, "coupling": {**document["coupling"], "throttle": control}})
     with pytest.raises(gm.UnsupportedEffect, match=r"the cut-off of 'engine.expansion', which moves; choose engine"):
         gm.run(moving, engine="reduced")
+
+
+@pytest.mark.parametrize("name", ["governed_engine", "governed_engine_mean_torque"])
+def test_engines_agree_over_two_hundred_turns_and_impulse_refuses_by_name(name):
+    changes = {"run.duration": 105.0, "run.output_interval": 0.1, "run.accuracy": 1e-6}
+    scene = parse_scene_with(gm.load(name).document, changes.items())
+    reduced, multibody = (gm.run(scene, engine=engine) for engine in ("reduced", "multibody"))
+    assert reduced.outcome.ok
+    assert multibody.outcome.ok
+    assert reduced.readings["engine.crank_angle"][-1] > 200 * math.tau
+    for reading in ("engine.crank_angle", "governor.arm_angle"):
+        difference = np.abs(reduced.readings[reading] - multibody.readings[reading]).max() / reduced.scales[reading]
+        assert difference <= reduced.error_estimate + multibody.error_estimate
+    with pytest.raises(gm.UnsupportedEffect, match="one part and no couplings"):
+        gm.run(scene, engine="impulse")
