@@ -99,6 +99,14 @@ E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 
 """
 
 
+@jit_in_place
+def arm_events(buffers: StepBuffers) -> None:
+    """Arm the event functions that are below zero by more than rounding: their next zero is an event, however slowly they rise."""
+    for i in range(buffers.event_tolerances.size):
+        if buffers.event_values[0, i] < -buffers.event_tolerances[i]:
+            buffers.arming_tolerances[i] = 0.0
+
+
 def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: bool) -> Integration[Equation]:
     """Return the integration of an equation, to be called by a compiled function.
 
@@ -138,6 +146,8 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
             return _domain_status(quality), step, 0, t
         if has_events:
             evaluate_events(equation, t - time_origin, state, buffers.event_values[0])
+            copy_array(buffers.arming_tolerances, buffers.event_tolerances)
+            arm_events(buffers)
         is_regular, quality = quality > 0.0, 1.0
         n_reached = n_retries = n_kink_retries = n_stiff = n_calm = 0
         progress_time, progress_steps = t, counts[StepCounter.ACCEPTED]
@@ -199,6 +209,7 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
                 return IntegrationStatus.EVENT, full_step, n_reached, t
             if has_events:
                 copy_array(buffers.event_values[0], buffers.event_values[LAST_SAMPLE])
+                arm_events(buffers)
             step_factor = min(MAX_STEP_FACTOR, max(0.3, 0.9 * max(error, 1e-30) ** -0.125))
             # The last step, or one up to a kink, may be cut very short.
             is_cut = is_last or (h < full_step and step_factor == MAX_STEP_FACTOR)

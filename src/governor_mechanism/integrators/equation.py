@@ -25,6 +25,8 @@ class StepBuffers(NamedTuple):
         Scale of every integrated component; shape (integrated components,).
     event_tolerances
         Rounding of the event functions; shape (event functions,).
+    arming_tolerances
+        How far below zero each event function must have been before it can rise: its rounding, and 0 once it has been; same shape.
     event_values
         Event functions at the samples of a step; after an event the last row holds those at the event; shape (samples, event functions).
     trial_event_values
@@ -37,6 +39,7 @@ class StepBuffers(NamedTuple):
     trial_stages: Stages
     error_scale: FloatArray
     event_tolerances: FloatArray
+    arming_tolerances: FloatArray
     event_values: FloatArray
     trial_event_values: FloatArray
     n_kinks: int
@@ -69,8 +72,8 @@ def make_step_buffers(
     """
     stages, trial_stages = (runge_kutta.make_stages(n_components, error_scale.size, n_coupled, counts) for _ in range(2))
     event_values = np.full((EVENT_SAMPLE_FRACTIONS.size, event_tolerances.size), INACTIVE_EVENT_VALUE)
-    trial_event_values = np.empty(event_tolerances.size)
-    return StepBuffers(stages, trial_stages, error_scale, event_tolerances, event_values, trial_event_values, n_kinks)
+    arming_tolerances, trial_event_values = event_tolerances.copy(), np.empty(event_tolerances.size)
+    return StepBuffers(stages, trial_stages, error_scale, event_tolerances, arming_tolerances, event_values, trial_event_values, n_kinks)
 
 
 Equation = TypeVar("Equation")

@@ -105,6 +105,12 @@ def _ignore_kinks(
 
 
 @jit_in_place
+def count_located(buffers: StepBuffers) -> int:
+    """Return the number of event functions, the first ones, that are located by trial steps: all but the kinks."""
+    return buffers.event_tolerances.size - buffers.n_kinks
+
+
+@jit_in_place
 def _cut_nothing(equation: Equation, buffers: StepBuffers, local_time: float, h: float, state: FloatArray) -> float:
     """Return that no event is in a step: there are none."""
     return NO_EVENT
@@ -146,19 +152,12 @@ def _make_finish_and_sample(functions: EquationFunctions[Equation]) -> Callable[
         quality = finish_step(equation, local_end, lowest_quality, stages)
         if buffers.event_tolerances.size > 0:
             evaluate_events(equation, local_end, stages.next_state, event_values[LAST_SAMPLE])
-            step = _make_event_step(buffers, local_time, h, state)
+            step = EventStep(local_time, h, state, stages, buffers.trial_stages, buffers.arming_tolerances, count_located(buffers))
             for j in range(1, LAST_SAMPLE):
                 sample_events(equation, step, EVENT_SAMPLE_FRACTIONS[j], event_values[j])
         return quality
 
     return finish_and_sample
-
-
-@jit_in_place
-def _make_event_step(buffers: StepBuffers, local_time: float, h: float, state: FloatArray) -> EventStep:
-    """Return a step of a length h in which events are located."""
-    n_located = buffers.event_tolerances.size - buffers.n_kinks
-    return EventStep(local_time, h, state, buffers.stages, buffers.trial_stages, buffers.event_tolerances, n_located)
 
 
 def _make_correction_of_length(functions: EquationFunctions[Equation]) -> Callable[..., tuple[bool, float]]:
@@ -181,7 +180,8 @@ def _make_correction_of_length(functions: EquationFunctions[Equation]) -> Callab
     ) -> tuple[bool, float]:
         if buffers.n_kinks == 0:
             return False, 0.0
-        step, event_values = _make_event_step(buffers, local_time, h, state), buffers.event_values
+        stages, event_values = buffers.stages, buffers.event_values
+        step = EventStep(local_time, h, state, stages, buffers.trial_stages, buffers.arming_tolerances, count_located(buffers))
         fraction = predict_kink(equation, step, event_values, buffers.trial_event_values)
         is_reached = is_any_positive(event_values[LAST_SAMPLE, step.n_located :], buffers.n_kinks)
         return kink_approach.judge_length(h, fraction, is_reached, retry_factor, n_tried, min_length, time_rounding)
@@ -196,7 +196,8 @@ def _make_cut_at_event(functions: EquationFunctions[Equation]) -> Callable[..., 
     locate_first_event = jit(event_location.make_event_location(evaluate_after_fraction))
 
     def cut_at_event(equation: Equation, buffers: StepBuffers, local_time: float, h: float, state: FloatArray) -> float:
-        stages, step = buffers.stages, _make_event_step(buffers, local_time, h, state)
+        stages = buffers.stages
+        step = EventStep(local_time, h, state, stages, buffers.trial_stages, buffers.arming_tolerances, count_located(buffers))
         if step.n_located == 0:
             return NO_EVENT
         fraction = locate_first_event(equation, step, buffers.event_values)
