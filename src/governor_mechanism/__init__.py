@@ -10,6 +10,9 @@ Examples
 True
 """
 
+from typing import TYPE_CHECKING, Any
+
+from governor_mechanism import public_types
 from governor_mechanism.api import (
     accuracy_study,
     compile_kernels,
@@ -27,6 +30,7 @@ from governor_mechanism.api import (
     list_models,
     load,
     load_change_study,
+    open_run,
     paper_rules,
     run,
     speed_curve,
@@ -36,15 +40,89 @@ from governor_mechanism.api import (
     valve_gears,
     valve_timing,
 )
-from governor_mechanism.errors import GovernorMechanismError, MechanismError, RunFailed, UnsupportedEffect
+from governor_mechanism.errors import GovernorMechanismError, MechanismError, RunFailed, UnsupportedEffect, did_you_mean
+
+if TYPE_CHECKING:
+    from governor_mechanism.public_types import (
+        AccuracyStudy,
+        CheckReport,
+        ControllingForce,
+        EffectsStudy,
+        Energy,
+        Engine,
+        Equilibrium,
+        FloatArray,
+        FloatValues,
+        FlywheelDesign,
+        GovernedEngineDesign,
+        HardCasesReport,
+        InputValues,
+        InsensitivityBand,
+        KernelCompilation,
+        KernelReport,
+        Kinematics,
+        Linearisation,
+        LoadChangeStudy,
+        Mechanism,
+        MechanismBuilder,
+        Outcome,
+        PaperRules,
+        Progress,
+        Reaction,
+        Scene,
+        SceneDescription,
+        SceneSource,
+        SpeedCurve,
+        StabilityLimit,
+        StabilityMap,
+        Sweep,
+        Trajectory,
+        ValveGears,
+        ValveTiming,
+    )
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "AccuracyStudy",
+    "CheckReport",
+    "ControllingForce",
+    "EffectsStudy",
+    "Energy",
+    "Engine",
+    "Equilibrium",
+    "FloatArray",
+    "FloatValues",
+    "FlywheelDesign",
+    "GovernedEngineDesign",
     "GovernorMechanismError",
+    "HardCasesReport",
+    "InputValues",
+    "InsensitivityBand",
+    "KernelCompilation",
+    "KernelReport",
+    "Kinematics",
+    "Linearisation",
+    "LoadChangeStudy",
+    "Mechanism",
+    "MechanismBuilder",
     "MechanismError",
+    "Outcome",
+    "PaperRules",
+    "Progress",
+    "Reaction",
     "RunFailed",
+    "Scene",
+    "SceneDescription",
+    "SceneSource",
+    "SpeedCurve",
+    "StabilityLimit",
+    "StabilityMap",
+    "Sweep",
+    "Trajectory",
     "UnsupportedEffect",
+    "ValveGears",
+    "ValveTiming",
     "accuracy_study",
     "compile_kernels",
     "controlling_force",
@@ -61,6 +139,7 @@ __all__ = [
     "list_models",
     "load",
     "load_change_study",
+    "open_run",
     "paper_rules",
     "run",
     "speed_curve",
@@ -70,3 +149,14 @@ __all__ = [
     "valve_gears",
     "valve_timing",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Return a type of the public functions; it is imported when it is first asked for."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}.{did_you_mean(name, __all__)}")
+    return getattr(public_types, name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

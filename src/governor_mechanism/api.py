@@ -4,41 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
+from governor_mechanism import public_types as gm  # annotations read as users write them
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.units.arguments import FLAG, FUNCTION, NUMBER, NUMBERS, NUMBERS_BY_NAME, PATH, TEXT, check_arguments
+from governor_mechanism.units.arguments import BY_NAME, FLAG, FUNCTION, NUMBER, NUMBERS, PATH, TEXT, TEXTS_BY_NAME, check_arguments
 
 if TYPE_CHECKING:
-    from distributed import Client
-
-    from governor_mechanism.engines import Engine
-    from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics
-    from governor_mechanism.model.scene import Scene
-    from governor_mechanism.model.trajectory import Trajectory
-    from governor_mechanism.statics.controlling_force import ControllingForce
-    from governor_mechanism.statics.equilibria import Equilibrium
-    from governor_mechanism.statics.linearisation import Linearisation
-    from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
-    from governor_mechanism.statics.stability_limit import StabilityLimit
-    from governor_mechanism.studies.effect_ablation import EffectsStudy
-    from governor_mechanism.studies.flywheel.design import FlywheelDesign
-    from governor_mechanism.studies.governed_engine.results import GovernedEngineDesign
-    from governor_mechanism.studies.hard_cases.results import HardCasesReport
-    from governor_mechanism.studies.kernel_compilation import KernelCompilation
-    from governor_mechanism.studies.regulation.load_change import LoadChangeStudy
-    from governor_mechanism.studies.regulation.paper_rules import PaperRules
-    from governor_mechanism.studies.regulation.stability_map import StabilityMap
-    from governor_mechanism.studies.sweep.results import Sweep
-    from governor_mechanism.studies.valve_gears import ValveGears
-    from governor_mechanism.studies.valve_timing import ValveTiming
-    from governor_mechanism.studies.work_precision.results import AccuracyStudy
-    from governor_mechanism.types import FloatArray
-    from governor_mechanism.verification.report import CheckReport
-
-    SceneSource = Scene | str | Path
-    FloatValues = Sequence[float] | FloatArray
-    Progress = Callable[[int, int], None]
+    from governor_mechanism.verification.kernel_samples import VariedKey
 
 
 def list_models() -> dict[str, str]:
@@ -60,7 +33,7 @@ def list_models() -> dict[str, str]:
     return {name: read_scene_title(path) for name, path in shipped_scenes().items()}
 
 
-def load(scene: str | Path) -> Scene:
+def load(scene: str | Path) -> gm.Scene:
     """Read a scene and verify that it has a consistent initial state.
 
     Parameters
@@ -84,18 +57,13 @@ def load(scene: str | Path) -> Scene:
     >>> gm.load("porter").run.duration
     10.0
     """
-    from governor_mechanism.engines.initial_state import initial_state
     from governor_mechanism.scenes.library import load_scene
+    from governor_mechanism.scenes.python_scenes import check_start
 
-    loaded_scene = load_scene(scene)
-    try:
-        initial_state(loaded_scene)  # an impossible start is a mistake of the file, not of the run
-    except MechanismError as error:
-        raise MechanismError(*(f"{loaded_scene.source}: {problem}" for problem in error.problems)) from None
-    return loaded_scene
+    return check_start(load_scene(scene))
 
 
-def compile_kernels() -> KernelCompilation:
+def compile_kernels() -> gm.KernelCompilation:
     """Compile all kernels into the cache on disk, so that no later process waits for them: for container images and clusters.
 
     Without this, each kernel is compiled when it is first needed. Kernels in the cache are not compiled again.
@@ -117,8 +85,12 @@ def compile_kernels() -> KernelCompilation:
 
 @check_arguments(certify=FLAG)
 def run(
-    scene: SceneSource, engine: str | Engine = "auto", accuracy: float | None = None, times: FloatValues | None = None, certify: bool = True
-) -> Trajectory:
+    scene: gm.SceneSource,
+    engine: str | gm.Engine = "auto",
+    accuracy: float | None = None,
+    times: gm.FloatValues | None = None,
+    certify: bool = True,
+) -> gm.Trajectory:
     """Simulate a scene.
 
     A run that ends early returns normally; its `outcome` says why it ended.
@@ -162,60 +134,155 @@ def run(
     return selected_engine.run(resolved_scene, times=times, accuracy=accuracy, certify=certify, reason=reason)
 
 
-@check_arguments(kernel=FUNCTION, quantity=TEXT, over=NUMBERS_BY_NAME, allowed=NUMBER)
+@check_arguments(path=PATH)
+def open_run(path: str | Path) -> gm.Trajectory:
+    """Read a run that `run.save` or the command `run` wrote, with the same arrays, events and accuracy.
+
+    Parameters
+    ----------
+    path
+        The folder of the run, or one of its files if the folder holds several runs.
+
+    Returns
+    -------
+    Trajectory
+        The run.
+
+    Raises
+    ------
+    MechanismError
+        If there is no such run, its file is damaged or of another version, or no scene file describes its scene.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> files = gm.run("porter").save("results")  # doctest: +SKIP
+    >>> gm.open_run("results").readings["arm_angle"]  # doctest: +SKIP
+    """
+    from governor_mechanism.files.saved_run import open_saved_run
+
+    return open_saved_run(path)
+
+
+@overload
+def crosscheck(scene: gm.SceneSource, kernel: None = None) -> gm.CheckReport: ...
+
+
+@overload
 def crosscheck(
-    scene: SceneSource,
-    kernel: Callable[..., float] | None = None,
+    scene: gm.SceneSource,
+    kernel: Callable[..., Any],
+    quantity: str = ...,
+    over: Mapping[str, gm.InputValues] | None = ...,
+    allowed: float | None = ...,
+    *,
+    names: Mapping[str, str] | None = ...,
+    unit: str | None = ...,
+    vary: Mapping[str, Any] | Sequence[str] | None = ...,
+    random: int | None = ...,
+    seed: int = ...,
+) -> gm.KernelReport: ...
+
+
+@check_arguments(kernel=FUNCTION, quantity=TEXT, over=BY_NAME, allowed=NUMBER, names=TEXTS_BY_NAME, unit=TEXT)
+def crosscheck(
+    scene: gm.SceneSource,
+    kernel: Callable[..., Any] | None = None,
     quantity: str = "equilibrium_speed",
-    over: Mapping[str, Any] | None = None,
+    over: Mapping[str, gm.InputValues] | None = None,
     allowed: float | None = None,
-) -> CheckReport:
+    *,
+    names: Mapping[str, str] | None = None,
+    unit: str | None = None,
+    vary: Mapping[str, Any] | Sequence[str] | None = None,
+    random: int | None = None,
+    seed: int = 0,
+) -> gm.CheckReport:
     """Compare the simulation of a scene with all applicable closed forms, or with a function of the user.
 
     Parameters
     ----------
     scene
-        A scene, the path of a file, or the name of a shipped scene; of several parts, the one that turns with a spindle, alone.
+        A scene, the path of a file, or the name of a shipped scene; of several parts, the one that turns with a spindle, alone, but over
+        time all of them.
     kernel
-        Function whose parameters are named after dimensions and readings; it gets their values in SI. None for the closed forms.
+        Function of numbers or arrays, whose parameters are named after dimensions, readings and inputs; it gets their values in SI. None
+        for the closed forms.
     quantity
-        "equilibrium_speed", or the name of a reading that the kernel returns.
+        What the kernel returns, as "equilibrium_speed" or the name of a reading; `governor-mechanism crosscheck SCENE --list` prints all.
     over
-        Values of the leading coordinate for the comparison, SI, as {"arm_angle": [...]}; needed for a kernel.
+        Values of the inputs of the quantity, as {"arm_angle": [0.3, 0.5]} in SI, or as text, {"arm_angle": "15 deg:45 deg:25"}; several
+        inputs give a grid. Over "time", readings are compared with those of a run.
     allowed
         Relative tolerance of the kernel; the default of `verification.user_kernel` if None.
+    names
+        Our name by the kernel's name where they differ, with a unit if it is not SI, as {"alpha": "arm_angle in deg"}.
+    unit
+        Unit of the kernel's result, as "rpm"; SI if None.
+    vary
+        Values of keys of the scene, as in `sweep`; with `random`, the limits, as {"dimensions.arm": ("200 mm", "400 mm")}.
+    random
+        Number of random samples between the limits of all inputs and keys; None for the grid of all values.
+    seed
+        Seed of the random samples.
 
     Returns
     -------
     CheckReport
-        Comparison with `passed` and `rows`; it prints as a table.
+        Comparison with `passed` and `rows`; it prints as a table. For a kernel a `KernelReport`, with the estimated error of the simulation
+        beside each difference and the `worst` case.
 
     Raises
     ------
     MechanismError
-        If `over` is missing for a kernel, or a name or value is wrong.
+        If `over` is missing for a kernel, a name or value is wrong, or the kernel gives no number anywhere.
 
     Examples
     --------
+    >>> import math
     >>> import governor_mechanism as gm
     >>> print(gm.crosscheck("porter"))  # doctest: +SKIP
+    >>> def lift(arm_angle, arm):
+    ...     return 2 * arm * (1 - math.cos(arm_angle))
+    >>> gm.crosscheck("porter", lift, "sleeve_lift", over={"arm_angle": "15 deg:45 deg:5"}).passed
+    True
     """
-    resolved_scene = _as_rotating_part(scene)
     if kernel is None:
         from governor_mechanism.verification.registry import check_against_closed_forms
 
-        return check_against_closed_forms(resolved_scene)
+        return check_against_closed_forms(_as_rotating_part(scene))
     from governor_mechanism.verification.user_kernel import KERNEL_RELATIVE_TOLERANCE, check_kernel
 
-    if over is None:
-        coordinate = resolved_scene.part.mechanism.coordinate
-        raise MechanismError(f"crosscheck needs over={{{coordinate!r}: [...]}}, the values at which to compare a kernel")
-    return check_kernel(resolved_scene, kernel, quantity, over, KERNEL_RELATIVE_TOLERANCE if allowed is None else allowed)
+    resolved_scene = _as_scene(scene)
+    tolerance = KERNEL_RELATIVE_TOLERANCE if allowed is None else allowed
+    varied = () if vary is None else _varied_keys(resolved_scene, vary)
+    options: dict[str, Any] = {"names": names, "unit": unit, "varied": varied, "random": random, "seed": seed}
+    return check_kernel(resolved_scene, kernel, quantity, over, tolerance, **options)
+
+
+def _varied_keys(scene: gm.Scene, vary: Mapping[str, Any] | Sequence[str]) -> tuple[VariedKey, ...]:
+    """Return the keys of a scene that vary, with their numbers; "first:last" stands for two values."""
+    from governor_mechanism.studies.sweep.parameters import parse_axes
+    from governor_mechanism.verification.kernel_samples import VariedKey
+
+    if isinstance(vary, str):
+        vary = [vary]
+    if not isinstance(vary, Mapping):
+        vary = [text.replace(":", ",") if isinstance(text, str) and text.count(":") == 1 else text for text in vary]
+    else:
+        vary = {key: text.replace(":", ",") if isinstance(text, str) and text.count(":") == 1 else text for key, text in vary.items()}
+    axes = parse_axes(scene.document, vary)
+    for axis in axes:
+        if not axis.is_numeric:
+            raise MechanismError(f"{axis.key} takes words; a kernel is compared over keys of numbers")
+    return tuple(VariedKey(key=axis.key, values=tuple(float(value) for value in axis.values), unit=axis.unit) for axis in axes)
 
 
 @check_arguments(over=TEXT, values=NUMBERS, rate=NUMBER, acceleration=NUMBER)
-def kinematics(scene: SceneSource, over: str, values: FloatValues, rate: float = 1.0, acceleration: float = 0.0) -> Kinematics:
+def kinematics(scene: gm.SceneSource, over: str, values: gm.FloatValues, rate: float = 1.0, acceleration: float = 0.0) -> gm.Kinematics:
     """Return positions, velocities and accelerations of a mechanism without integration.
+
+    The readings include forces of springs and weights, pressures and shaft speeds where positions and rates alone determine them.
 
     Parameters
     ----------
@@ -247,14 +314,14 @@ def kinematics(scene: SceneSource, over: str, values: FloatValues, rate: float =
     >>> motion.poses.shape[0]
     2
     """
-    from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
+    from governor_mechanism.observables.kinematic_readings import analyse_kinematics
 
-    return solve_kinematics(_as_scene(scene), over, values, rate, acceleration)
+    return analyse_kinematics(_as_scene(scene), over, values, rate, acceleration)
 
 
 def speed_curve(
-    scene: SceneSource, points: int = 500, *, resistance: float | str | None = None, against: str = "sleeve_lift"
-) -> SpeedCurve:
+    scene: gm.SceneSource, points: int = 500, *, resistance: float | str | None = None, against: str = "sleeve_lift"
+) -> gm.SpeedCurve:
     """Return the equilibrium speed over the travel of a mechanism, with stiffness, frequencies, folds and poles.
 
     Parameters
@@ -291,8 +358,8 @@ def speed_curve(
 
 
 def controlling_force(
-    scene: SceneSource,
-    over: FloatValues | None = None,
+    scene: gm.SceneSource,
+    over: gm.FloatValues | None = None,
     *,
     points: int = 500,
     between: Mapping[str, Sequence[float | str]] | None = None,
@@ -301,7 +368,7 @@ def controlling_force(
     against: str = "sleeve_lift",
     radius: str | None = None,
     balls: int | None = None,
-) -> ControllingForce:
+) -> gm.ControllingForce:
     """Return the controlling force on a ball of a governor against its radius, with effort, power and sensitiveness.
 
     The controlling force C is the centripetal force that weights and springs exert on each of n balls: n C dr = dV by virtual work, with
@@ -359,7 +426,9 @@ def controlling_force(
     return compute_controlling_force(_as_rotating_part(scene), over, points=points, resistance=resistance, **options)
 
 
-def insensitivity_band(scene: SceneSource, over: FloatValues, resistance: float | str, against: str = "sleeve_lift") -> InsensitivityBand:
+def insensitivity_band(
+    scene: gm.SceneSource, over: gm.FloatValues, resistance: float | str, against: str = "sleeve_lift"
+) -> gm.InsensitivityBand:
     """Return the spindle speeds between which a resistance keeps a mechanism in equilibrium.
 
     Parameters
@@ -395,7 +464,7 @@ def insensitivity_band(scene: SceneSource, over: FloatValues, resistance: float 
     return compute_insensitivity_band(_as_rotating_part(scene), over, resistance, against)
 
 
-def equilibria(scene: SceneSource, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
+def equilibria(scene: gm.SceneSource, spindle_speed: float | str | None = None) -> tuple[gm.Equilibrium, ...]:
     """Return all equilibria of a mechanism at a spindle speed, and their stability.
 
     Parameters
@@ -427,7 +496,7 @@ def equilibria(scene: SceneSource, spindle_speed: float | str | None = None) -> 
 
 
 @check_arguments(at=("an equilibrium, as from equilibria", lambda value: hasattr(value, "divergence_rate")))
-def linearise(scene: SceneSource, spindle_speed: float | str | None = None, *, at: Equilibrium | None = None) -> Linearisation:
+def linearise(scene: gm.SceneSource, spindle_speed: float | str | None = None, *, at: gm.Equilibrium | None = None) -> gm.Linearisation:
     """Linearise the equations of motion about an equilibrium or a steady rotation, with all dampers.
 
     Inputs that vary with time have their last value.
@@ -467,7 +536,7 @@ def linearise(scene: SceneSource, spindle_speed: float | str | None = None, *, a
 
 
 @check_arguments(key=TEXT)
-def stability_limit(scene: SceneSource, key: str, low: float | str, high: float | str) -> StabilityLimit[Linearisation]:
+def stability_limit(scene: gm.SceneSource, key: str, low: float | str, high: float | str) -> gm.StabilityLimit[gm.Linearisation]:
     """Return the value of a key of a scene at which its steady state becomes unstable.
 
     Parameters
@@ -505,7 +574,7 @@ def stability_limit(scene: SceneSource, key: str, low: float | str, high: float 
     if not axis.is_numeric:
         raise MechanismError(f"{key} takes no quantity, so it has no limit of stability; name the key of a number")
 
-    def linearise_at(value: float) -> Linearisation:
+    def linearise_at(value: float) -> gm.Linearisation:
         return linearise(parse_scene_with(document, [(axis.key, f"{value!r} {axis.unit}" if axis.unit else value)]))
 
     first, last = (float(value) for value in axis.values)
@@ -513,7 +582,7 @@ def stability_limit(scene: SceneSource, key: str, low: float | str, high: float 
 
 
 @check_arguments(longest=NUMBER, progress=FUNCTION)
-def accuracy_study(scene: SceneSource, longest: float = 1.0, progress: Progress | None = None) -> AccuracyStudy:
+def accuracy_study(scene: gm.SceneSource, longest: float = 1.0, progress: gm.Progress | None = None) -> gm.AccuracyStudy:
     """Measure error and time of every engine at every setting, against a reference that a second engine confirms.
 
     Parameters
@@ -547,8 +616,8 @@ def accuracy_study(scene: SceneSource, longest: float = 1.0, progress: Progress 
 
 @check_arguments(engine=TEXT, progress=FUNCTION)
 def effects_study(
-    scene: SceneSource, engine: str = "auto", accuracy: float | None = None, progress: Progress | None = None
-) -> EffectsStudy:
+    scene: gm.SceneSource, engine: str = "auto", accuracy: float | None = None, progress: gm.Progress | None = None
+) -> gm.EffectsStudy:
     """Measure the influence of each effect of a scene on the readings, and its cost.
 
     The scene is run as it is, and once with each effect switched.
@@ -585,7 +654,7 @@ def effects_study(
 
 
 @check_arguments(short=FLAG, progress=FUNCTION)
-def hard_cases(names: Sequence[str] = (), short: bool = False, progress: Progress | None = None) -> HardCasesReport:
+def hard_cases(names: Sequence[str] = (), short: bool = False, progress: gm.Progress | None = None) -> gm.HardCasesReport:
     """Run the hard cases by every engine and judge each run.
 
     A run passes if its true error is within its error estimate, or if it ends with an outcome that the case names.
@@ -622,18 +691,18 @@ def hard_cases(names: Sequence[str] = (), short: bool = False, progress: Progres
 
 @check_arguments(engine=TEXT, certify=FLAG, out=PATH, progress=FUNCTION)
 def sweep(
-    scene: SceneSource,
+    scene: gm.SceneSource,
     vary: Mapping[str, Any] | Sequence[str],
-    quantities: Mapping[str, str | Callable[[Trajectory], float]] | Sequence[str] | None = None,
+    quantities: Mapping[str, str | Callable[[gm.Trajectory], float]] | Sequence[str] | None = None,
     *,
     engine: str = "auto",
     accuracy: float | None = None,
     certify: bool = False,
     workers: int = 1,
-    cluster: str | Client | None = None,
+    cluster: str | gm.Client | None = None,
     out: str | Path | None = None,
-    progress: Progress | None = None,
-) -> Sweep:
+    progress: gm.Progress | None = None,
+) -> gm.Sweep:
     """Run a scene for every combination of values of its keys, and record quantities of each run.
 
     Parameters
@@ -686,7 +755,7 @@ def sweep(
         return run_sweep(resolved_scene, task, compute, out, progress)
 
 
-def valve_timing(scene: SceneSource) -> ValveTiming:
+def valve_timing(scene: gm.SceneSource) -> gm.ValveTiming:
     """Return the timing of a slide valve: admission, cut-off, release and compression at both ends of the cylinder.
 
     Crank angles and piston positions come from the mechanism; for machine "slide_valve" also from the exact closed form, and from the
@@ -718,7 +787,7 @@ def valve_timing(scene: SceneSource) -> ValveTiming:
 
 
 @check_arguments(count=NUMBER)
-def valve_gears(scenes: SceneSource | Sequence[SceneSource] = (), count: int = 41) -> ValveGears:
+def valve_gears(scenes: gm.SceneSource | Sequence[gm.SceneSource] = (), count: int = 41) -> gm.ValveGears:
     """Compare valve gears: lead, cut-off and travel of the valve from full forward to full back gear.
 
     In back gear the crank turns the other way.
@@ -748,18 +817,18 @@ def valve_gears(scenes: SceneSource | Sequence[SceneSource] = (), count: int = 4
     from governor_mechanism.model.scene import Scene
     from governor_mechanism.studies.valve_gears import SHIPPED_GEARS, compare_valve_gears
 
-    sources: Sequence[SceneSource] = [scenes] if isinstance(scenes, str | Path | Scene) else scenes
+    sources: Sequence[gm.SceneSource] = [scenes] if isinstance(scenes, str | Path | Scene) else scenes
     return compare_valve_gears([_as_scene(scene) for scene in sources or SHIPPED_GEARS], count)
 
 
 def stability_map(
-    scene: SceneSource,
+    scene: gm.SceneSource,
     vary: Sequence[str] = (),
     *,
     border_points: int = 8,
     workers: int = 1,
     progress: Callable[[int, int], None] | None = None,
-) -> StabilityMap:
+) -> gm.StabilityMap:
     """Map where a governed engine is stable and where it hunts, over two parameters, under its last load.
 
     By eigenvalues with the torque averaged over a turn; the border under the cyclic torque is located by simulation: there a Floquet
@@ -798,7 +867,7 @@ def stability_map(
     return map_stability(_as_scene(scene), vary, n_border_columns=border_points, n_workers=workers, progress=progress)
 
 
-def paper_rules(progress: Callable[[int, int], None] | None = None) -> PaperRules:
+def paper_rules(progress: Callable[[int, int], None] | None = None) -> gm.PaperRules:
     """Test the rules of the papers about governing on the simulated engine.
 
     Parameters
@@ -822,14 +891,14 @@ def paper_rules(progress: Callable[[int, int], None] | None = None) -> PaperRule
 
 
 def load_change_study(
-    scene: SceneSource,
+    scene: gm.SceneSource,
     load_step: str | Sequence[float] = (1.0, 0.5),
     *,
     at: float | str | None = None,
     ramp: float | str = 0.0,
     engine: str = "auto",
     accuracy: float | None = None,
-) -> LoadChangeStudy:
+) -> gm.LoadChangeStudy:
     """Change the load of a governed engine and measure how the governor answers.
 
     The run starts in the equilibrium under the first load; speeds are averaged over a turn of the shaft.
@@ -872,7 +941,7 @@ def load_change_study(
     return study_load_change(_as_scene(scene), fractions, at=begin, ramp=duration, engine=engine, accuracy=accuracy)
 
 
-def design_flywheel(**inputs: float | str) -> FlywheelDesign:
+def design_flywheel(**inputs: float | str) -> gm.FlywheelDesign:
     """Design the flywheel of an air-expansion engine by Redtenbacher's procedure, or find the fluctuation of a given one.
 
     The inputs that are given replace those of the paper: numbers in SI, or texts with a unit. Of the engine area, stroke, cut_off,
@@ -904,7 +973,7 @@ def design_flywheel(**inputs: float | str) -> FlywheelDesign:
     return design(change_inputs(PAPER_INPUTS, inputs))
 
 
-def design_governed_engine(**inputs: float | str) -> GovernedEngineDesign:
+def design_governed_engine(**inputs: float | str) -> gm.GovernedEngineDesign:
     """Design an engine with its flywheel and Porter governor for a power, a speed and a droop.
 
     The droop is the speed without load less that at full load, over their mean. The inputs that are given replace the defaults, 20 PS at
@@ -942,37 +1011,67 @@ def design_governed_engine(**inputs: float | str) -> GovernedEngineDesign:
     return design(change_inputs(DEFAULT_INPUTS, inputs))
 
 
-def _as_rotating_part(scene: SceneSource) -> Scene:
+def _as_rotating_part(scene: gm.SceneSource) -> gm.Scene:
     """Return a scene of the part that turns with a spindle, alone."""
     from governor_mechanism.engines.rotating_part import rotating_part_alone
 
     return rotating_part_alone(_as_scene(scene))
 
 
-def _as_scene(scene: SceneSource) -> Scene:
+def _as_scene(scene: gm.SceneSource) -> gm.Scene:
     """Return a scene as it is, and load one that is given by name or path."""
     from governor_mechanism.model.scene import Scene
 
     return scene if isinstance(scene, Scene) else load(scene)
 
 
-def film(run: Trajectory | Sequence[Trajectory], path: str | Path, **options: Any) -> Path:
+def film(
+    run: gm.Trajectory | Sequence[gm.Trajectory],
+    path: str | Path,
+    *,
+    titles: Sequence[str] | None = None,
+    size: int = 480,
+    frames_per_second: float | None = None,
+    part: str | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    slow_down: float | None = None,
+    progress: gm.Progress | None = None,
+) -> Path:
     """Write one or several runs as an animation.
-
-    Runs with the same reported times can be shown side by side, with titles=("left", "right"). The options are those of
-    `render.film.writer.write_film`.
 
     Parameters
     ----------
     run
-        A run, or two runs.
+        A run, or two runs with the same reported times, which are shown side by side.
     path
         Path of the file: .gif, or .mp4 with the optional dependency `video`.
+    titles
+        Titles of two runs; those of their scenes if None.
+    size
+        Height of the film in pixels, and its width per run of one part; at least 320.
+    frames_per_second
+        Frames per second of film, 1 to 50; chosen by the scene if None.
+    part
+        Name of the part to show; all parts if None.
+    start
+        Start of the shown part of the run, s; its first time if None.
+    stop
+        End of the shown part of the run, s; its last time if None, or when a governed engine has settled.
+    slow_down
+        Seconds of film per second of the run; chosen by the duration if None.
+    progress
+        Called with the numbers of frames done and of all.
 
     Returns
     -------
     Path
         Path of the file.
+
+    Raises
+    ------
+    MechanismError
+        If the path, the runs, the titles or a number is not valid, or ffmpeg is missing for .mp4.
 
     Examples
     --------
@@ -981,4 +1080,15 @@ def film(run: Trajectory | Sequence[Trajectory], path: str | Path, **options: An
     """
     from governor_mechanism.render.film.writer import write_film
 
-    return write_film(run, path, **options)
+    return write_film(
+        run,
+        path,
+        titles=titles,
+        size=size,
+        frames_per_second=frames_per_second,
+        part=part,
+        start=start,
+        stop=stop,
+        slow_down=slow_down,
+        progress=progress,
+    )

@@ -45,6 +45,14 @@ class MechanismError(GovernorMechanismError, ValueError):
         super().__init__("\n".join(self.problems))
 
 
+class UnknownName(MechanismError, KeyError):  # noqa: N818 - reads as a sentence
+    """A name that a table of results does not have."""
+
+    def __str__(self) -> str:
+        """Return the sentences; a KeyError alone would put quotation marks around them."""
+        return "\n".join(self.problems)
+
+
 class UnsupportedEffect(GovernorMechanismError):  # noqa: N818 - the name users see
     """The engine cannot model an effect or joint of the scene."""
 

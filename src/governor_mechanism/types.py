@@ -1,6 +1,7 @@
-"""Aliases of array types. Docstrings give shapes and units."""
+"""Aliases of array types and of arguments. Docstrings give shapes and units."""
 
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +9,15 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 FloatOrArray = float | FloatArray
 """A number, or an array of numbers that broadcasts with the other arguments."""
+
+FloatValues = Sequence[float] | FloatArray
+"""Numbers as a list, tuple or array."""
+
+InputValues = float | str | Sequence[float | str] | FloatArray
+"""Values of an input: SI numbers, or text with a unit."""
+
+Progress = Callable[[int, int], None]
+"""Called with the number of finished items and of all."""
 
 ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.int64]
@@ -23,3 +33,13 @@ def record_dtype(*groups: str) -> np.dtype[np.void]:
 
 Vector2 = tuple[float, float]
 """Vector in the plane."""
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+    DataFrame = pandas.DataFrame
+    Dataset = xarray.Dataset
+else:
+    # Both packages are optional, and slow to import.
+    DataFrame = Dataset = Any

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 import governor_mechanism
 from governor_mechanism.cli.console import InterruptHandler
 from governor_mechanism.cli.main import app, main
-from governor_mechanism.cli.summary import format_run
+from governor_mechanism.cli.run_summary import format_run
 from governor_mechanism.scenes.library import shipped_scenes
 
 MODELS = Path(__file__).parents[2] / "models"
@@ -68,8 +68,15 @@ def short_scene(folder: Path, **changes: str) -> Path:
 def test_models_lists_every_shipped_scene_on_a_line():
     lines = call("models").stdout.splitlines()
     assert [line.split()[0] for line in lines] == list(shipped_scenes())
-    answer = json.loads(call("models", "--json").stdout)
-    assert [row["name"] for row in answer["models"]] == list(shipped_scenes())
+    rows = {row["name"]: row for row in json.loads(call("models", "--json").stdout)["models"]}
+    assert list(rows) == list(shipped_scenes())
+    porter = rows["porter"]
+    assert (porter["machines"], porter["dimensions"]["arm"], porter["effects"]) == (
+        ["pendulum_governor"],
+        "300 mm",
+        ["gravity", "centrifugal"],
+    )
+    assert "pendulum_governor" in next(line for line in lines if line.startswith("porter "))
 
 
 def test_run_writes_film_figure_readings_arrays_and_record(tmp_path):

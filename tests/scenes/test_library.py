@@ -47,7 +47,8 @@ def test_a_shipped_scene_is_the_same_by_name_and_by_path(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_a_shipped_scene_opens_with_a_comment_that_names_its_source(name: str) -> None:
     lines = library.shipped_scenes()[name].read_text(encoding="utf-8").splitlines()
-    comment = [line for line in lines[: lines.index(next(line for line in lines if not line.startswith("#")))]]
+    schema, *comment = lines[: lines.index(next(line for line in lines if not line.startswith("#")))]
+    assert schema == "#:schema ./scene.schema.json"
     assert 1 <= len(comment) <= 3
     assert "Zehnder" in " ".join(comment)
     assert library.load_scene(name).title != name
@@ -108,12 +109,12 @@ def test_a_name_like_none_gets_no_suggestion(scene: str) -> None:
 @pytest.mark.parametrize(
     ("scene", "fragments"),
     [
-        ("portr", ['no scene "portr"', "scenes are air_engine, air_engine_finite_rods,", "watt_crossed", "Did you mean 'porter'?"]),
+        ("portr", ["no scene \"portr\". Did you mean 'porter'? Shipped scenes are air_engine, air_engine_finite_rods,", "watt_crossed"]),
         ("WATT", ["Did you mean 'watt'?"]),
         ("steam", ["a path has a suffix or a separator, as in my_scene.toml or ./my_scene."]),
         ("..", ["this is a folder"]),
-        ("", ['no scene ""', "shipped scenes are"]),
-        ("a\0b", ["no scene", "shipped scenes are"]),
+        ("", ['no scene ""', "Shipped scenes are"]),
+        ("a\0b", ["no scene", "Shipped scenes are"]),
         ("portr.toml", ["portr.toml: no such file", "Did you mean 'porter'?"]),
         ("no_folder/watt.toml", ["no_folder/watt.toml: no such file", "no folder 'no_folder'", "Did you mean 'watt'?"]),
         ("a\0b.toml", ["cannot be read"]),

@@ -58,7 +58,8 @@ def test_each_runs_within_its_accuracy(engine, name):
 @pytest.mark.parametrize("name", MODELS)
 def test_each_opens_with_a_comment_that_names_its_source(name):
     lines = shipped_scenes()[name].read_text(encoding="utf-8").splitlines()
-    comment = lines[: next(k for k, line in enumerate(lines) if not line.startswith("#"))]
+    schema, *comment = lines[: next(k for k, line in enumerate(lines) if not line.startswith("#"))]
+    assert schema == "#:schema ./scene.schema.json"
     assert 1 <= len(comment) <= 3
     assert "Zehnder" in " ".join(comment)
     assert all(len(line) <= 120 for line in lines)

@@ -45,6 +45,8 @@ def test_the_report_as_text_table_and_record(report, tmp_path):
     assert f"{len(report.rows)} rows, 0 failed" in text
     assert "nearly-astatic: Spring that nearly balances the centrifugal load" in text
     assert len(report.save_csv(tmp_path / "cases.csv").read_text().splitlines()) == 1 + len(report.rows)
+    pytest.importorskip("pandas")
+    assert report.to_dataframe()["engine"].tolist() == [row.engine for row in report.rows]
     record = report.as_json()
     assert record["ok"] is True
     assert len(record["rows"]) == len(report.rows)

@@ -192,6 +192,8 @@ def test_the_report_names_every_variant_and_is_written_to_files(study, tmp_path)
     first = dict(zip(columns, rows[1], strict=True))
     assert float(first["wall_time"]) == study.points[0].wall_time
     assert float(first["error"]) == study.points[0].error
+    pytest.importorskip("pandas")
+    assert study.to_dataframe()["error"].tolist() == [point.error for point in study.points]
 
 
 def test_the_figure_is_written_and_refuses_other_names(study, tmp_path):

@@ -14,10 +14,13 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
+from governor_mechanism.cli.completion import complete_scene
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.files.plain_values import format_json
 
-SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A scene file (TOML), or the name of a shipped scene.")]
+SceneName = Annotated[
+    str, typer.Argument(metavar="SCENE", help="A scene file (TOML), or the name of a shipped scene.", autocompletion=complete_scene)
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object to standard output, and nothing else.")]
 Accuracy = Annotated[float | None, typer.Option(help="Accuracy relative to the scale of each reading; by default the one of the scene.")]
 FigureFolder = Annotated[Path, typer.Option(help="Folder for the figures.")]

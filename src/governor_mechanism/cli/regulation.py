@@ -13,6 +13,7 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
+from governor_mechanism.cli.changed_scene import Changes, load_changed
 
 if TYPE_CHECKING:
     from governor_mechanism.types import FloatArray
@@ -84,6 +85,7 @@ def _study(
 
 def loop(
     scene: console.SceneName,
+    changes: Changes = None,
     load_step: Annotated[
         str, typer.Option(help='The load before and after the change, in parts of load.rated_torque, for example "100%:50%".')
     ] = "100%:50%",
@@ -100,7 +102,7 @@ def loop(
     The run starts in the equilibrium under the first load. The exit status is 1 if the speed does not settle.
     """
     console.prepare_folder(out)
-    loaded = gm.load(scene)
+    loaded = load_changed(scene, changes)
     with console.show_status("simulating"):
         study = gm.load_change_study(loaded, load_step, at=at, ramp=ramp, engine=engine, accuracy=accuracy)
     stem = f"{Path(loaded.source).stem or 'scene'}_loop"
@@ -114,6 +116,7 @@ def loop(
 
 def stability_map(
     scene: console.SceneName,
+    changes: Changes = None,
     vary: Annotated[
         list[str] | None,
         typer.Option(help="The values of a key, key=first:last:count; twice. [inertia of the flywheel and dashpot on the sleeve]"),
@@ -129,7 +132,7 @@ def stability_map(
     By eigenvalues with the mean torque, with Vyshnegradskii's limit over them, and by the simulated border under the cyclic torque.
     """
     console.prepare_folder(out)
-    loaded = gm.load(scene)
+    loaded = load_changed(scene, changes)
     with console.show_progress_bar("map") as progress:
         study = gm.stability_map(loaded, vary or (), border_points=border_points, workers=workers, progress=progress)
     stem = f"{Path(loaded.source).stem or 'scene'}_map"

@@ -6,19 +6,18 @@ Heavy imports are made when a command needs them.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-
-if TYPE_CHECKING:
-    pass
+from governor_mechanism.cli.changed_scene import Changes, load_changed
 
 
 def accuracy(
     scene: console.SceneName,
+    changes: Changes = None,
     wanted: Annotated[
         float | None, typer.Option("--for", help="Print the fastest setting for this error, relative to the scale of each reading.")
     ] = None,
@@ -33,7 +32,7 @@ def accuracy(
     if wanted is not None:
         validate_target_error(wanted)
     console.prepare_folder(out)
-    loaded_scene = gm.load(scene)
+    loaded_scene = load_changed(scene, changes)
     with console.show_progress_bar("accuracy") as progress:
         study = gm.accuracy_study(loaded_scene, longest, progress)
     stem = f"{Path(loaded_scene.source).stem or 'scene'}_accuracy"
@@ -51,6 +50,7 @@ def accuracy(
 
 def effects(
     scene: console.SceneName,
+    changes: Changes = None,
     engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
     accuracy: Annotated[float | None, typer.Option(help="Accuracy relative to the scale of each reading.")] = None,
     out: console.FigureFolder = console.RESULTS_FOLDER,
@@ -59,7 +59,7 @@ def effects(
 ) -> console.CommandResult:
     """Show what each effect of a scene changes, what it costs, and which effects can be left out."""
     console.prepare_folder(out)
-    loaded_scene = gm.load(scene)
+    loaded_scene = load_changed(scene, changes)
     with console.show_progress_bar("effects") as progress:
         study = gm.effects_study(loaded_scene, engine, accuracy, progress)
     files = []
@@ -78,6 +78,7 @@ def sweep(
             help="The values of a key: key=first:last:count or key=value,value,..., for example dimensions.arm=200mm:400mm:50. Repeatable."
         ),
     ],
+    changes: Changes = None,
     quantity: Annotated[
         list[str] | None,
         typer.Option(
@@ -101,7 +102,7 @@ def sweep(
     from governor_mechanism.studies.sweep.checkpoint import count_journal_rows, journal_path
 
     console.prepare_folder(out)
-    loaded = gm.load(scene)
+    loaded = load_changed(scene, changes)
     journal_file = journal_path(out, loaded.source)
     n_rows = 0
     try:

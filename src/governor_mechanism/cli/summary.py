@@ -1,4 +1,4 @@
-"""Text and JSON of the commands `run` and `equilibria`: a run in a few lines, equilibria, linearised equations, limits of stability."""
+"""Text and JSON of the command `equilibria`: equilibria, linearised equations, limits of stability."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -11,10 +11,8 @@ from governor_mechanism.cli.controlling_force import ControllingForceReport, rep
 from governor_mechanism.engines.rotating_part import rotating_part_alone
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.plain_values import finite_or_none, plain_record
-from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.equilibria import Equilibrium, has_damping
 from governor_mechanism.statics.equilibrium_speed import format_coordinate, has_equilibrium_speed, require_equilibrium_speed
 from governor_mechanism.statics.first_order_system import Onset
@@ -159,67 +157,6 @@ def _format_stability(scene: Scene, equilibrium: Equilibrium) -> str:
     coordinate_scale = mechanism.output_scale(mechanism.coordinate)
     qualifier = "nearly astatic, " if equilibrium.sensitivity > NEARLY_ASTATIC_SENSITIVITY * coordinate_scale else ""
     return f"{stability}; stiffness {equilibrium.stiffness:.6g}; {qualifier}{sensitivity_clause}"
-
-
-def format_run(result: Trajectory) -> str:
-    """Return a run in a few lines: outcome, accuracy, final readings, events and cost."""
-    cost = result.cost
-    requested_accuracy = result.settings["asked_accuracy"]
-    estimate = result.error_estimate
-    accuracy_clause = "" if estimate is None else f"accurate to {estimate:.1g} (requested {requested_accuracy:.1g}); "
-    last_values = {name: format_quantity(values[-1], result.units[name], ".4f") for name, values in result.readings.items() if len(values)}
-    final = ", ".join(f"{format_reading_name(name)} {value}" for name, value in last_values.items())
-    joint_gap = result.joint_gap.max(initial=0.0)
-    evaluation_counts = ", ".join(f"{name} {count:,}" for name, count in cost.evaluations.items())
-    setup_clause = f" plus {cost.setup_time:.1g} s for its tables" if cost.setup_time else ""
-    return "\n".join(
-        [
-            result.scene.title,
-            result.message,
-            *result.notes,
-            f"{accuracy_clause}joints closed to {joint_gap:.1e} m, energy drift {result.energy.drift:.1e}",
-            f"at {result.times[-1] if len(result.times) else 0:g} s: {final}",
-            f"{_format_mobility(result)}; {_format_events(result)}",
-            *(f"speed of {angle}: {extremes}" for angle, extremes in result.speed_fluctuations.items()),
-            *_format_losses(result),
-            f"engine {cost.engine} ({cost.reason}): {cost.runs} runs, {cost.steps:,} steps, simulated in "
-            f"{cost.wall_time:.2g} s{setup_clause}{f', {cost.method}' if cost.method else ''}",
-            f"force law evaluations: {evaluation_counts or 'none'}",
-        ]
-    )
-
-
-def _format_losses(result: Trajectory) -> list[str]:
-    """Return the dissipated energy and the number of samples too close to an event, each only if it is positive."""
-    dissipated_energy = float(result.energy.dissipated_energy[-1]) if len(result.times) else 0.0
-    lines = [f"friction, dashpots and stops dissipated {dissipated_energy:.4g} J"] * (dissipated_energy > 0.0)
-    return lines + [f"{result.n_excluded} samples are too close to an event for the promised accuracy"] * (result.n_excluded > 0)
-
-
-def _format_mobility(result: Trajectory) -> str:
-    n_drivers = sum(part.mechanism.count_drivers() for part in result.scene.parts)
-    return f"mobility {result.mobility}" + (f", {n_drivers} driver{'s' * (n_drivers > 1)}" if n_drivers else "")
-
-
-MAX_LISTED_EVENTS = 3
-"""Maximum number of events listed one by one, those that the scene names first."""
-
-
-def _format_events(result: Trajectory) -> str:
-    """Return the events and the largest joint force with the time at which it acts."""
-    named_first = sorted(result.events, key=lambda event: event.kind is not EventKind.CROSSING)  # stable: in order of time otherwise
-    listed_events = [str(event) for event in named_first[:MAX_LISTED_EVENTS]]
-    n_more = len(result.events) - len(listed_events)
-    events = "; ".join(listed_events + [f"and {n_more} more events"] * (n_more > 0)) or "no events"
-    forces = {name: reaction.magnitude for name, reaction in result.reactions.items()}
-    largest = max(forces, key=lambda name: forces[name].max(initial=0.0), default=None)
-    if largest is None or not len(result.times):
-        return events
-    index = int(forces[largest].argmax())
-    indeterminate_joints = ", ".join(repr(name) for name, reaction in result.reactions.items() if not reaction.determined.all())
-    largest_force_clause = f"largest joint force {forces[largest][index]:.4g} N in {largest!r} at {result.times[index]:.4g} s"
-    redundancy_clause = f"; statically indeterminate joint forces: {indeterminate_joints}" if indeterminate_joints else ""
-    return f"{events}\n{largest_force_clause}{redundancy_clause}"
 
 
 def report_linearisation(scene: Scene, spindle_speed: float | None, limit: str | None) -> CommandResult:

@@ -60,6 +60,22 @@ def finite_or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def number_or_text(value: float) -> float | str:
+    """Return a number, or the text "inf" or "nan" that `float` reads in place of one that JSON lacks.
+
+    Parameters
+    ----------
+    value
+        A number.
+
+    Returns
+    -------
+    float or str
+        The number or its text.
+    """
+    return value if math.isfinite(value) else str(float(value))
+
+
 def plain_record(record: DataclassInstance, *omitted: str, **additions: object) -> dict[str, Any]:
     """Return the fields of a dataclass in the types of JSON, without the omitted ones and with additional entries.
 
@@ -97,7 +113,7 @@ def save_json(value: object, path: Path) -> Path:
     return path
 
 
-def save_table(header: Sequence[str], rows: Iterable[Iterable[object]], path: Path) -> Path:
+def save_table(header: Sequence[str], rows: Iterable[Iterable[object]], path: Path, *, comment: str = "") -> Path:
     """Write a table as a CSV file; numbers have the digits that give the same float, and None is an empty cell.
 
     Parameters
@@ -108,6 +124,8 @@ def save_table(header: Sequence[str], rows: Iterable[Iterable[object]], path: Pa
         Cells of the rows.
     path
         Path of the file.
+    comment
+        Text of a first line that begins with "# "; none if empty.
 
     Returns
     -------
@@ -115,6 +133,8 @@ def save_table(header: Sequence[str], rows: Iterable[Iterable[object]], path: Pa
         The path.
     """
     with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
+        if comment:
+            stream.write(f"# {comment}\n")
         csv.writer(stream).writerows([header, *rows])
     return path
 

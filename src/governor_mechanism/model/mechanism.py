@@ -4,12 +4,19 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_not_negative, require_positive
 from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Joint, RotationalDriver, TranslationalDriver
 from governor_mechanism.model.output_variables import DerivedReading, Limit, Reading, StallLimit
 from governor_mechanism.model.valve import Valve
+from governor_mechanism.units.short_repr import summarise
+
+if TYPE_CHECKING:
+    from governor_mechanism.building.mechanism_builder import MechanismBuilder
+else:
+    MechanismBuilder = Any  # a later layer, which the method below imports when it is called
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,12 +167,46 @@ class Mechanism:
         if problems:
             raise MechanismError(*problems)
 
+    def __repr__(self) -> str:
+        """Return the bodies, and the numbers of joints, force elements and readings."""
+        bodies = summarise({body.name: body for body in self.bodies})
+        counts = f"{len(self.joints)} joints, {len(self.force_elements)} force elements, {len(self.readings)} readings"
+        return f"Mechanism(bodies {bodies}; {counts}; coordinate {self.coordinate!r})"
+
     def _valve_problems(self) -> list[str]:
         """Return sentences about readings of the valve that are missing or no lengths."""
         quantities = {reading.name: reading.quantity for reading in self.readings}
         names = self.valve.readings if self.valve else ()
         problems = [f"the valve refers to reading {name!r}; readings are {list(quantities)}" for name in names if name not in quantities]
         return problems + [f"reading {name!r} of the valve must be a length" for name in names if quantities.get(name) == "angle"]
+
+    @staticmethod
+    def build(title: str, *, plane: str = "fixed", size: float | str | None = None) -> MechanismBuilder:
+        """Return the builder of a mechanism of one's own.
+
+        Parameters
+        ----------
+        title
+            Title of the scene.
+        plane
+            "fixed", or "turning" for a mechanism that turns with a spindle.
+        size
+            Characteristic length, m or text with a unit; None for the longest distance on a body.
+
+        Returns
+        -------
+        MechanismBuilder
+            The builder; its method `scene` returns the scene.
+
+        Examples
+        --------
+        >>> import governor_mechanism as gm
+        >>> gm.Mechanism.build("Six-bar")
+        MechanismBuilder('Six-bar')
+        """
+        from governor_mechanism.building.mechanism_builder import MechanismBuilder
+
+        return MechanismBuilder(title, plane=plane, size=size)
 
     def body_index(self, name: str) -> int:
         """Return the position of a body in `bodies`; -1 for the ground."""

@@ -9,6 +9,7 @@ from governor_mechanism.errors import MechanismError, require_finite, require_no
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.units.short_repr import short_repr
 
 EQUILIBRIUM: Final = "equilibrium"
 """Start value that stands for the stable equilibrium at the first spindle speed."""
@@ -140,6 +141,8 @@ class Part:
     effects: tuple[Effect, ...] = ()
     spindle: Spindle | FreeSpindle = field(default_factory=Spindle)
     start: Start = field(default_factory=Start)
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         counts = Counter((type(effect).__name__, getattr(effect, "reading", "")) for effect in self.effects)

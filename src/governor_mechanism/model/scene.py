@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from governor_mechanism.errors import MechanismError, require_positive
 from governor_mechanism.model.coupling.coupled_system import CoupledSystem, couple_parts
@@ -15,6 +15,12 @@ from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
 from governor_mechanism.model.speeds import check_crossings
+from governor_mechanism.units.short_repr import summarise
+
+if TYPE_CHECKING:
+    from governor_mechanism.scenes.described_scene import SceneDescription
+else:
+    SceneDescription = Any  # a later layer, which a method below imports when it is called
 
 MAX_DURATION: Final = 1e9
 """Largest duration, s: no run lasts longer; a larger value is a mistake of units."""
@@ -70,7 +76,7 @@ class Scene:
     crossings
         Named crossings that the events of a run list.
     source
-        Path or name of the scene file; empty for a scene without one.
+        Path or name of the scene file; empty for a scene without one. Equal scenes may have different ones.
     document
         Scene file as a dictionary.
     """
@@ -80,8 +86,115 @@ class Scene:
     run: RunSettings = field(default_factory=RunSettings)
     couplings: tuple[Coupling, ...] = ()
     crossings: tuple[NamedCrossing, ...] = ()
-    source: str = ""
+    source: str = field(default="", compare=False)
     document: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def from_dict(cls, document: Mapping[str, Any]) -> Scene:
+        """Return the scene of a dictionary with the keys and tables of a scene file, checked like a file.
+
+        Parameters
+        ----------
+        document
+            Keys and tables; quantities are SI numbers, or text with a unit.
+
+        Returns
+        -------
+        Scene
+            The scene, with a copy of the document.
+
+        Raises
+        ------
+        MechanismError
+            With a sentence for each mistake.
+
+        Examples
+        --------
+        >>> import governor_mechanism as gm
+        >>> document = gm.load("porter").document
+        >>> gm.Scene.from_dict({**document, "title": "Mine"}).title
+        'Mine'
+        """
+        from governor_mechanism.scenes.python_scenes import make_scene
+
+        return make_scene(document)
+
+    def replace(self, values: Mapping[str, Any]) -> Scene:
+        """Return a copy with other values at dotted keys of the scene file, checked like a file.
+
+        Parameters
+        ----------
+        values
+            Values by key, as {"dimensions.arm": "320 mm", "effects.dashpot": {"sleeve": "120 N s/m"}}; None leaves a key out. An item of
+            a list is named as in {"body.crank.mass": 2.0}, or numbered from 1.
+
+        Returns
+        -------
+        Scene
+            The changed scene, without source.
+
+        Raises
+        ------
+        MechanismError
+            With a sentence for each mistake, or if this scene was composed of objects and has no document.
+
+        Examples
+        --------
+        >>> import governor_mechanism as gm
+        >>> gm.load("porter").replace({"dimensions.arm": "320 mm"}).part.dimensions["arm"]
+        0.32
+        """
+        from governor_mechanism.scenes.python_scenes import replace_values
+
+        return replace_values(self, values)
+
+    def to_toml(self) -> str:
+        """Return the scene as the text of a scene file, without comments; it is read back as an equal scene.
+
+        Returns
+        -------
+        str
+            Text in TOML.
+
+        Raises
+        ------
+        MechanismError
+            If this scene was composed of objects and has no document.
+        """
+        from governor_mechanism.scenes.python_scenes import scene_to_toml
+
+        return scene_to_toml(self)
+
+    def describe(self) -> SceneDescription:
+        """Describe the scene in words.
+
+        Returns
+        -------
+        SceneDescription
+            Dimensions, effects, readings, degrees of freedom, loads, couplings, events, and what each engine says about it; it prints as
+            text, and `as_json` returns plain values.
+
+        Examples
+        --------
+        >>> import governor_mechanism as gm
+        >>> print(gm.load("porter").describe())  # doctest: +SKIP
+        """
+        from governor_mechanism.scenes.description import describe_scene
+
+        return describe_scene(self)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: machines, dimensions, effects and readings."""
+        from governor_mechanism.notebook.scene_table import scene_html
+
+        return scene_html(self)
+
+    def __repr__(self) -> str:
+        """Return title, machines, size and run settings in a line or two."""
+        machines = ", ".join(part.machine if len(self.parts) == 1 else f"{part.name}: {part.machine}" for part in self.parts)
+        effects = ", ".join(dict.fromkeys(effect.key for effect in self.effects)) or "none"
+        run = f"{self.run.duration:g} s to {self.run.accuracy:g}"
+        return f"Scene({summarise(self.title)}; {machines}; {len(self.mechanism.bodies)} bodies; effects {effects}; {run})"
 
     def __post_init__(self) -> None:
         if not self.parts:

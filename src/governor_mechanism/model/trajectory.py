@@ -1,10 +1,12 @@
 """Result of a run: arrays, outcome, energy, error estimate, events and cost."""
 
 import math
-from collections.abc import Mapping
+import os
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,8 +14,11 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import RunFailed
 from governor_mechanism.model.events import Event
+from governor_mechanism.model.named_values import name_values
+from governor_mechanism.model.pictures import Figure, Film
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import DataFrame, Dataset, FloatArray
+from governor_mechanism.units.short_repr import short_repr, summarise
 
 FLIGHT_DETAIL = "a body flies away"
 """Cause of the end of a run in which a body leaves every bound; its outcome is LEFT_RANGE."""
@@ -73,6 +78,8 @@ class Energy:
     dissipated_energy: FloatArray
     scale: float
 
+    __repr__ = short_repr
+
     @property
     def drift(self) -> float:
         """Largest change of the Jacobi integral, relative to `scale`."""
@@ -99,6 +106,8 @@ class Reaction:
     force: FloatArray
     moment: FloatArray
     determined: NDArray[np.bool_]
+
+    __repr__ = short_repr
 
     @property
     def magnitude(self) -> FloatArray:
@@ -153,6 +162,8 @@ class Cost:
     method: str = ""
     events: int = 0
     model_size: Mapping[str, int] = field(default_factory=dict)
+
+    __repr__ = short_repr
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -279,10 +290,21 @@ class Trajectory:
     notes: tuple[str, ...] = ()
     deferred_results: DeferredResults | None = field(default=None, repr=False, compare=False)
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "readings", name_values("reading", self.readings))
+        object.__setattr__(self, "rates", name_values("rate", self.rates))
+
+    def __repr__(self) -> str:
+        """Return scene, engine, number of reported times, readings and outcome in at most three lines."""
+        span = f"{len(self.times)} times to {self.times[-1]:g} s" if len(self.times) else "no times"
+        error = "not certified" if self.error_estimate is None else f"error {self.error_estimate:.1g}"
+        scene = f"{summarise(self.scene.title)}; {self.cost.engine}"
+        return f"Trajectory({scene}; {span}; readings {summarise(self.readings)}; {self.outcome.name}, {error})"
+
     @cached_property
     def reactions(self) -> Mapping[str, Reaction]:
         """Reactions by joint name, computed on first access."""
-        return {} if self.deferred_results is None else self.deferred_results.reactions()
+        return name_values("joint", {} if self.deferred_results is None else self.deferred_results.reactions())
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
@@ -292,7 +314,7 @@ class Trajectory:
     @cached_property
     def speed_fluctuations(self) -> Mapping[str, SpeedFluctuation]:
         """Extreme speeds in the last turn of each shaft of an engine, by the reading of its angle. Computed on first access."""
-        return {} if self.deferred_results is None else self.deferred_results.speed_fluctuations()
+        return name_values("shaft angle", {} if self.deferred_results is None else self.deferred_results.speed_fluctuations())
 
     @property
     def body_names(self) -> tuple[str, ...]:
@@ -308,3 +330,166 @@ class Trajectory:
         """Raise RunFailed unless the run reached its end and met its accuracy."""
         if not self.outcome.ok:
             raise RunFailed(self.message)
+
+    def to_xarray(self) -> Dataset:
+        """Return all arrays as a data set of xarray, as `xarray.open_dataset` reads it from the netCDF file of `save`.
+
+        Returns
+        -------
+        xarray.Dataset
+            Readings ("reading_..."), rates ("rate_..."), errors, motion, energies, reactions and events with their units, by time, body,
+            component and joint.
+
+        Raises
+        ------
+        MechanismError
+            If xarray is not installed.
+        """
+        from governor_mechanism.files.table import make_xarray_dataset
+
+        return make_xarray_dataset(self)
+
+    def to_dataframe(self, *, rates: bool = False) -> DataFrame:
+        """Return the readings as a table of pandas with the times as index; `attrs["units"]` has the units.
+
+        Parameters
+        ----------
+        rates
+            Whether the table has columns "rate of ...", too.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table, SI.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        from governor_mechanism.files.table import tabulate_run
+
+        return tabulate_run(self, rates=rates)
+
+    def plot(self, *readings: str) -> Figure:
+        """Draw readings over time, in everyday units; a notebook shows the figure, and `save_png` writes it.
+
+        The arguments are names of readings, or "rate of ..." for a rate. Without any, all readings are drawn, with joint gap and energy
+        drift.
+
+        Returns
+        -------
+        Figure
+            The figure.
+
+        Raises
+        ------
+        MechanismError
+            If there is no such reading, or the run has no reported time.
+        """
+        from governor_mechanism.render.figures.time_series import readings_figure
+
+        return readings_figure(self, readings)
+
+    def film(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        size: int = 480,
+        frames_per_second: float | None = None,
+        part: str | None = None,
+        start: float | None = None,
+        stop: float | None = None,
+        slow_down: float | None = None,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> Film:
+        """Write the run as an animation, which a notebook shows.
+
+        Parameters
+        ----------
+        path
+            Path of the file: .gif, or .mp4 with the optional dependency `video`.
+        size
+            Height of the film in pixels; at least 320.
+        frames_per_second
+            Frames per second of film, 1 to 50; chosen by the scene if None.
+        part
+            Name of the part to show; all parts if None.
+        start
+            Start of the shown part of the run, s; its first time if None.
+        stop
+            End of the shown part of the run, s; its last time if None, or when a governed engine has settled.
+        slow_down
+            Seconds of film per second of the run; chosen by the duration if None.
+        progress
+            Called with the numbers of frames done and of all.
+
+        Returns
+        -------
+        Film
+            The file.
+
+        Raises
+        ------
+        MechanismError
+            If the path or a number is not valid, or ffmpeg is missing for .mp4.
+        """
+        from governor_mechanism.notebook.film import film_run
+
+        return film_run(
+            self,
+            path,
+            size=size,
+            frames_per_second=frames_per_second,
+            part=part,
+            start=start,
+            stop=stop,
+            slow_down=slow_down,
+            progress=progress,
+        )
+
+    def save(
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        name: str | None = None,
+        figures: bool = True,
+        film: str | None = None,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> tuple[Path, ...]:
+        """Write readings (CSV), all arrays (netCDF), a record (JSON) and figures (PNG) into a folder: all files or none.
+
+        `gm.open_run(folder)` reads the run back.
+
+        Parameters
+        ----------
+        folder
+            The folder. It is created unless it exists.
+        name
+            Start of the names of the files; that of the scene if None.
+        figures
+            Whether to draw the figures.
+        film
+            "gif" or "mp4" for a film, too.
+        progress
+            Called with the numbers of frames done and of all.
+
+        Returns
+        -------
+        tuple of Path
+            Paths of the files.
+
+        Raises
+        ------
+        MechanismError
+            If an argument is not valid, a file cannot be written, or the run has no reported time.
+        """
+        from governor_mechanism.render.results_folder import save_run
+
+        return save_run(self, folder, name=name, figures=figures, film=film, progress=progress)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: outcome, accuracy, and a row for each reading."""
+        from governor_mechanism.notebook.run_table import run_html
+
+        return run_html(self)

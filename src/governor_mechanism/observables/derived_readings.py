@@ -76,6 +76,38 @@ def evaluate_derived_readings(scene: Scene, history: StateHistory) -> dict[str, 
     return readings
 
 
+def evaluate_positional_readings(scene: Scene, poses: FloatArray) -> dict[str, FloatArray]:
+    """Return the derived readings that positions alone determine: forces of springs and weights, and pressures of gas without a control.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    poses
+        Poses that close the joints, m and rad; shape (n, bodies, 3).
+
+    Returns
+    -------
+    dict[str, FloatArray]
+        Values, SI; shape (n,) each.
+
+    Raises
+    ------
+    MechanismError
+        As `compute_static_force` does.
+    """
+    readings, nothing = evaluate_static_forces(scene, poses), np.zeros(len(poses))
+    history = StateHistory(
+        times=nothing, poses=poses, velocities=np.zeros_like(poses), work=nothing, dissipated_energy=nothing, lags=np.zeros((len(poses), 0))
+    )
+    for output in scene.mechanism.derived_readings:
+        if isinstance(output, CylinderPressure):
+            gases = [_gas(scene.mechanism, name) for name in output.elements]
+            if all(gas.throttle is None and gas.switch is None for gas in gases):
+                readings[output.name] = sum((_pressure(scene, gas.name, history) for gas in gases), nothing)
+    return readings
+
+
 def _kinetic_energy(mechanism: Mechanism, history: StateHistory) -> FloatArray:
     """Return the kinetic energy (n,) of all bodies, J."""
     inertias = np.array([[body.mass, body.mass, body.planar_inertia] for body in mechanism.bodies])

@@ -1,9 +1,11 @@
 """Readings of a run as figures and films show them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.types import FloatArray
@@ -33,4 +35,24 @@ def shown_readings(run: Trajectory) -> dict[str, ShownReading]:
             error, scale = run.reading_errors.get(f"rate of {name}", 0.0), 0.0
             values, unit, name = run.rates[name], "rad/s", f"{name.removesuffix('_angle')}_rate"
         shown[name] = ShownReading(values=values, unit=unit, scale=scale, error=error)
+    return shown
+
+
+_RATE_START = "rate of "
+"""Start of the name of a rate."""
+
+
+def chosen_readings(run: Trajectory, names: Sequence[str]) -> dict[str, ShownReading]:
+    """Return readings of a run by name, and rates by "rate of ...". Raise MechanismError for an unknown name."""
+    known = {**run.readings, **{f"{_RATE_START}{name}": values for name, values in run.rates.items()}}
+    shown = {}
+    for name in names:
+        if name not in known:
+            raise MechanismError(f"the run has no reading {name!r}; it has {', '.join(known)}.{did_you_mean(name, known)}")
+        source = name.removeprefix(_RATE_START)
+        unit, factor = run.units.get(name) or f"{run.units[source]}/s", 1.0
+        if unit == "rad/s" and name not in run.readings and np.ptp(run.readings[source]) <= MAX_SHOWN_ANGLE:
+            unit, factor = "deg/s", 180 / np.pi  # an arm swings; what makes whole turns is shown in turns per minute
+        scale, error = run.scales.get(name, 0.0), run.reading_errors.get(name, 0.0)
+        shown[name] = ShownReading(values=known[name] * factor, unit=unit, scale=scale * factor, error=error * factor)
     return shown

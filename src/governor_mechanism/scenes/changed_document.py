@@ -31,6 +31,21 @@ def replace_document_value(table: Any, key: str, value: Any, table_key: str = ""
     raise MechanismError(f"{item_key} cannot be varied: in this scene {table_key} is {found}, not a table; vary {table_key}")
 
 
+def remove_document_key(table: Any, key: str) -> Any:
+    """Return a copy of a document without a dotted key; it may be missing already, but not the table that it belongs to."""
+    table_key, _, name = key.rpartition(".")
+    owner: Any = table
+    for part in filter(None, table_key.split(".")):
+        owner = owner[_find_item(owner, part, table_key)] if isinstance(owner, list | tuple) else owner.get(part)
+        if not isinstance(owner, Mapping | list | tuple):
+            raise MechanismError(f"{key} cannot be left out: this scene has no table {table_key}")
+    if isinstance(owner, list | tuple):
+        removed = _find_item(owner, name, table_key)
+        return replace_document_value(table, table_key, [item for index, item in enumerate(owner) if index != removed])
+    remaining = {one: value for one, value in owner.items() if one != name}
+    return replace_document_value(table, table_key, remaining) if table_key else remaining
+
+
 def parse_scene_with(document: Mapping[str, Any], values: Iterable[tuple[str, Any]]) -> Scene:
     """Return the scene of a document with these values at these keys; raise MechanismError as the parser does."""
     for key, value in values:

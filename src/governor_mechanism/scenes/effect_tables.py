@@ -38,7 +38,7 @@ def _example(key: SceneKey, quantity: str) -> str:
     return f'"{examples[-1] if quantity == "angle" else examples[0]}"'
 
 
-def _effect_example(effect: type[Effect], quantity: str) -> str:
+def effect_example(effect: type[Effect], quantity: str) -> str:
     """Return a valid value of an effect."""
     keys = scene_keys_of(effect)
     values = [_example(keys[name], quantity) for name in effect.value_fields]
@@ -110,7 +110,7 @@ def _table_model(effect_key: str, quantity: str) -> type[EffectTable]:
         fields[name] = (Annotated[Any, PlainValidator(partial(_parse_key, key, quantity))], field)
     model = create_model(f"{effect.__name__}Table", __base__=EffectTable, **fields)
     model.element, model.quantity = effect, quantity
-    model.example = "" if effect.value_fields else _effect_example(effect, quantity)
+    model.example = "" if effect.value_fields else effect_example(effect, quantity)
     return model
 
 
@@ -137,7 +137,7 @@ def _parse_range(effect: type[Effect], quantity: str, value: Any) -> dict[str, f
     names, keys = effect.value_fields, scene_keys_of(effect)
     if not isinstance(value, list | tuple) or len(value) != 2:
         requirement = f'must be [{", ".join(names)}], with "{NO_END}" for a missing end'
-        raise wrong_value(value, requirement, f"; write {_effect_example(effect, quantity)}")
+        raise wrong_value(value, requirement, f"; write {effect_example(effect, quantity)}")
     given = {name: end for name, end in zip(names, value, strict=True) if end != NO_END}
     return dict(parse_each(lambda name: (name, parse_si(given[name], keys[name].kind_along(quantity), f"{KEY}, {name} end")), given))
 
@@ -152,7 +152,7 @@ def _parse_single_effect(effect: type[Effect], value: object) -> tuple[Effect, .
         return ()
     name = effect.value_fields[0] if effect.value_fields else ""
     if value is True and name:
-        raise wrong_value(value, f"is {keys[name].meaning}", f"; write {effect.key} = {_effect_example(effect, '')}")
+        raise wrong_value(value, f"is {keys[name].meaning}", f"; write {effect.key} = {effect_example(effect, '')}")
     try:
         return (_build_effect(effect, value),)
     except MechanismError as error:
@@ -190,7 +190,7 @@ def _require_readings(effect: type[Effect], value: object, reading_quantities: R
     """Return the table of an effect, which is not empty."""
     quantities: Mapping[str, str] = reading_quantities or {SLEEVE_LIFT_NAME: "length"}
     name, quantity = (SLEEVE_ALIAS, "length") if SLEEVE_LIFT_NAME in quantities else next(iter(quantities.items()))
-    example = f"; write {effect.key} = {{ {name} = {_effect_example(effect, quantity)} }}"
+    example = f"; write {effect.key} = {{ {name} = {effect_example(effect, quantity)} }}"
     if not isinstance(value, Mapping):
         raise wrong_value(value, "must be a table with the readings on which it acts", example)
     if not value:

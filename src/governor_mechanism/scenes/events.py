@@ -4,13 +4,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
-from pydantic import Field, PlainValidator, ValidationInfo
+from pydantic import Field, ValidationInfo
 
 from governor_mechanism.model.events import CROSSING_DIRECTIONS, NamedCrossing
 from governor_mechanism.model.speeds import GIVEN_SPEED_CLAUSE
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, resolve_reading_name
 from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake, wrong_value
 from governor_mechanism.scenes.quantities import choice, parse_first_fitting, parse_name, parse_si
+from governor_mechanism.scenes.schema_validator import NUMBER_OR_TEXT, TEXT, SchemaValidator
 from governor_mechanism.scenes.table import SceneFileTable, validate
 from governor_mechanism.units.quantities import format_value
 
@@ -64,10 +65,12 @@ class CrossingTable(SceneFileTable):
 
     example = '{ reading = "sleeve_lift", value = "20 mm", direction = "up" }'
 
-    reading: Annotated[str, PlainValidator(_parse_reading)] = Field(
+    reading: Annotated[str, SchemaValidator(_parse_reading, json_schema=TEXT)] = Field(
         description='the reading or speed that is watched, as "arm_angle" or "engine.shaft_speed"'
     )
-    value: Annotated[float, PlainValidator(_parse_value)] = Field(description='the value that the reading passes, as "20 mm"')
+    value: Annotated[float, SchemaValidator(_parse_value, json_schema=NUMBER_OR_TEXT)] = Field(
+        description='the value that the reading passes, as "20 mm"'
+    )
     direction: Annotated[str, choice(CROSSING_DIRECTIONS)] = NamedCrossing.direction
 
 

@@ -2,15 +2,21 @@
 
 import os
 import tomllib
+from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import read_scene_file, suggest_name
 from governor_mechanism.units.quantities import format_value
+
+SceneSource = Scene | str | Path
+"""A scene, the path of a file, or the name of a shipped scene."""
 
 MAX_KEPT_SCENES = 64
 """Number of shipped scenes that are kept once they are read."""
@@ -52,6 +58,67 @@ def read_scene_title(path: Path) -> str:
     return str(tomllib.loads(path.read_text(encoding="utf-8")).get("title", path.stem))
 
 
+@dataclass(frozen=True, kw_only=True)
+class SceneContents:
+    """What a scene file says at a glance.
+
+    Attributes
+    ----------
+    title
+        Title, or the stem of the path without one.
+    machines
+        Names of the machines of its parts, each once.
+    dimensions
+        Dimensions as the file writes them; with several parts, as "part.arm".
+    effects
+        Keys of the effects that are switched on; with several parts, as "part.gravity".
+    """
+
+    title: str
+    machines: tuple[str, ...]
+    dimensions: Mapping[str, Any]
+    effects: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the fields by name."""
+        return {"title": self.title, "machines": self.machines, "dimensions": self.dimensions, "effects": self.effects}
+
+
+def read_scene_contents(path: Path) -> SceneContents:
+    """Return what a scene file says at a glance, without checking it.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+
+    Returns
+    -------
+    SceneContents
+        Title, machines, dimensions and effects.
+    """
+    document: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
+    parts = {f"{name}.": part for name, part in document["part"].items()} if "part" in document else {"": document}
+    effects = {f"{prefix}{key}": value for prefix, part in parts.items() for key, value in part.get("effects", {}).items()}
+    return SceneContents(
+        title=str(document.get("title", path.stem)),
+        machines=tuple(dict.fromkeys(part.get("machine", "") for part in parts.values())),
+        dimensions={f"{prefix}{name}": value for prefix, part in parts.items() for name, value in part.get("dimensions", {}).items()},
+        effects=tuple(key for key, value in effects.items() if value is not False),
+    )
+
+
+def list_contents() -> dict[str, SceneContents]:
+    """Return what the shipped scenes say at a glance, by name.
+
+    Returns
+    -------
+    dict
+        Contents by name, sorted.
+    """
+    return {name: read_scene_contents(path) for name, path in shipped_scenes().items()}
+
+
 @lru_cache(maxsize=MAX_KEPT_SCENES)
 def _read_once(path: Path, modified: int, size: int) -> Scene:
     """Return the scene of a file, which is read again only if it has changed; with the scene stays what is known of it."""
@@ -90,4 +157,4 @@ def load_scene(scene: str | Path) -> Scene:
     if os.path.isfile(scene):
         hint = f" To read the file of that name in this folder write {'./' + scene!r}."
     path_text = "a path has a suffix or a separator, as in my_scene.toml or ./my_scene"
-    raise MechanismError(f"no scene {format_value(scene)}; shipped scenes are {', '.join(known)}, and {path_text}.{hint}")
+    raise MechanismError(f"no scene {format_value(scene)}.{hint} Shipped scenes are {', '.join(known)}, and {path_text}.")

@@ -13,6 +13,7 @@ from governor_mechanism.model.coupling.couplings import ControlCoupling, Couplin
 from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, ReadingFunction, TableFunction
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.scenes.quantities import SIGNS, Label, parse_first_fitting, parse_points, parse_si, parse_time_points, quantity
+from governor_mechanism.scenes.schema_validator import SchemaValidator, or_load, quantity_schema
 from governor_mechanism.scenes.table import SceneFileTable, SceneFileTables, validate
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
@@ -89,7 +90,7 @@ def _parse_harmonics(value: object, load_kind: str) -> tuple[tuple[float, float,
 
 def input_function(kind: str, name: str) -> PlainValidator:
     """Return the validator of a load, see `parse_load`."""
-    return PlainValidator(lambda value: parse_load(value, kind, name))
+    return SchemaValidator(lambda value: parse_load(value, kind, name), json_schema=or_load(quantity_schema(kind)))
 
 
 def parse_load(value: Any, kind: str, name: str, sign: str = "any", reason: str = "") -> InputFunction:
@@ -211,7 +212,7 @@ class LoadTable(SceneFileTable):
 
     angle: Label = Field(description='the angle of the shaft, as "engine.crank_angle"')
     rated_torque: Annotated[float, quantity("torque", "positive")] = Field(description='the torque at full load, as "700 N m"')
-    fraction: Annotated[Any, PlainValidator(_parse_fraction)] = None
+    fraction: Annotated[Any, SchemaValidator(_parse_fraction, json_schema=or_load(quantity_schema("ratio", "not negative")))] = None
 
 
 COUPLING_TABLES: SceneFileTables = {"gear": GearTable, "follow": FollowTable, "control": ControlTable}

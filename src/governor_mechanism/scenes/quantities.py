@@ -11,6 +11,7 @@ from governor_mechanism.errors import MechanismError, escape_control_characters
 from governor_mechanism.machines.base import MAX_DIMENSION, MIN_DIMENSION
 from governor_mechanism.model.part import MAX_SPINDLE_SPEED
 from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
+from governor_mechanism.scenes.schema_validator import TEXT, SchemaValidator, pair_of, quantity_schema
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, parse_quantity
 
 UNITLESS_LIMITS: Final = {"length": (50.0, MAX_DIMENSION), "mass": (1e6, MAX_DIMENSION), "angular_speed": (1e3, MAX_SPINDLE_SPEED)}
@@ -89,7 +90,8 @@ def parse_si(value: object, kind: str, key: str = KEY, *, sign: str = "any", bou
 
 def quantity(kind: str, sign: str = "any", *, bounded: bool = False, hint: str = "") -> PlainValidator:
     """Return the validator of a quantity; see `parse_si`."""
-    return PlainValidator(lambda value: parse_si(value, kind, sign=sign, bounded=bounded, hint=hint))
+    schema = quantity_schema(kind, sign)
+    return SchemaValidator(lambda value: parse_si(value, kind, sign=sign, bounded=bounded, hint=hint), json_schema=schema)
 
 
 def built(kind: str, sign: str = "positive", *, hint: str = "") -> PlainValidator:
@@ -109,7 +111,9 @@ def parse_number(value: object, low: float, high: float, *, open_ends: str = "",
 
 def number_between(low: float, high: float, *, open_ends: str = "", reason: str = "") -> PlainValidator:
     """Return the validator of a ratio; see `parse_number`."""
-    return PlainValidator(lambda value: parse_number(value, low, high, open_ends=open_ends, reason=reason))
+    bounds = {"exclusiveMinimum" if "low" in open_ends else "minimum": low, "exclusiveMaximum" if "high" in open_ends else "maximum": high}
+    schema = quantity_schema("ratio") | bounds
+    return SchemaValidator(lambda value: parse_number(value, low, high, open_ends=open_ends, reason=reason), json_schema=schema)
 
 
 def choice(known_words: Collection[str]) -> PlainValidator:
@@ -120,7 +124,7 @@ def choice(known_words: Collection[str]) -> PlainValidator:
             return value
         raise unknown_name(f"{KEY} {format_value(value)} is unknown; known are", value, known_words)
 
-    return PlainValidator(check)
+    return SchemaValidator(check, json_schema={"enum": list(known_words)})
 
 
 def instance_of(kind: type | UnionType, requirement: str, hint: str = "") -> PlainValidator:
@@ -208,9 +212,9 @@ def parse_first_fitting(kinds: Iterable[str], parse: Callable[[str], _Parsed]) -
     raise min(refusals, key=lambda refusal: len(refusal.problems))
 
 
-Position = Annotated[FloatPair, PlainValidator(parse_position)]
-Bool = Annotated[bool, PlainValidator(check_bool)]
-Label = Annotated[str, PlainValidator(check_label)]
+Position = Annotated[FloatPair, SchemaValidator(parse_position, json_schema=pair_of(quantity_schema("length")))]
+Bool = Annotated[bool, SchemaValidator(check_bool, json_schema={"type": "boolean"})]
+Label = Annotated[str, SchemaValidator(check_label, json_schema=TEXT)]
 Angle = Annotated[float, quantity("angle")]
 PositiveLength = Annotated[float, built("length")]
 Length = Annotated[float, built("length", "not negative")]

@@ -17,6 +17,7 @@ from governor_mechanism.model.time_functions import InputFunction, PrescribedMot
 from governor_mechanism.scenes.loads import input_function, parse_load
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake
 from governor_mechanism.scenes.quantities import choice, instance_of, number_between, parse_si, parse_time_points, quantity
+from governor_mechanism.scenes.schema_validator import SchemaValidator, or_load, or_points, quantity_schema
 from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, SceneFileTable, Title, validate
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
@@ -67,6 +68,13 @@ class CoupledSceneTable(SceneFileTable):
     part: AnyTable = Field(description="the parts, one table [part.NAME] for each")
     coupling: AnyTable = None
 
+    @classmethod
+    def unknown_key(cls, key: str, value: object) -> str:
+        """Return the message about an unknown key, or about a table that belongs to a part."""
+        if key in TOP_LEVEL_KEYS:
+            return f"{key} belongs to one of the parts in a scene of several; write it as part.NAME.{key}, under [part.NAME]"
+        return super().unknown_key(key, value)
+
 
 class SceneTable(CommonSceneTable):
     """The top level of a scene file with a machine that dimensions describe."""
@@ -85,7 +93,7 @@ class SpindleTable(SceneFileTable):
     alternative_keys = ("inertia", "start_speed", "torque")
     alternative_hint = "give either speed, or inertia, start_speed and torque of a free spindle"
 
-    speed: Annotated[Any, PlainValidator(_parse_speed)] = Field(
+    speed: Annotated[Any, SchemaValidator(_parse_speed, json_schema=or_points(quantity_schema("angular_speed")))] = Field(
         description='the speed, as "120 rpm", or over time, as [[0, "120 rpm"], [5, "126 rpm"]]; '
         "a free spindle has inertia and start_speed instead"
     )
@@ -197,7 +205,8 @@ def _or_word(word: str, kind: str, sign: str = "any", hint: str = "", *, value_o
             suggestion = f".{_suggest_equilibrium(value)}" if word == EQUILIBRIUM else ""
             raise mistake(ProblemCode.WRONG_QUANTITY, f'{error}; or write "{word}"{suggestion}') from error
 
-    return PlainValidator(check)
+    accepted = quantity_schema(kind, sign)
+    return SchemaValidator(check, json_schema={"anyOf": [{"const": word}, accepted]} if word else accepted)
 
 
 def _or_load(kind: str, sign: str, name: str) -> PlainValidator:
@@ -207,7 +216,7 @@ def _or_load(kind: str, sign: str, name: str) -> PlainValidator:
         """Return the quantity in SI, or the function."""
         return parse_load(value, kind, name) if isinstance(value, list | tuple | Mapping) else parse_si(value, kind, sign=sign)
 
-    return PlainValidator(check)
+    return SchemaValidator(check, json_schema=or_load(quantity_schema(kind, sign)))
 
 
 def _or_program(kind: str, sign: str) -> PlainValidator:
@@ -220,7 +229,7 @@ def _or_program(kind: str, sign: str) -> PlainValidator:
         times, values = parse_time_points(value, kind, "value")
         return PrescribedMotion(times=times, values=values, has_rests=True)
 
-    return PlainValidator(check)
+    return SchemaValidator(check, json_schema=or_points(quantity_schema(kind, sign)))
 
 
 def rate_key(coordinate: str) -> str:

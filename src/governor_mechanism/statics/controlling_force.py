@@ -35,8 +35,9 @@ from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squar
 from governor_mechanism.statics.governor_effort import GovernorEffort, evaluate_effort
 from governor_mechanism.statics.speed_curve import MAX_CURVE_POINTS, compute_insensitivity_band
 from governor_mechanism.statics.working_range import WorkingRange, locate_working_range
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import DataFrame, FloatArray
 from governor_mechanism.units.quantities import format_value
+from governor_mechanism.units.short_repr import short_repr
 
 DEFAULT_SPEED_CHANGE = 0.01
 """Relative change of speed for effort and power that textbooks use."""
@@ -118,6 +119,25 @@ class ControllingForce:
     working_range: WorkingRange | None
     low_end_message: str
     high_end_message: str
+
+    __repr__ = short_repr
+
+    def to_dataframe(self) -> DataFrame:
+        """Return a table of pandas: all quantities along the travel, SI, by the leading coordinate.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        from governor_mechanism.files.curve_tables import tabulate_controlling_force
+
+        return tabulate_controlling_force(self)
 
     @property
     def against(self) -> str:

@@ -19,6 +19,7 @@ from governor_mechanism.numerics.roots import find_roots
 from governor_mechanism.statics.adaptive_grid import sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import REMOVABLE_SINGULARITY_TOLERANCE, equilibrium_speed_squared
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.short_repr import short_repr
 
 POSITION_TOLERANCE = 1e-12
 """Last Newton step of the risen position, in scales of the coordinate: rounding of the assembly, with room."""
@@ -50,6 +51,8 @@ class GovernorEffort:
     lift: FloatArray
     power: FloatArray
     has_lift: NDArray[np.bool_]
+
+    __repr__ = short_repr
 
 
 def evaluate_effort(

@@ -19,6 +19,7 @@ from governor_mechanism.statics.scene_dynamics import SceneDynamics
 from governor_mechanism.statics.steady_state import SteadyState, find_steady_state
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity, format_reading_name, parse_quantity
+from governor_mechanism.units.short_repr import short_repr
 
 RATE_PREFIX = "rate of "
 """Start of the name of an output that is the rate of a reading."""
@@ -55,6 +56,8 @@ class StateSpace:
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
+
+    __repr__ = short_repr
 
     def frequency_response(self, frequencies: Sequence[float] | FloatArray) -> ComplexArray:
         """Return the complex amplitudes of the outputs for unit amplitudes of the inputs.
@@ -106,6 +109,8 @@ class Linearisation(FirstOrderSystem):
     notes: tuple[str, ...]
     _dynamics: SceneDynamics = field(repr=False)
     _state: SteadyState = field(repr=False)
+
+    __repr__ = short_repr
 
     def __str__(self) -> str:
         """Return the steady state and its stability, a table of the modes, and the notes."""

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from governor_mechanism.units.quantities import format_reading_name
+from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
 
@@ -34,6 +35,8 @@ class Mode:
     damping_ratio: float
     amplitudes: Mapping[str, complex]
     is_conserved: bool = False
+
+    __repr__ = short_repr
 
 
 def format_modes(modes: Sequence[Mode]) -> str:

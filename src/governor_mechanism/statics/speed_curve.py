@@ -6,21 +6,25 @@ spindle of inertia J0 adds w^2 J'^2 / ((J0 + J) I). A resistance W along a readi
 2 (V' - W |s'|) / J' and 2 (V' + W |s'|) / J'.
 """
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
+from governor_mechanism.model.named_values import name_values
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics import equilibrium_speed
 from governor_mechanism.statics.adaptive_grid import sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared, evaluate_stability
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import DataFrame, FloatArray
 from governor_mechanism.units.quantities import format_value
+from governor_mechanism.units.short_repr import short_repr
 
 MAX_CURVE_POINTS = 1_000_000
 """Largest number of points of a speed curve; it bounds memory and time."""
@@ -53,6 +57,8 @@ class InsensitivityBand:
     falling_speed: FloatArray
     rising_speed: FloatArray
     insensitivity: FloatArray
+
+    __repr__ = short_repr
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -106,6 +112,51 @@ class SpeedCurve:
     low_end_message: str
     high_end_message: str
     insensitivity_band: InsensitivityBand | None = None
+
+    __repr__ = short_repr
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "readings", name_values("reading", self.readings))
+
+    def to_dataframe(self) -> DataFrame:
+        """Return a table of pandas: readings, speed, stiffness, frequencies and stability, SI, by the leading coordinate.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        from governor_mechanism.files.curve_tables import tabulate_speed_curve
+
+        return tabulate_speed_curve(self)
+
+    def save_json(self, path: str | os.PathLike[str]) -> Path:
+        """Write all numbers as a JSON file, in SI; those that are not finite are null.
+
+        Parameters
+        ----------
+        path
+            Path of the file.
+
+        Returns
+        -------
+        Path
+            The path.
+        """
+        from governor_mechanism.files.curve_tables import save_speed_curve
+
+        return save_speed_curve(self, path)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: travel, speeds, folds and poles."""
+        from governor_mechanism.notebook.curve_table import speed_curve_html
+
+        return speed_curve_html(self)
 
 
 def equilibrium_speed_at(scene: Scene, values: Sequence[float] | FloatArray) -> FloatArray:

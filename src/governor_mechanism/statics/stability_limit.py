@@ -7,6 +7,7 @@ from typing import Generic, TypeVar
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.statics.first_order_system import FirstOrderSystem, Onset
+from governor_mechanism.units.short_repr import short_repr
 
 RELATIVE_TOLERANCE = 1e-12
 """Tolerance of the value at the limit, relative to the ends of its range."""
@@ -44,6 +45,8 @@ class StabilityLimit(Generic[Linearised]):
     stable_below: bool
     onset: Onset
     linearisation: Linearised
+
+    __repr__ = short_repr
 
 
 def find_stability_limit(

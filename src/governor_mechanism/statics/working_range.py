@@ -15,6 +15,7 @@ from governor_mechanism.statics.adaptive_grid import sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity, format_value, parse_quantity
+from governor_mechanism.units.short_repr import short_repr
 
 END_TOLERANCE = 1e-4
 """Distance of a given value beyond the end of the travel, in travels of the reading, within which it is that end.
@@ -69,6 +70,8 @@ class WorkingRange:
     rising_speed: FloatArray
     stable: bool
     work_capacity: float
+
+    __repr__ = short_repr
 
     @property
     def lift(self) -> float:

@@ -19,13 +19,17 @@ from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.plain_values import plain_record
+from governor_mechanism.files.printed_result import PrintedResult
+from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import Part, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.types import DataFrame
 from governor_mechanism.units.quantities import format_reading_name
+from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
 N_TIMED_RUNS = 3
@@ -74,7 +78,7 @@ class EffectComparison:
 
 
 @dataclass(frozen=True, kw_only=True)
-class EffectsStudy:
+class EffectsStudy(PrintedResult):
     """Effects of a scene and of those not listed that can be tried.
 
     Attributes
@@ -99,6 +103,8 @@ class EffectsStudy:
     base_cost: EffectCost
     rows: tuple[EffectComparison, ...]
     untried: tuple[str, ...]
+
+    __repr__ = short_repr
 
     @property
     def negligible(self) -> tuple[str, ...]:
@@ -127,6 +133,22 @@ class EffectsStudy:
                 *(f"{label}: {', '.join(names)}{remark}" for label, names, remark in lists if names),
             ]
         )
+
+    def to_dataframe(self) -> DataFrame:
+        """Return a table of pandas with a row for each effect: its largest relative change, in which reading, and what it costs.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table, by the names of the effects.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        names = ("effect", "listed", "relative_change", "most_changed_reading", "time_ratio", "note")
+        return make_data_frame({name: [getattr(row, name) for row in self.rows] for name in names}, index="effect")
 
     def as_json(self) -> dict[str, Any]:
         """Return the study as plain values."""

@@ -15,6 +15,7 @@ from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.studies.sweep.cluster import row_computer
 from governor_mechanism.studies.sweep.run import make_task, run_sweep
+from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
 MACHINE_CODE_PATTERN = "*.nbc"
@@ -75,6 +76,8 @@ class KernelCompilation:
 
     uses: tuple[CompiledUse, ...]
     folder: Path
+
+    __repr__ = short_repr
 
     @property
     def n_compiled(self) -> int:

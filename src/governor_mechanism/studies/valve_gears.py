@@ -5,20 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.plain_values import finite_or_none, save_json
+from governor_mechanism.files.plain_values import finite_or_none
+from governor_mechanism.files.printed_result import PrintedResult
+from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_motion import reverse_crank, valve_of
 from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, PORT_EVENTS
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.studies.sweep.parameters import parse_axes
 from governor_mechanism.studies.valve_timing import ValveTiming, tabulate_valve_timing
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import DataFrame, FloatArray
+from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
 SHIPPED_GEARS = ("stephenson_arc_middle", "gooch", "allan", "walschaerts", "joy")
@@ -31,7 +33,7 @@ DEFAULT_COUNT = 41
 """Number of positions of the reversing gear; odd, so that mid gear is one of them."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ValveGear:
     """A valve gear in n positions from full forward to full back gear. In back gear the crank turns the other way.
 
@@ -98,7 +100,7 @@ class ValveGear:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ValveGears:
+class ValveGears(PrintedResult):
     """Valve gears compared.
 
     Attributes
@@ -109,6 +111,8 @@ class ValveGears:
 
     gears: tuple[ValveGear, ...]
 
+    __repr__ = short_repr
+
     def __str__(self) -> str:
         """Return a table of every gear in full forward, half forward, mid and full back gear."""
         header = ("gear", "position", "lead, mm", "cut-off, %", "travel, mm")
@@ -118,9 +122,25 @@ class ValveGears:
         """Return all curves as plain values in SI."""
         return {"gears": [gear.as_json() for gear in self.gears]}
 
-    def save_json(self, path: Path) -> Path:
-        """Write all curves as a JSON file and return its path."""
-        return save_json(self.as_json(), path)
+    def to_dataframe(self) -> DataFrame:
+        """Return a table of pandas with a row for each position of each gear: leads and travel, m, and cut-offs of both ends.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table, SI; NaN for a cut-off that there is not.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        curves = ("positions", "leads", "cut_offs", "travel")
+        joined = {name: np.concatenate([getattr(gear, name) for gear in self.gears]) for name in curves}
+        columns: dict[str, Any] = {"gear": [gear.name for gear in self.gears for _ in gear.positions], "position": joined["positions"]}
+        for name, both_ends in (("lead", joined["leads"]), ("cut_off", joined["cut_offs"])):
+            columns |= {f"{end}_{name}".replace(" ", "_"): both_ends[:, k] for k, end in enumerate(CYLINDER_ENDS)}
+        return make_data_frame(columns | {"travel": joined["travel"]})
 
 
 def _rows(gear: ValveGear) -> list[tuple[str, ...]]:

@@ -2,17 +2,21 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
 from governor_mechanism.files.plain_values import finite_or_none, plain_record
+from governor_mechanism.files.printed_result import PrintedResult
+from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.machines.slide_valve import SlideValve
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_motion import valve_motion_of
 from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, find_port_timings
 from governor_mechanism.studies.slide_valve.closed_form_timing import ClosedFormEvent, closed_form_event
+from governor_mechanism.types import DataFrame
+from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
 CLOSED_FORMS: dict[str, Callable[[Scene, str], ClosedFormEvent]] = {SlideValve.name: closed_form_event}
@@ -80,7 +84,7 @@ class ValveEvent:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ValveTiming:
+class ValveTiming(PrintedResult):
     """The events of a valve, crank end first.
 
     Attributes
@@ -109,6 +113,8 @@ class ValveTiming:
     largest_openings: tuple[float, float]
     statements: tuple[str, ...] = ()
 
+    __repr__ = short_repr
+
     def __str__(self) -> str:
         """Return the timing as a table."""
         openings = ", ".join(
@@ -128,6 +134,22 @@ class ValveTiming:
         strokes = "; strokes as fractions, from the event's own end" if self.rows[0].has_stroke else ""
         footer = f"{angles} in deg from the crank end's dead centre{strokes}"
         return [format_table(header, [tuple(row.values()) for row in cells], "lr"), footer]
+
+    def to_dataframe(self) -> DataFrame:
+        """Return a table of pandas with a row for each event.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table, angles in rad; NaN for what there is not.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        names = [field.name for field in fields(ValveEvent)]
+        return make_data_frame({name: [getattr(row, name) for row in self.rows] for name in names}, index="name")
 
     def as_json(self) -> dict[str, Any]:
         """Return the timing as plain values in SI."""

@@ -38,9 +38,10 @@ NUMBER: Final[_Requirement] = (
 NUMBERS: Final[_Requirement] = "a list of finite numbers", _is_numeric
 FUNCTION: Final[_Requirement] = "a function", callable
 PATH: Final[_Requirement] = "a path", lambda value: isinstance(value, str | os.PathLike)
-NUMBERS_BY_NAME: Final[_Requirement] = (
-    "lists of finite numbers by name",
-    lambda value: isinstance(value, Mapping) and all(map(_is_numeric, value.values())),
+BY_NAME: Final[_Requirement] = "values by name, as a mapping", lambda value: isinstance(value, Mapping)
+TEXTS_BY_NAME: Final[_Requirement] = (
+    "texts by name, as a mapping",
+    lambda value: isinstance(value, Mapping) and all(isinstance(text, str) for pair in value.items() for text in pair),
 )
 
 

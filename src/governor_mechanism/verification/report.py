@@ -2,7 +2,13 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
+from governor_mechanism.files.plain_values import finite_or_none
+from governor_mechanism.files.printed_result import PrintedResult
+from governor_mechanism.files.table import make_data_frame
+from governor_mechanism.types import DataFrame
+from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
 MAX_PRINTED_ROWS = 24
@@ -38,7 +44,7 @@ class ComparisonRow:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CheckReport:
+class CheckReport(PrintedResult):
     """Comparison of a simulation with closed forms or with a user's kernel.
 
     Attributes
@@ -58,10 +64,39 @@ class CheckReport:
     rows: tuple[ComparisonRow, ...]
     notes: tuple[str, ...] = ()
 
+    __repr__ = short_repr
+
     @property
     def passed(self) -> bool:
         """Whether there are rows and every one passes."""
         return bool(self.rows) and all(row.passed for row in self.rows)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the report as plain values, with None for what is not finite."""
+        measured, others = ("simulated", "expected", "difference"), ("allowed", "unit", "reason", "passed")
+        rows = [
+            {"quantity": row.quantity}
+            | {name: finite_or_none(getattr(row, name)) for name in measured}
+            | {name: getattr(row, name) for name in others}
+            for row in self.rows
+        ]
+        return {"title": self.title, "against": self.against, "passed": self.passed, "rows": rows, "notes": self.notes}
+
+    def to_dataframe(self) -> DataFrame:
+        """Return the comparisons as a table of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each comparison.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        names = ("quantity", "simulated", "expected", "difference", "allowed", "unit", "reason", "passed")
+        return make_data_frame({name: [getattr(row, name) for row in self.rows] for name in names})
 
     def __str__(self) -> str:
         """Return the report as a table with its notes and the verdict."""

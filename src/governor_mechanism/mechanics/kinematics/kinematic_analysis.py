@@ -12,9 +12,11 @@ from governor_mechanism.mechanics.kinematics.coordinate_assembly import Coordina
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_reading_motions
 from governor_mechanism.mechanics.kinematics.released_drivers import release_drivers
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.named_values import name_values
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import DataFrame, FloatArray
+from governor_mechanism.units.short_repr import short_repr
 
 TIME_VARIABLE = "time"
 """Name of the independent variable of drivers."""
@@ -27,7 +29,7 @@ MAX_REGULAR_SLOPE = 1e6
 """Largest derivative of a pose by the reading, in scales of both, of a configuration that is not almost singular."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Kinematics:
     """Kinematics of a mechanism at n values of a reading, or at n times.
 
@@ -59,6 +61,30 @@ class Kinematics:
     readings: Mapping[str, FloatArray]
     rates: Mapping[str, FloatArray]
     reading_accelerations: Mapping[str, FloatArray]
+
+    __repr__ = short_repr
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "readings", name_values("reading", self.readings))
+        object.__setattr__(self, "rates", name_values("rate", self.rates))
+        object.__setattr__(self, "reading_accelerations", name_values("reading", self.reading_accelerations))
+
+    def to_dataframe(self) -> DataFrame:
+        """Return a table of pandas: readings, rates and accelerations, SI, by the reading that drives the mechanism, or by time.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        from governor_mechanism.files.curve_tables import tabulate_kinematics
+
+        return tabulate_kinematics(self)
 
 
 def solve_kinematics(

@@ -1,5 +1,6 @@
 """Common parts of all figures: pages with titles and notes, framed plates in the style of old engravings, panels, PNG files."""
 
+import io
 import os
 import textwrap
 from collections.abc import Mapping
@@ -141,6 +142,13 @@ class Page(Figure):
             canvas: Any = FigureCanvasAgg(self)
             canvas.print_png(str(temporary), metadata={"Software": None})
         return target
+
+    def _repr_png_(self) -> bytes:
+        """Return the page as a PNG, which a notebook shows."""
+        stream = io.BytesIO()
+        canvas: Any = FigureCanvasAgg(self)
+        canvas.print_png(stream)
+        return stream.getvalue()
 
 
 class Plate(Page):

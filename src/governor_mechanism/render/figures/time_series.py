@@ -22,12 +22,12 @@ from governor_mechanism.render.figures.page import (
     use_plain_decades,
 )
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_name, format_rounded_up
-from governor_mechanism.render.shown_readings import ShownReading, shown_readings
+from governor_mechanism.render.shown_readings import ShownReading, chosen_readings, shown_readings
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.types import FloatArray
 
-_FIGURE_WIDTH, _ROW_HEIGHT, _BORDER_HEIGHT = 9.6, 1.9, 0.85
-"""Width of the figure, height of a row of plots, height of title and footer together, inches."""
+_FIGURE_WIDTH, _ROW_HEIGHT, _ONLY_PLOT_HEIGHT, _BORDER_HEIGHT = 9.6, 1.9, 3.2, 0.85
+"""Width of the figure, height of a row of plots and of an only plot, height of title and footer together, inches."""
 _LEGEND_HEIGHT = 0.24
 """Height of the event legend, inches."""
 _MIN_PLOTTED_ERROR = 1e-18
@@ -53,8 +53,8 @@ _OTHER_EVENT_STYLE = (MUTED, (0, (5, 2, 1, 2)))
 """Colour and dashes of the lines of other event kinds."""
 
 
-def readings_figure(run: Trajectory) -> Page:
-    """Draw every reading over time, in everyday units, with the joint gap and the energy drift below.
+def readings_figure(run: Trajectory, chosen: Sequence[str] = ()) -> Page:
+    """Draw every reading over time, in everyday units, with the joint gap and the energy drift below; or chosen readings alone.
 
     Events such as impacts against stops are marked in the plots: few by a line each, many by a rug of ticks.
 
@@ -62,6 +62,8 @@ def readings_figure(run: Trajectory) -> Page:
     ----------
     run
         Finished run with at least one reported time.
+    chosen
+        Names of readings, or "rate of ..." for their rates; all readings, joint gap and energy drift if empty.
 
     Returns
     -------
@@ -71,27 +73,29 @@ def readings_figure(run: Trajectory) -> Page:
     Raises
     ------
     MechanismError
-        If the run has no reported time.
+        If the run has no reported time, or no such reading.
     """
     if not len(run.times):
         raise MechanismError(f"the run has no reported time, so there is nothing to plot; its message: {run.message}")
-    readings = shown_readings(run)
+    readings = chosen_readings(run, chosen) if chosen else shown_readings(run)
+    n_columns = 1 if len(readings) == 1 else 2
+    reading_rows = math.ceil(len(readings) / n_columns)
     events = [event for event in run.events if run.times[0] <= event.time <= run.times[-1]]
-    rows = math.ceil(len(readings) / 2) + 1
+    rows = reading_rows if chosen else reading_rows + 1
     header_height = 0.75 + (_LEGEND_HEIGHT if events else 0.0)
-    height = rows * _ROW_HEIGHT + _BORDER_HEIGHT + header_height - 0.75
+    height = (_ONLY_PLOT_HEIGHT if chosen and len(readings) == 1 else rows * _ROW_HEIGHT) + _BORDER_HEIGHT + header_height - 0.75
     page = Page(_FIGURE_WIDTH, height)
     margins = {"left": 0.075, "right": 0.975, "top": 1 - header_height / height, "bottom": 0.75 / height}
-    grid = page.add_gridspec(rows, 2, hspace=0.62, wspace=0.17, **margins)
+    grid = page.add_gridspec(rows, n_columns, hspace=0.62, wspace=0.17, **margins)
     for k, (name, reading) in enumerate(readings.items()):
-        _draw_event_markers(_plot_reading(page, grid[divmod(k, 2)], run.times, name, reading), events)
+        panel = _plot_reading(page, grid[divmod(k, n_columns)], run.times, name, reading)
+        _draw_event_markers(panel, events)
+        if chosen and k + n_columns >= len(readings):
+            _label_time(panel)
     if events:
         _draw_event_legend(page, events, 1 - 0.55 / height)
-    drift = np.abs(run.energy.jacobi - run.energy.jacobi[0]) / run.energy.scale
-    unit, factor = display_unit_of("m")
-    size_in_units = max(part.mechanism.length_scale for part in run.scene.parts) * factor
-    _plot_error(page, grid[rows - 1, 0], run.times, run.joint_gap * factor, f"widest joint gap, {unit}", size_in_units)
-    _plot_error(page, grid[rows - 1, 1], run.times, drift, "energy drift, of the energy scale", 1.0)
+    if not chosen:
+        _plot_checks(page, grid[rows - 1, 0], grid[rows - 1, 1], run)
     page.write_title(run.scene.title, y=1 - 0.27 / height)
     lines, is_failure = format_closing_lines(run, _MAX_FOOTER_LETTERS)
     for text, y in zip(lines, (0.16,) if len(lines) == 1 else (0.26, 0.10), strict=True):
@@ -112,10 +116,23 @@ def _plot_reading(page: Page, cell: SubplotSpec, times: FloatArray, name: str, r
     return panel
 
 
+def _plot_checks(page: Page, left: SubplotSpec, right: SubplotSpec, run: Trajectory) -> None:
+    """Plot the joint gap and the energy drift of a run."""
+    drift = np.abs(run.energy.jacobi - run.energy.jacobi[0]) / run.energy.scale
+    unit, factor = display_unit_of("m")
+    size_in_units = max(part.mechanism.length_scale for part in run.scene.parts) * factor
+    _plot_error(page, left, run.times, run.joint_gap * factor, f"widest joint gap, {unit}", size_in_units)
+    _plot_error(page, right, run.times, drift, "energy drift, of the energy scale", 1.0)
+
+
+def _label_time(panel: Panel) -> None:
+    panel.label("time, s", color=MUTED, fontsize=8, fontfamily=SANS_FONT)
+
+
 def _plot_error(page: Page, cell: SubplotSpec, times: FloatArray, values: FloatArray, heading: str, reference_scale: float) -> None:
     """Plot a quantity that is zero in an exact run on a logarithmic axis; below 4 machine epsilons of the reference scale it is zero."""
     panel = _add_panel(page, cell, heading)
-    panel.label("time, s", color=MUTED, fontsize=8, fontfamily=SANS_FONT)
+    _label_time(panel)
     if values.max() <= 4 * np.finfo(float).eps * reference_scale:
         panel.set(xlim=(times[0], max(times[-1], times[0] + 1e-9)), yticks=[])
         note = panel.write_note("zero to rounding", (0.5, 0.5), xycoords="axes fraction", fontsize=9, ha="center", va="center")

@@ -18,6 +18,7 @@ from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalD
 from governor_mechanism.model.time_functions import Harmonic, PrescribedMotion
 from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.scenes.quantities import Angle, FloatPair, check_label, parse_name, parse_points, parse_position, parse_si, quantity
+from governor_mechanism.scenes.schema_validator import MOTION, POINT, TABLE, TEXT, SchemaValidator, list_of, pair_of
 from governor_mechanism.scenes.table import SceneFileTable, validate
 from governor_mechanism.units.quantities import format_value
 
@@ -163,7 +164,7 @@ def table_list(model: type[SceneFileTable], noun: str) -> PlainValidator:
             raise wrong_value(value, f"must be a list, as [{model.example}]")
         return tuple(parse_each(lambda item, number: validate(model, item, f"{KEY}, {noun} {number}:"), value, count(1)))
 
-    return PlainValidator(check)
+    return SchemaValidator(check, json_schema=list_of(TABLE))
 
 
 MotionBuilder = Callable[[float], PrescribedMotion]
@@ -251,13 +252,13 @@ def _parse_coordinate(value: object) -> PrescribedMotion:
     return PrescribedMotion.constant_rate(parse_si(value, "length"), 0.0)
 
 
-PointRef = Annotated[Point, PlainValidator(_parse_point)]
-PointOrBodyRef = Annotated[Point, PlainValidator(partial(_parse_point, allow_body=True))]
-TwoPointRefs = Annotated[list[Point], PlainValidator(_parse_two_points)]
-BodyRef = Annotated[str, PlainValidator(_parse_body)]
-NewBodyName = Annotated[str, PlainValidator(_parse_body_name)]
-NamedPoints = Annotated[dict[str, FloatPair], PlainValidator(parse_named_points)]
-CurveValue = Annotated[Any, PlainValidator(_parse_curve)]
-AngleMotion = Annotated[Any, PlainValidator(_motion_parser("angle", "angular_speed", "angle", "10 deg"))]
-DisplacementMotion = Annotated[Any, PlainValidator(parse_displacement_motion)]
+PointRef = Annotated[Point, SchemaValidator(_parse_point, json_schema=POINT)]
+PointOrBodyRef = Annotated[Point, SchemaValidator(partial(_parse_point, allow_body=True), json_schema=POINT)]
+TwoPointRefs = Annotated[list[Point], SchemaValidator(_parse_two_points, json_schema=pair_of(POINT))]
+BodyRef = Annotated[str, SchemaValidator(_parse_body, json_schema=TEXT)]
+NewBodyName = Annotated[str, SchemaValidator(_parse_body_name, json_schema=TEXT)]
+NamedPoints = Annotated[dict[str, FloatPair], SchemaValidator(parse_named_points, json_schema=TABLE)]
+CurveValue = Annotated[Any, SchemaValidator(_parse_curve, json_schema=TABLE)]
+AngleMotion = Annotated[Any, SchemaValidator(_motion_parser("angle", "angular_speed", "angle", "10 deg"), json_schema=MOTION)]
+DisplacementMotion = Annotated[Any, SchemaValidator(parse_displacement_motion, json_schema=MOTION)]
 """Types of fields; the values of motions are `MotionBuilder`. The validation context of references is the `PointRegistry`."""

@@ -1,7 +1,7 @@
 """Scenes with a custom machine: from bodies, joints, forces and readings to a mechanism. Slow to import: pydantic."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
 from typing import Annotated, Any
 
@@ -63,23 +63,27 @@ class CustomMachineParser:
 
     def parse(self) -> tuple[Part | None, Start, tuple[Reading, ...] | None]:
         """Return the part, or None if there are mistakes, the start, and the readings, or None if not all are known."""
-        drivers = self._parse_ground()
-        bodies = self._parse_bodies()
-        joints = [*self._parse_tables("joint", JOINT_TABLES), *self._parse_tables("link", {"": LinkTable}), *drivers]
-        # The drivers connect the moving points of the ground to it.
-        all_bodies = [*bodies, *self.registry.moving_points.values()]
-        sketch = MechanismSketch(bodies=all_bodies, joints=joints, force_elements=self._parse_tables("force", FORCE_TABLES))
+        sketch = self.parse_sketch()
         self._check_sketch(sketch)
-        readings, are_all_known = self._parse_readings(bodies)
+        readings, are_all_known = self._parse_readings(list(sketch.bodies[: len(sketch.bodies) - len(self.registry.moving_points)]))
         start = self._parse_start(readings)
         length_scale = (self.top_level and self.top_level.size) or sketch.length_scale
         if not length_scale and not self.has_problems:
             text = 'size is missing: the initial configuration has no length that could be the length scale; write size = "1 m"'
             self.collector.add(ProblemCode.MISSING_KEY, text, key="size")
         known_readings = tuple(readings) if readings and are_all_known else None
-        valve = self._parse_valve(known_readings, joints)
+        valve = self._parse_valve(known_readings, sketch.joints)
         part = None if self.has_problems else self.collector.attempt("", self._build_part, sketch, readings, length_scale, valve)
         return part, start, known_readings
+
+    def parse_sketch(self) -> MechanismSketch:
+        """Return the bodies, joints and forces without mistakes of their own; what they make together is not checked."""
+        drivers = self._parse_ground()
+        bodies = self._parse_bodies()
+        joints = [*self._parse_tables("joint", JOINT_TABLES), *self._parse_tables("link", {"": LinkTable}), *drivers]
+        # The drivers connect the moving points of the ground to it.
+        all_bodies = [*bodies, *self.registry.moving_points.values()]
+        return MechanismSketch(bodies=all_bodies, joints=joints, force_elements=self._parse_tables("force", FORCE_TABLES))
 
     def _build_part(self, sketch: MechanismSketch, readings: list[Reading], length_scale: float, valve: Valve | None) -> Part:
         mechanism = sketch.build(readings, _leading_coordinate(self.document.get("start"), readings), length_scale, valve)
@@ -168,7 +172,7 @@ class CustomMachineParser:
         reading: Reading = validate(READING_TABLES[kind], values, context=self.registry).make_element(name=name)
         return reading
 
-    def _parse_valve(self, readings: tuple[Reading, ...] | None, joints: list[Joint]) -> Valve | None:
+    def _parse_valve(self, readings: tuple[Reading, ...] | None, joints: Sequence[Joint]) -> Valve | None:
         """Return the valve, if there is one; a joint with a mistake may be the driver of its crank."""
         table = self.document.get("valve")
         if not isinstance(table, Mapping) or len(joints) < sum(len(self._tables_under(key)) for key in ("joint", "link")):

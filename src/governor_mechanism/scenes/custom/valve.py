@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from typing import Annotated, Any, Final, NamedTuple
 
-from pydantic import Field, PlainValidator, ValidationInfo
+from pydantic import Field, ValidationInfo
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import Joint, RotationalDriver
@@ -12,6 +12,7 @@ from governor_mechanism.model.valve import ADMISSIONS, CENTRE_RULES, EQUAL_LEADS
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, resolve_reading_name
 from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, unknown_name, wrong_value
 from governor_mechanism.scenes.quantities import check_label, choice, parse_si, quantity
+from governor_mechanism.scenes.schema_validator import NUMBER_OR_TEXT, TABLE, TEXT, SchemaValidator
 from governor_mechanism.scenes.table import SceneFileTable, validate
 from governor_mechanism.units.quantities import format_value
 
@@ -66,28 +67,32 @@ class ReverserTable(SceneFileTable):
 
     element = Reverser
     example = '{ key = "joint.lever.motion.start", forward = "20 deg", back = "-20 deg" }'
-    key: Annotated[str, PlainValidator(check_label)] = Field(
+    key: Annotated[str, SchemaValidator(check_label, json_schema=TEXT)] = Field(
         description='the key of this file that reverses the gear, as "joint.lever.motion.start"'
     )
-    forward: Annotated[float | str, PlainValidator(_parse_end)] = Field(description='its value in full forward gear, as "20 deg"')
-    back: Annotated[float | str, PlainValidator(_parse_end)] = Field(description='its value in full back gear, as "-20 deg"')
+    forward: Annotated[float | str, SchemaValidator(_parse_end, json_schema=NUMBER_OR_TEXT)] = Field(
+        description='its value in full forward gear, as "20 deg"'
+    )
+    back: Annotated[float | str, SchemaValidator(_parse_end, json_schema=NUMBER_OR_TEXT)] = Field(
+        description='its value in full back gear, as "-20 deg"'
+    )
 
 
 class ValveTable(SceneFileTable):
     """[valve]; the validation context is a `ValveContext`."""
 
-    reading: Annotated[str, PlainValidator(_parse_length_reading)] = Field(
+    reading: Annotated[str, SchemaValidator(_parse_length_reading, json_schema=TEXT)] = Field(
         description="the reading of the valve's position, which grows away from the shaft"
     )
     steam_lap: Annotated[float, quantity("length", bounded=True)] = Field(
         description='the length by which the valve in its centre covers the edges that admit steam, as "24 mm"'
     )
     exhaust_lap: Annotated[float, quantity("length", bounded=True)] = 0.0
-    centre: Annotated[float | str, PlainValidator(_parse_centre)] = EQUAL_LEADS
-    piston: Annotated[str, PlainValidator(_parse_length_reading)] = ""
+    centre: Annotated[float | str, SchemaValidator(_parse_centre, json_schema=NUMBER_OR_TEXT)] = EQUAL_LEADS
+    piston: Annotated[str, SchemaValidator(_parse_length_reading, json_schema=TEXT)] = ""
     admission: Annotated[str, choice(ADMISSIONS)] = Valve.admission
-    crank: Annotated[str, PlainValidator(_parse_driver)] = ""
-    reverser: Annotated[Any, PlainValidator(lambda value: validate(ReverserTable, value).make_element())] = None
+    crank: Annotated[str, SchemaValidator(_parse_driver, json_schema=TEXT)] = ""
+    reverser: Annotated[Any, SchemaValidator(lambda value: validate(ReverserTable, value).make_element(), json_schema=TABLE)] = None
 
     def make_element(self, **arguments: Any) -> Valve:
         """Return the valve."""

@@ -19,7 +19,9 @@ from governor_mechanism.closed_form.flywheel.engine import AirEngine, closing_ar
 from governor_mechanism.closed_form.flywheel.equilibrium import Equilibrium, Fluctuation, energy_fluctuation, find_equilibria
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.plain_values import plain_record
+from governor_mechanism.files.printed_result import PrintedResult
 from governor_mechanism.studies.flywheel.inputs import DEFAULT_ENERGY_RATIO, PAPER_INPUTS, FlywheelInputs, closed_cycle, validate_inputs
+from governor_mechanism.units.short_repr import short_repr
 
 GRAVITY = 9.81
 """Gravity for the weight of the rim, m/s2; the paper's 9.808 enters none of its numbers."""
@@ -55,7 +57,7 @@ class Wheel:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FlywheelDesign:
+class FlywheelDesign(PrintedResult):
     """Result of a design in SI: angles rad, work J, speeds rad/s.
 
     Attributes
@@ -116,6 +118,8 @@ class FlywheelDesign:
     closed_coefficient: float
     wheel: Wheel
     warnings: tuple[str, ...] = ()
+
+    __repr__ = short_repr
 
     def summary_lines(self) -> list[str]:
         """Return the design as text."""

@@ -7,11 +7,13 @@ from typing import Any
 
 from governor_mechanism.closed_form.flywheel.engine import AirEngine
 from governor_mechanism.files.plain_values import plain_record
+from governor_mechanism.files.printed_result import PrintedResult
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.governed_engine.dashpot import DashpotDesign
 from governor_mechanism.studies.governed_engine.governor import GovernorDesign
 from governor_mechanism.studies.governed_engine.inputs import GovernedEngineInputs
+from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
 HORSEPOWER = 75 * 9.80665
@@ -74,7 +76,7 @@ class Check:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GovernedEngineDesign:
+class GovernedEngineDesign(PrintedResult):
     """Result of a design in SI.
 
     Attributes
@@ -117,6 +119,8 @@ class GovernedEngineDesign:
     dashpot: DashpotDesign
     checks: tuple[Check, ...]
     scene_document: Mapping[str, Any] = field(default_factory=dict, repr=False)
+
+    __repr__ = short_repr
 
     @property
     def scene(self) -> Scene:

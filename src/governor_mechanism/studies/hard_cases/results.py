@@ -8,8 +8,12 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from governor_mechanism.files.plain_values import finite_or_none, plain_record, save_json, save_table
+from governor_mechanism.files.plain_values import finite_or_none, plain_record, save_table
+from governor_mechanism.files.printed_result import PrintedResult
+from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.studies.hard_cases.case import HardCase
+from governor_mechanism.types import DataFrame
+from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
 
@@ -84,7 +88,7 @@ class HardCaseRow:
 
 
 @dataclass(frozen=True, kw_only=True)
-class HardCasesReport:
+class HardCasesReport(PrintedResult):
     """Rows of all studied cases.
 
     Attributes
@@ -97,6 +101,8 @@ class HardCasesReport:
 
     cases: tuple[HardCase, ...]
     rows: tuple[HardCaseRow, ...]
+
+    __repr__ = short_repr
 
     @property
     def ok(self) -> bool:
@@ -129,13 +135,28 @@ class HardCasesReport:
 
     def save_csv(self, path: str | os.PathLike[str]) -> Path:
         """Write one row per run, and return the path."""
-        columns = [field.name for field in fields(HardCaseRow)]
-        rows = ([getattr(row, name).value if name == "verdict" else getattr(row, name) for name in columns] for row in self.rows)
-        return save_table(columns, rows, Path(path))
+        columns = self._columns()
+        return save_table(list(columns), zip(*columns.values(), strict=True), Path(path))
 
-    def save_json(self, path: str | os.PathLike[str]) -> Path:
-        """Write the report as JSON, and return the path."""
-        return save_json(self.as_json(), Path(path))
+    def to_dataframe(self) -> DataFrame:
+        """Return a table of pandas with a row for each run.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        return make_data_frame(self._columns())
+
+    def _columns(self) -> dict[str, list[Any]]:
+        """Return the values of all rows by the names of their fields."""
+        columns = {field.name: [getattr(row, field.name) for row in self.rows] for field in fields(HardCaseRow)}
+        return columns | {"verdict": [row.verdict.value for row in self.rows]}
 
 
 def _cells(row: HardCaseRow) -> tuple[str, ...]:

@@ -327,8 +327,10 @@ class GovernedEngine:
 
         Parameters
         ----------
-        start, end
-            Coordinates of the governor, SI.
+        start
+            Coordinate of the governor at the start, SI.
+        end
+            Its coordinate at the end, SI.
 
         Returns
         -------

@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,14 +11,17 @@ import numpy as np
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.plain_values import finite_or_none, plain_record, save_json
+from governor_mechanism.files.plain_values import finite_or_none, plain_record
+from governor_mechanism.files.printed_result import PrintedResult
+from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine, OperatingPoint
 from governor_mechanism.studies.regulation.turn_average import TurnAverage, average_over_turns
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import DataFrame, FloatArray
 from governor_mechanism.units.quantities import format_value, parse_quantity
+from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
 SETTLING_BAND = 0.05
@@ -49,7 +51,7 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LoadChangeStudy:
+class LoadChangeStudy(PrintedResult):
     """Response of a governed engine to a change of its load. Speeds are those of the shaft, averaged over a turn.
 
     Attributes
@@ -116,6 +118,8 @@ class LoadChangeStudy:
     average: TurnAverage
     run: Trajectory
 
+    __repr__ = short_repr
+
     @property
     def ok(self) -> bool:
         """Whether the speed settles."""
@@ -147,9 +151,23 @@ class LoadChangeStudy:
         record = plain_record(self, *left_out, **points, **derived, run=engine)
         return {name: finite_or_none(value) if isinstance(value, float) else value for name, value in record.items()}
 
-    def save_json(self, path: Path) -> Path:
-        """Write all numbers to a JSON file and return its path."""
-        return save_json(self.as_json(), path)
+    def to_dataframe(self) -> DataFrame:
+        """Return the speed of the shaft averaged over each turn, and its fluctuation, as a table of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Mean speed, rad/s, relative speed fluctuation and duration of the turn, s, by the time of its middle, s. `run.to_dataframe()`
+            has the readings.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        average = self.average
+        columns = {"time": average.times, "speed": average.speeds, "fluctuation": average.fluctuations, "period": average.periods}
+        return make_data_frame(columns, index="time", units={"time": "s", "speed": "rad/s", "fluctuation": "1", "period": "s"})
 
     def __str__(self) -> str:
         """Return a table of the numbers and the verdict."""

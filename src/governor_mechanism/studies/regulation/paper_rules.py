@@ -13,10 +13,10 @@ import textwrap
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
-from governor_mechanism.files.plain_values import save_json
+from governor_mechanism.files.printed_result import PrintedResult
+from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.scenes.library import load_scene
 from governor_mechanism.studies.regulation.rules.cyclic_engine import build_cyclic_engine
 from governor_mechanism.studies.regulation.rules.dashpot import DashpotCheck, check_dashpot
@@ -32,6 +32,8 @@ from governor_mechanism.studies.regulation.rules.joint_clearance import Clearanc
 from governor_mechanism.studies.regulation.rules.rule import RuleCheck
 from governor_mechanism.studies.regulation.rules.shaking import OilBrakeCheck, ShakingCheck, check_oil_brake, check_shaking
 from governor_mechanism.studies.regulation.rules.steady_engine import find_steady_engine
+from governor_mechanism.types import DataFrame
+from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
 ENGINE, MEAN_ENGINE, STRONG_ENGINE = "governed_engine", "governed_engine_mean_torque", "governed_engine_hartung"
@@ -42,7 +44,7 @@ TEXT_WIDTH = 110
 
 
 @dataclass(frozen=True, kw_only=True)
-class PaperRules:
+class PaperRules(PrintedResult):
     """Rules of the papers with the verdicts of the simulation.
 
     Attributes
@@ -74,6 +76,8 @@ class PaperRules:
     dry_friction: DryFrictionCheck
     droop: DroopCheck
 
+    __repr__ = short_repr
+
     def __iter__(self) -> Iterator[RuleCheck]:
         """Return the rules in their order."""
         return (getattr(self, name) for name in self.__dataclass_fields__)
@@ -84,13 +88,26 @@ class PaperRules:
         table = format_table(header, [(f"{k}", rule.title, rule.verdict_text) for k, rule in enumerate(self, start=1)], "l")
         return "\n\n".join([table, *(_format_rule(k, rule) for k, rule in enumerate(self, start=1))])
 
+    def to_dataframe(self) -> DataFrame:
+        """Return a table of pandas with a row for each rule.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        names = ("rule", "source", "statement", "finding", "verdict", "condition")
+        records = [rule.as_json() for rule in self]
+        return make_data_frame({name: [record[name] for record in records] for name in names})
+
     def as_json(self) -> dict[str, Any]:
         """Return statements, findings, verdicts and numbers as plain values in SI."""
         return {"rules": [rule.as_json() for rule in self]}
-
-    def save_json(self, path: Path) -> Path:
-        """Write all rules as a JSON file and return its path."""
-        return save_json(self.as_json(), path)
 
 
 def _format_rule(number: int, rule: RuleCheck) -> str:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,9 @@ import numpy as np
 from governor_mechanism.closed_form.governed_engine import vyshnegradskii_parameters
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.plain_values import finite_or_none, save_json
+from governor_mechanism.files.plain_values import finite_or_none
+from governor_mechanism.files.printed_result import PrintedResult
+from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.machines.flywheel_engine.dimensions import MEAN
 from governor_mechanism.machines.flywheel_engine.machine import FlywheelEngine
 from governor_mechanism.model.coupling.couplings import ControlCoupling
@@ -23,7 +24,8 @@ from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
 from governor_mechanism.studies.regulation.periodic_motion import find_periodic_motion
 from governor_mechanism.studies.sweep.parameters import SweepAxis, parse_axes
 from governor_mechanism.studies.sweep.workers import compute_in_parallel
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import DataFrame, FloatArray
+from governor_mechanism.units.short_repr import short_repr
 
 DEFAULT_COUNT = 40
 """Number of values of each parameter unless they are given."""
@@ -67,7 +69,7 @@ class BorderPoint:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class StabilityMap:
+class StabilityMap(PrintedResult):
     """Stability of a governed engine over two parameters.
 
     Attributes
@@ -100,6 +102,8 @@ class StabilityMap:
     place: tuple[float, float]
     load_fraction: float
 
+    __repr__ = short_repr
+
     @property
     def stable_share(self) -> float:
         """Part of the points that are stable."""
@@ -128,9 +132,24 @@ class StabilityMap:
             "stable_share": self.stable_share,
         }
 
-    def save_json(self, path: Path) -> Path:
-        """Write all numbers to a JSON file and return its path."""
-        return save_json(self.as_json(), path)
+    def to_dataframe(self) -> DataFrame:
+        """Return a table of pandas with a row for each point: both parameters, growth rate and frequency, and Vyshnegradskii's x and y.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table, SI; NaN where there is no steady state, or the closed form does not apply.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        y, x = np.meshgrid(np.asarray(self.y.values, dtype=float), np.asarray(self.x.values, dtype=float), indexing="ij")
+        grids = {self.x.key: x, self.y.key: y, "growth_rate": self.growth_rates, "frequency": self.frequencies}
+        grids |= {"vyshnegradskii_x": self.parameters[0], "vyshnegradskii_y": self.parameters[1]}
+        units = {self.x.key: self.x.unit, self.y.key: self.y.unit, "growth_rate": "1/s", "frequency": "rad/s"}
+        return make_data_frame({name: grid.ravel() for name, grid in grids.items()}, units=units)
 
     def __str__(self) -> str:
         """Return how much is stable, and the border."""

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,13 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.files.plain_values import plain_record
+from governor_mechanism.files.printed_result import PrintedResult
+from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.studies.sweep.parameters import AxisGrid, SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.studies.sweep.rows import OK_ROW_OUTCOMES, SweepRow, SweepRows
+from governor_mechanism.types import DataFrame
+from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
 MAX_PRINTED_ROWS = 20
@@ -21,7 +26,7 @@ MAX_PRINTED_ROWS = 20
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sweep(AxisGrid):
+class Sweep(AxisGrid, PrintedResult):
     """A scene run at every combination of the values of the axes.
 
     Attributes
@@ -43,6 +48,8 @@ class Sweep(AxisGrid):
     quantities: tuple[RunQuantity, ...]
     accuracy: float
     rows: SweepRows
+
+    __repr__ = short_repr
 
     @property
     def units(self) -> dict[str, str]:
@@ -118,6 +125,22 @@ class Sweep(AxisGrid):
             lines += self._format_failures()
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
+    def to_dataframe(self) -> DataFrame:
+        """Return a table of pandas with a row for each run: the varied keys, the quantities, and the outcome.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table, SI; NaN if missing. Its `attrs["units"]` has the units.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        names = [*(axis.key for axis in self.axes), *(one.name for one in self.quantities)]
+        return make_data_frame({**{name: self.column(name) for name in names}, "outcome": self.rows.outcomes}, units=self.units)
+
     def as_json(self) -> dict[str, Any]:
         """Return the sweep as JSON values; a missing number is None."""
         tables = {
@@ -125,7 +148,7 @@ class Sweep(AxisGrid):
             "quantities": [{"name": one.name, "unit": one.unit} for one in self.quantities],
             "rows": [plain_record(row, "index", numbers=row.numbers_or_none, values=self.values_at(row.index)) for row in self.rows],
         }
-        header = {"title": self.title, "scene": self.source}
+        header = {"title": self.title, "scene": Path(self.source).name}
         return header | plain_record(self, "source", **tables, outcomes=self.outcomes, notes=self.notes)
 
     def _has_no_effect(self, axis_index: int) -> bool:

@@ -10,9 +10,13 @@ from typing import Any
 
 from governor_mechanism.engines import Engine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.plain_values import plain_record, plain_value, save_json, save_table
+from governor_mechanism.files.plain_values import plain_record, plain_value, save_table
+from governor_mechanism.files.printed_result import PrintedResult
+from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.regression import FittedParameter
+from governor_mechanism.types import DataFrame
+from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
 REFERENCE_MARGIN_RATIO = 100.0
@@ -170,7 +174,7 @@ class ErrorReference:
 
 
 @dataclass(frozen=True, kw_only=True)
-class AccuracyStudy:
+class AccuracyStudy(PrintedResult):
     """Work-precision study of a scene: every variant of every engine over its settings.
 
     Attributes
@@ -195,6 +199,8 @@ class AccuracyStudy:
     n_samples: int
     time_scale: float
     early_end_message: str = ""
+
+    __repr__ = short_repr
 
     @property
     def points(self) -> tuple[WorkPrecisionPoint, ...]:
@@ -263,9 +269,21 @@ class AccuracyStudy:
         rows = ([getattr(point, column.partition(" ")[0]) for column in columns] for point in self.points)
         return save_table(columns, rows, Path(path))
 
-    def save_json(self, path: str | os.PathLike[str]) -> Path:
-        """Write the study as JSON, and return the path."""
-        return save_json(self.as_json(), Path(path))
+    def to_dataframe(self) -> DataFrame:
+        """Return a table of pandas with a row for each setting: error, time and defects, SI.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        names = [column.partition(" ")[0] for column in POINT_CSV_HEADER.split(",")]
+        return make_data_frame({name: [getattr(point, name) for point in self.points] for name in names})
 
     def _require_resolvable(self, error: float) -> None:
         validate_target_error(error)

@@ -1,0 +1,222 @@
+"""Bodies of a mechanism that is being built, and points of the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from governor_mechanism.building.handles import BuiltBody, BuiltPoint, BuiltRod, Program, Quantity
+from governor_mechanism.building.tables import DocumentTables, given_values, plain_list
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.joints import GROUND
+
+
+class BodyBuilder(DocumentTables):
+    """Methods that add bodies and points of the ground."""
+
+    def rod(
+        self, name: str, *, length: Quantity, mass: Quantity, angle: Quantity | None = None, at: Sequence[Quantity] | None = None
+    ) -> BuiltRod:
+        """Add a slender uniform rod along the x axis of the body, with the points `start` and `end`.
+
+        Parameters
+        ----------
+        name
+            Name of the body.
+        length
+            Length, m or text with a unit.
+        mass
+            Mass, kg or text with a unit; 0 for a massless lever.
+        angle
+            Angle in the first configuration, rad or text with a unit; None if it follows from the joints.
+        at
+            Position [x, y] of the start there; None if it follows from the joints.
+
+        Returns
+        -------
+        BuiltRod
+            The rod.
+        """
+        return BuiltRod(name, self._add_body(name, mass, angle, at, rod={"length": length}))
+
+    def disc(
+        self,
+        name: str,
+        *,
+        radius: Quantity,
+        mass: Quantity,
+        thickness: Quantity | None = None,
+        angle: Quantity | None = None,
+        at: Sequence[Quantity] | None = None,
+    ) -> BuiltBody:
+        """Add a uniform disc in the plane with its origin at its centre.
+
+        Parameters
+        ----------
+        name
+            Name of the body.
+        radius
+            Radius, m or text with a unit.
+        mass
+            Mass, kg or text with a unit.
+        thickness
+            Thickness, m or text with a unit; it matters in a turning plane alone.
+        angle
+            Angle in the first configuration, rad or text with a unit; None if it follows from the joints.
+        at
+            Position [x, y] of the origin there; None if it follows from the joints.
+
+        Returns
+        -------
+        BuiltBody
+            The disc.
+        """
+        return BuiltBody(name, self._add_body(name, mass, angle, at, disc={"radius": radius, **given_values(thickness=thickness)}))
+
+    def plate(
+        self,
+        name: str,
+        *,
+        width: Quantity,
+        height: Quantity,
+        mass: Quantity,
+        thickness: Quantity | None = None,
+        angle: Quantity | None = None,
+        at: Sequence[Quantity] | None = None,
+    ) -> BuiltBody:
+        """Add a uniform rectangular plate in the plane with its origin at its centre.
+
+        Parameters
+        ----------
+        name
+            Name of the body.
+        width
+            Size along x, m or text with a unit.
+        height
+            Size along y.
+        mass
+            Mass, kg or text with a unit.
+        thickness
+            Thickness, m or text with a unit; it matters in a turning plane alone.
+        angle
+            Angle in the first configuration, rad or text with a unit; None if it follows from the joints.
+        at
+            Position [x, y] of the origin there; None if it follows from the joints.
+
+        Returns
+        -------
+        BuiltBody
+            The plate.
+        """
+        plate = {"width": width, "height": height, **given_values(thickness=thickness)}
+        return BuiltBody(name, self._add_body(name, mass, angle, at, plate=plate))
+
+    def body(
+        self,
+        name: str,
+        *,
+        mass: Quantity,
+        inertia: Quantity | None = None,
+        moments: Mapping[str, Quantity] | None = None,
+        centre: Sequence[Quantity] | None = None,
+        angle: Quantity | None = None,
+        at: Sequence[Quantity] | None = None,
+    ) -> BuiltBody:
+        """Add a rigid body of any shape.
+
+        Parameters
+        ----------
+        name
+            Name of the body.
+        mass
+            Mass, kg or text with a unit.
+        inertia
+            Moment of inertia about the mass centre, kg m2 or text with a unit.
+        moments
+            Second moments xx, yy, xy and zz in place of `inertia`, as needed in a turning plane.
+        centre
+            Position [x, y] of the mass centre in the axes of the body; None for the origin.
+        angle
+            Angle in the first configuration, rad or text with a unit; None if it follows from the joints.
+        at
+            Position [x, y] of the origin there; None if it follows from the joints.
+
+        Returns
+        -------
+        BuiltBody
+            The body.
+        """
+        shape = given_values(inertia=inertia, moments=moments, centre=plain_list(centre))
+        return BuiltBody(name, self._add_body(name, mass, angle, at, **shape))
+
+    def point_mass(self, name: str, *, mass: Quantity, at: Sequence[Quantity] | None = None) -> BuiltBody:
+        """Add a mass in a point.
+
+        Parameters
+        ----------
+        name
+            Name of the body.
+        mass
+            Mass, kg or text with a unit.
+        at
+            Position [x, y] in the first configuration; None if it follows from the joints.
+
+        Returns
+        -------
+        BuiltBody
+            The point mass.
+        """
+        return BuiltBody(name, self._add_body(name, mass, None, at, point=True))
+
+    def block(self, name: str, *, mass: Quantity, at: Sequence[Quantity] | None = None) -> BuiltBody:
+        """Add a body that never rotates, as a crosshead in its guide or a sleeve.
+
+        Parameters
+        ----------
+        name
+            Name of the body.
+        mass
+            Mass, kg or text with a unit.
+        at
+            Position [x, y] in the first configuration; None if it follows from the joints.
+
+        Returns
+        -------
+        BuiltBody
+            The block.
+        """
+        return BuiltBody(name, self._add_body(name, mass, None, at, turns=False))
+
+    def ground(self, x: Program, y: Program, name: str = "") -> BuiltPoint:
+        """Add a point of the ground.
+
+        Parameters
+        ----------
+        x
+            Coordinate x, m or text with a unit; or a motion, as [[time, value], ...].
+        y
+            Coordinate y.
+        name
+            Name of the point; "A", "B" and so on if empty.
+
+        Returns
+        -------
+        BuiltPoint
+            The point.
+
+        Raises
+        ------
+        MechanismError
+            If there is a point of this name.
+        """
+        points = self._tables.setdefault(GROUND, {})
+        name = name or next(letter for letter in _letters() if letter not in points)
+        if name in points:
+            raise MechanismError(f"the ground already has a point {name!r}; choose another name")
+        points[name] = [x, y]
+        return BuiltPoint(GROUND, f"{GROUND}.{name}")
+
+
+def _letters() -> Sequence[str]:
+    """Return names of points: A to Z, and then A2 and so on."""
+    letters = [chr(code) for code in range(ord("A"), ord("Z") + 1)]
+    return [*letters, *(f"{letter}{number}" for number in range(2, 1000) for letter in letters)]

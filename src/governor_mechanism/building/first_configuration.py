@@ -1,0 +1,218 @@
+"""First configuration of a mechanism in which the joints close, from the angles that are given. Slow to import: pydantic."""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from governor_mechanism.building.placement import chain_bodies
+from governor_mechanism.building.unclosed_joint import N_SEARCHES, explain_unclosed_joint, minimise_gaps
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.machines.base import rotate_point
+from governor_mechanism.machines.custom import MechanismSketch, SketchedBody
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.model.joints import GROUND, Point, RotationalDriver
+from governor_mechanism.model.time_functions import PrescribedMotion
+from governor_mechanism.scenes.custom.parser import CustomMachineParser
+from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.scenes.problems import ProblemCollector
+from governor_mechanism.types import FloatArray
+
+N_TRIES: Final = 24
+"""Number of guesses: with these, and the slower search, all of 70 random linkages of two and three loops were assembled."""
+
+HEIGHT_TOLERANCE: Final = 1e-6
+"""Difference of mean heights, relative to the length scale, below which two configurations are equally high; rounding leaves 1e-13."""
+
+KEPT_TOLERANCE: Final = 1e-9
+"""Change of a given position (length scales) or angle (rad) below which the document keeps what the user wrote."""
+
+N_DECIMALS: Final = 14
+"""Decimals of found positions (m) and angles (rad): a hundred times the rounding of numbers near 1."""
+
+
+def place_bodies(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a document in which each body has a position and an angle with which the joints close.
+
+    Given angles are kept in their order, as many as the mechanism has degrees of freedom; further ones tell which configuration is meant.
+    Without these it is the one whose mass centres lie highest, and of several the one farthest right. Where the joints leave a motion, the
+    bodies that were added first take an angle near 0.
+
+    Parameters
+    ----------
+    document
+        Keys and tables of a scene file with a custom machine.
+
+    Returns
+    -------
+    dict
+        The document with the poses.
+
+    Raises
+    ------
+    MechanismError
+        If the document has mistakes, or no configuration is found; the message names a joint that stays open, its gap and direction.
+    """
+    tables = document.get("body", [])
+    collector = ProblemCollector()
+    sketch = CustomMachineParser(_without_open_values(document), None, collector).parse_sketch()
+    names = [body.name for body in sketch.bodies]
+    if collector.problems or len(set(names)) < len(names):
+        parse_scene_document(document)  # reports the mistakes of the whole document
+        raise MechanismError(*collector.problems)
+    if not tables:
+        return dict(document)
+    given_angles = {body.name: body.angle for body, table in zip(sketch.bodies, tables, strict=False) if "angle" in table}
+    placed = {body.name for body in sketch.bodies[len(tables) :]} | {table["name"] for table in tables if "at" in table}
+    poses = _find_poses(sketch, given_angles, placed)
+    scale = _length_scale(sketch)
+    bodies = [_with_pose(table, body, pose, scale) for body, pose, table in zip(sketch.bodies, poses.tolist(), tables, strict=False)]
+    return {**document, "body": bodies}
+
+
+def _with_pose(table: dict[str, Any], body: SketchedBody, pose: Sequence[float], scale: float) -> dict[str, Any]:
+    """Return the table of a body with the pose of its axes; what is given stays as it is written where it is that of the pose."""
+    centre_x, centre_y = rotate_point(*body.shape.element.centre, pose[2])
+    x, y, angle = pose[0] - centre_x, pose[1] - centre_y, pose[2]
+    keeps_position = "at" in table and math.dist((x, y), body.origin) < KEPT_TOLERANCE * scale
+    keeps_angle = not body.can_rotate or ("angle" in table and abs(angle - body.angle) < KEPT_TOLERANCE)
+    position = {} if keeps_position else {"at": [round(x, N_DECIMALS) + 0.0, round(y, N_DECIMALS) + 0.0]}
+    return table | position | ({} if keeps_angle else {"angle": round(math.remainder(angle, math.tau), N_DECIMALS) + 0.0})
+
+
+def _without_open_values(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a document without the joints and links that take a value from the first configuration, which they do not determine."""
+    angles = {table["name"]: table.get("angle") for table in document.get("body", ())}
+    joints = [_with_turn(joint, angles) for joint in document.get("joint", ()) if not _takes_value(joint)]
+    links = [link for link in document.get("link", ()) if "length" in link]
+    return {**document, "joint": joints, "link": links}
+
+
+def _takes_value(joint: Mapping[str, Any]) -> bool:
+    """Return whether a gear, rack or driver begins where the first configuration is."""
+    motion = joint.get("motion")
+    begins_anywhere = motion is None or (isinstance(motion, Mapping) and "start" not in motion)
+    is_driver = joint["type"] in ("driven_turn", "driven_slide")
+    return (is_driver and begins_anywhere and "start" not in joint) or (joint["type"] in ("gear", "rack") and "offset" not in joint)
+
+
+def _with_turn(joint: dict[str, Any], angles: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a weld or prismatic joint with a relative angle: 0, unless the angles of its bodies are given."""
+    if joint["type"] not in ("weld", "prismatic") or "turn" in joint:
+        return joint
+    bodies = [end.partition(".")[0] if isinstance(end, str) else end[0] for end in (joint["first"], joint["second"])]
+    are_given = all(angles.get(body) is not None for body in bodies if body in angles)
+    return joint if are_given else {**joint, "turn": 0.0}
+
+
+@dataclass(frozen=True, eq=False)
+class _Configuration:
+    """Closed poses (bodies, 3), degrees of freedom beside the given angles, and the sums of the heights and of x of the mass centres, m."""
+
+    poses: FloatArray
+    mobility: int
+    height: float
+    reach: float
+
+
+def _length_scale(sketch: MechanismSketch) -> float:
+    return sketch.length_scale or 1.0
+
+
+def _find_poses(sketch: MechanismSketch, given_angles: Mapping[str, float], placed: set[str]) -> FloatArray:
+    """Return poses (bodies, 3) in which the joints close."""
+    guesses, scale = list(_make_guesses(sketch, given_angles, placed)), _length_scale(sketch)
+    if found := _search(sketch, given_angles, guesses):
+        chosen = _choose(found, scale)
+        free_names = [body.name for body in sketch.bodies if body.can_rotate and body.name not in given_angles]
+        held = _find_independent(sketch, free_names, given_angles, chosen) if len(guesses) > 1 else {}
+        if not held:
+            return chosen.poses
+        held |= given_angles
+        return _choose(_close_all(_hold_angles(sketch, held), [chosen.poses, *_make_guesses(sketch, held, placed)]), scale).poses
+
+    def distance(one: _Configuration) -> float:
+        return _sum_of_squared_deviations(sketch, one.poses, given_angles)
+
+    near, held_names = min(_search(sketch, {}, guesses), key=distance, default=None), list[str]()
+    if near is not None:
+        held_names = list(_find_independent(sketch, given_angles, {}, near))
+    is_overdetermined = near is not None and len(held_names) < len(given_angles)
+    if is_overdetermined and (found := _search(sketch, {name: given_angles[name] for name in held_names}, guesses)):
+        return min(found, key=distance).poses
+    raise MechanismError(explain_unclosed_joint(_hold_angles(sketch, {}), guesses, held_names, None if near is None else near.poses))
+
+
+def _hold_angles(sketch: MechanismSketch, angles: Mapping[str, float]) -> PositionSolver:
+    """Return a solver of the mechanism whose bodies have these angles, rad, as if they were driven."""
+    drivers = [
+        RotationalDriver(
+            name=f"angle of {name}", first=Point(body=GROUND), second=Point(body=name), motion=PrescribedMotion.constant_rate(angle, 0.0)
+        )
+        for name, angle in angles.items()
+    ]
+    return PositionSolver(replace(sketch, joints=[*sketch.joints, *drivers]).build([], "", _length_scale(sketch)))
+
+
+def _find_independent(sketch: MechanismSketch, names: Iterable[str], fixed: Mapping[str, float], found: _Configuration) -> dict[str, float]:
+    """Return the angles (rad) of the first of some bodies that are independent, as many as a configuration leaves beside fixed angles."""
+    held: dict[str, float] = {}
+    angles = {body.name: float(pose[2]) for body, pose in zip(sketch.bodies, found.poses, strict=True)}
+    mobility = _hold_angles(sketch, fixed).count_degrees_of_freedom(found.poses)
+    for name in names:
+        if mobility:
+            trial = {**held, name: angles[name]}
+            if (remaining := _hold_angles(sketch, {**fixed, **trial}).count_degrees_of_freedom(found.poses)) < mobility:
+                held, mobility = trial, remaining
+    return held
+
+
+def _sum_of_squared_deviations(sketch: MechanismSketch, poses: FloatArray, angles: Mapping[str, float]) -> float:
+    """Return the sum of the squared deviations of poses (bodies, 3) from angles, rad2."""
+    found = {body.name: float(pose[2]) for body, pose in zip(sketch.bodies, poses, strict=True)}
+    return sum(math.remainder(found[name] - angle, math.tau) ** 2 for name, angle in angles.items())
+
+
+def _make_guesses(sketch: MechanismSketch, given_angles: Mapping[str, float], placed: set[str]) -> Iterator[FloatArray]:
+    """Yield guesses: bodies put together from the ground, with free angles of 0 at first and then with varied ones."""
+    free = [body.name for body in sketch.bodies if body.can_rotate and body.name not in given_angles]
+    generator = np.random.default_rng(0)  # the same guesses each time
+    is_drawn = not free and all(body.name in placed for body in sketch.bodies)
+    for k in range(1 if is_drawn else N_TRIES):
+        steps = generator.integers(12, size=len(free)) if k else np.zeros(len(free))
+        angles = dict(given_angles) | {name: math.radians(30.0) * float(step) for name, step in zip(free, steps, strict=True)}
+        offsets = generator.uniform(-1.0, 1.0, size=len(sketch.bodies)) if k else np.full(len(sketch.bodies), 0.5)
+        yield chain_bodies(sketch, angles, placed, offsets)
+
+
+def _search(sketch: MechanismSketch, angles: Mapping[str, float], guesses: Sequence[FloatArray]) -> list[_Configuration]:
+    """Return the configurations nearest to guesses in which bodies have their angles; if none closes at once, after a slower search."""
+    solver = _hold_angles(sketch, angles)
+    if found := _close_all(solver, guesses):
+        return found
+    held = [solver.mechanism.body_index(name) for name in angles]
+    return _close_all(solver, [minimise_gaps(solver, guess, held) for guess in guesses[:N_SEARCHES]])
+
+
+def _close_all(solver: PositionSolver, guesses: Iterable[FloatArray]) -> list[_Configuration]:
+    """Return the configurations nearest to guesses, of those that close."""
+    found = []
+    for guess in guesses:
+        with suppress(MechanismError):
+            poses = solver.solve({}, guess)
+            mobility = solver.count_degrees_of_freedom(poses)
+            found.append(_Configuration(poses, mobility, float(np.sum(poses[:, 1])), float(np.sum(poses[:, 0]))))
+    return found
+
+
+def _choose(found: list[_Configuration], scale: float) -> _Configuration:
+    """Return the configuration that `place_bodies` describes; one that is singular has more freedom, and is the last choice."""
+    mobility = min(one.mobility for one in found)
+    regular = [one for one in found if one.mobility == mobility]
+    if mobility:
+        return regular[0]
+    highest = max(one.height for one in regular)
+    return max((one for one in regular if one.height > highest - HEIGHT_TOLERANCE * scale), key=lambda one: one.reach)

@@ -1,0 +1,47 @@
+"""Words that a shell completes: names of scenes and of machines. Nothing heavy is imported."""
+
+from pathlib import Path
+
+TEMPLATES = (
+    "custom",
+    "flywheel_engine",
+    "governed-engine",
+    "hartung",
+    "parabolic_governor",
+    "pendulum_governor",
+    "slide_valve",
+    "slider_crank",
+    "stephenson",
+)
+"""What `init` writes; a test compares it with the registry of machines, which is slow to import."""
+
+
+def complete_scene(incomplete: str) -> list[str]:
+    """Return the shipped scenes, and the scene files and folders of the file system, that begin with what is typed.
+
+    Parameters
+    ----------
+    incomplete
+        What is typed so far.
+
+    Returns
+    -------
+    list of str
+        The words.
+    """
+    from governor_mechanism.scenes.library import shipped_scenes
+
+    names = [name for name in shipped_scenes() if name.startswith(incomplete)]
+    typed = Path(incomplete)
+    folder = typed if incomplete.endswith("/") else typed.parent
+    try:
+        entries = sorted(folder.iterdir())
+    except OSError:
+        return names
+    paths = [f"{entry}/" if entry.is_dir() else str(entry) for entry in entries if entry.is_dir() or entry.suffix == ".toml"]
+    return names + [path for path in paths if path.startswith(incomplete)]
+
+
+def complete_machine(incomplete: str) -> list[str]:
+    """Return the machines for which there is a scene file to begin with, and whose names begin with what is typed."""
+    return [name for name in TEMPLATES if name.startswith(incomplete)]

@@ -1,0 +1,123 @@
+"""The command `crosscheck`: a scene against its closed forms, or against a kernel of the user."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+import governor_mechanism as gm
+from governor_mechanism.cli import console
+from governor_mechanism.cli.changed_scene import Changes, load_changed
+from governor_mechanism.errors import MechanismError
+
+if TYPE_CHECKING:
+    from governor_mechanism.verification.kernel_report import KernelReport
+    from governor_mechanism.verification.report import CheckReport
+
+
+def crosscheck(
+    scene: console.SceneName,
+    changes: Changes = None,
+    kernel: Annotated[
+        str | None, typer.Option(help="A function of your own, FILE.py:FUNCTION or MODULE:FUNCTION, to compare with the simulation.")
+    ] = None,
+    quantity: Annotated[str, typer.Option(help="What the kernel returns; --list prints all quantities.")] = "equilibrium_speed",
+    over: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Values of an input: NAME=FIRST:LAST:COUNT or NAME=VALUE,VALUE, as arm_angle=15deg:45deg:25. Repeatable: a grid."
+        ),
+    ] = None,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(help="Values of a key of the scene, as dimensions.arm=200mm:400mm:5; with --random its limits. Repeatable."),
+    ] = None,
+    random: Annotated[int | None, typer.Option(help="Number of random samples between the limits of --over and --vary.")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the random samples.")] = 0,
+    names: Annotated[
+        list[str] | None,
+        typer.Option("--map", help='Name of an argument: THEIRS=OURS, with a unit if it is not SI, "alpha=arm_angle in deg". Repeatable.'),
+    ] = None,
+    unit: Annotated[str | None, typer.Option(help="Unit of the kernel's result, as rpm; SI without it.")] = None,
+    allowed: Annotated[float | None, typer.Option(help="Relative tolerance of the kernel; by default 1e-6.")] = None,
+    show_list: Annotated[
+        bool, typer.Option("--list", help="Print the quantities of the scene with their inputs, arguments and units, and compare nothing.")
+    ] = False,
+    junit: Annotated[Path | None, typer.Option(help="Write a JUnit file for continuous integration.")] = None,
+    out: Annotated[Path, typer.Option(help="Folder for the figure and the record (JSON) of a kernel.")] = console.RESULTS_FOLDER,
+    no_figure: console.NoFigure = False,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Compare a scene with its closed forms, or with a kernel of your own. The exit status is 1 if one disagrees."""
+    loaded_scene = load_changed(scene, changes)
+    if show_list:
+        from governor_mechanism.verification.kernel_listing import list_quantities
+
+        listing = list_quantities(loaded_scene)
+        return console.CommandResult(text=[listing], values=listing.as_json())
+    if kernel is None:
+        if over or vary or names or random is not None or unit is not None or allowed is not None:
+            raise MechanismError(
+                "--over, --vary, --random, --map, --unit and --allowed belong to a kernel; name it by --kernel FILE.py:FUNCTION"
+            )
+        with console.show_status("simulating"):
+            report = gm.crosscheck(loaded_scene)
+        return console.CommandResult(text=[report], values=report.as_json(), files=_write_junit(report, junit) or None, ok=report.passed)
+    from governor_mechanism.verification.kernel_files import load_kernel
+
+    console.prepare_folder(out)
+    function = load_kernel(kernel)
+    with console.show_status("simulating"):
+        kernel_report = gm.crosscheck(
+            loaded_scene,
+            function,
+            quantity,
+            _parse_pairs(over, "--over", "arm_angle=15deg:45deg:25"),
+            allowed,
+            names=_parse_pairs(names, "--map", '"alpha=arm_angle in deg"'),
+            unit=unit,
+            vary=vary or None,
+            random=random,
+            seed=seed,
+        )
+    name = re.sub(r"\W+", "_", f"{kernel_report.quantity}_{kernel.rpartition(':')[2]}")
+    stem = f"{Path(loaded_scene.source).stem or 'scene'}_{name}"
+    files = _write_record(kernel_report, out / stem, no_figure=no_figure) + _write_junit(kernel_report, junit)
+    return console.CommandResult(text=[kernel_report], values=kernel_report.as_json(), files=files, ok=kernel_report.passed)
+
+
+def _parse_pairs(pairs: Sequence[str] | None, option: str, example: str) -> dict[str, str]:
+    """Return the texts after the equals sign by the names before it; raise MechanismError for anything else."""
+    parsed: dict[str, str] = {}
+    for pair in pairs or ():
+        name, separator, text = (part.strip() for part in pair.partition("="))
+        if not (name and separator and text):
+            raise MechanismError(f"{option} {pair!r} is not understood; write it as {option} {example}")
+        if name in parsed:
+            raise MechanismError(f"{option} gives {name!r} twice; give all its values at once")
+        parsed[name] = text
+    return parsed
+
+
+def _write_record(report: KernelReport, stem: Path, *, no_figure: bool) -> list[Path]:
+    """Write the record and the figure of a kernel; return their paths."""
+    from governor_mechanism.files.plain_values import save_json
+
+    files = [save_json(report.as_json(), stem.with_name(f"{stem.name}.json"))]
+    if not no_figure and len(report.rows) > 1:  # a single comparison has no curve
+        from governor_mechanism.render.figures.kernel_errors import kernel_errors_figure
+
+        files.append(kernel_errors_figure(report).save_png(stem.with_name(f"{stem.name}.png")))
+    return files
+
+
+def _write_junit(report: CheckReport, path: Path | None) -> list[Path]:
+    if path is None:
+        return []
+    from governor_mechanism.verification.junit import save_junit
+
+    return [save_junit(report, path)]

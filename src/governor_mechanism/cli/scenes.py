@@ -1,0 +1,55 @@
+"""The commands about scenes: `models`, `init`, `describe`, `schema`.
+
+Heavy imports are made when a command needs them.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from governor_mechanism.cli import console
+from governor_mechanism.cli.changed_scene import Changes, load_changed
+from governor_mechanism.cli.completion import complete_machine
+from governor_mechanism.files.plain_values import format_json
+
+
+def models(as_json: console.AsJson = False) -> console.CommandResult:
+    """List the shipped scenes, one per line: name, machine and title. With --json, dimensions and effects too."""
+    from governor_mechanism.scenes.library import list_contents
+    from governor_mechanism.units.text_table import format_table
+
+    contents = list_contents()
+    rows = [(name, ", ".join(one.machines), one.title) for name, one in contents.items()]
+    values = {"models": [{"name": name, **one.as_json()} for name, one in contents.items()]}
+    return console.CommandResult(text=[format_table([], rows)], values=values)
+
+
+def init(
+    machine: Annotated[
+        str, typer.Argument(metavar="MACHINE", help='A machine, "custom", or "governed-engine".', autocompletion=complete_machine)
+    ],
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Print a scene file to begin with: what the machine needs, and, commented out, what it may have. As `init MACHINE > mine.toml`."""
+    from governor_mechanism.scenes.template import scene_template
+
+    text = scene_template(machine)
+    return console.CommandResult(text=[text.rstrip("\n")], values={"machine": machine, "text": text})
+
+
+def describe(scene: console.SceneName, changes: Changes = None, as_json: console.AsJson = False) -> console.CommandResult:
+    """Describe a scene: dimensions, effects, readings with units, degrees of freedom, loads, couplings, events, and what engines say."""
+    from governor_mechanism.scenes.description import describe_scene
+
+    description = describe_scene(load_changed(scene, changes))
+    return console.CommandResult(text=[description], values=description.as_json())
+
+
+def schema(as_json: console.AsJson = False) -> console.CommandResult:
+    """Print the JSON Schema of scene files, for editors: as `schema > scene.schema.json`, named by `#:schema` in a scene file."""
+    from governor_mechanism.scenes.json_schema import scene_schema
+
+    values = scene_schema()
+    return console.CommandResult(text=[format_json(values)], values=values)

@@ -1,0 +1,119 @@
+"""Curves over the travel of a mechanism, and its kinematics, as tables."""
+
+import os
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from governor_mechanism.files.plain_values import finite_or_none, plain_value, save_json
+from governor_mechanism.files.table import make_data_frame
+from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics
+from governor_mechanism.statics.controlling_force import ControllingForce
+from governor_mechanism.statics.speed_curve import SpeedCurve
+from governor_mechanism.types import DataFrame
+
+_CURVE_COLUMNS = ("speed", "has_equilibrium", "stiffness", "frequency_squared", "free_frequency_squared", "stable", "astatic")
+_BAND_COLUMNS = ("falling_speed", "rising_speed", "insensitivity")
+
+
+def tabulate_speed_curve(curve: SpeedCurve) -> DataFrame:
+    """Return a speed curve as a table of pandas.
+
+    Parameters
+    ----------
+    curve
+        The curve.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Readings and quantities of the curve, and of the insensitivity band if it has one, SI, by the leading coordinate.
+
+    Raises
+    ------
+    MechanismError
+        If pandas is not installed.
+    """
+    columns = {curve.coordinate_name: curve.coordinate, **curve.readings}
+    columns |= {name: getattr(curve, name) for name in _CURVE_COLUMNS}
+    if curve.insensitivity_band is not None:
+        columns |= {name: getattr(curve.insensitivity_band, name) for name in _BAND_COLUMNS}
+    table = make_data_frame(columns, index=curve.coordinate_name)
+    table.attrs |= {"folds": curve.folds, "poles": curve.poles}
+    return table
+
+
+def save_speed_curve(curve: SpeedCurve, path: str | os.PathLike[str]) -> Path:
+    """Write a speed curve as a JSON file; numbers that are not finite are null.
+
+    Parameters
+    ----------
+    curve
+        The curve.
+    path
+        Path of the file.
+
+    Returns
+    -------
+    Path
+        The path.
+    """
+    return save_json(_with_null({field.name: plain_value(getattr(curve, field.name)) for field in fields(curve)}), Path(path))
+
+
+def tabulate_controlling_force(curve: ControllingForce) -> DataFrame:
+    """Return a controlling force as a table of pandas.
+
+    Parameters
+    ----------
+    curve
+        The controlling force.
+
+    Returns
+    -------
+    pandas.DataFrame
+        All quantities along the travel, SI, by the leading coordinate.
+
+    Raises
+    ------
+    MechanismError
+        If pandas is not installed.
+    """
+    arrays = {field.name: value for field in fields(curve) if isinstance(value := getattr(curve, field.name), np.ndarray)}
+    renamed = {"coordinate": curve.coordinate_name, "radius": curve.radius_name, "sleeve": curve.against}
+    return make_data_frame({renamed.get(name, name): values for name, values in arrays.items()}, index=curve.coordinate_name)
+
+
+def tabulate_kinematics(motion: Kinematics) -> DataFrame:
+    """Return the kinematics of a mechanism as a table of pandas.
+
+    Parameters
+    ----------
+    motion
+        The kinematics.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Readings, their rates "rate of ..." and accelerations "acceleration of ...", SI, by the reading that drives the mechanism.
+
+    Raises
+    ------
+    MechanismError
+        If pandas is not installed.
+    """
+    columns = {motion.over: motion.values, **motion.readings}
+    columns |= {f"rate of {name}": values for name, values in motion.rates.items()}
+    columns |= {f"acceleration of {name}": values for name, values in motion.reading_accelerations.items()}
+    return make_data_frame(columns, index=motion.over)
+
+
+def _with_null(value: Any) -> Any:
+    """Return plain values with None for a number that is not finite."""
+    if isinstance(value, dict):
+        return {key: _with_null(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_with_null(one) for one in value]
+    return finite_or_none(value) if isinstance(value, float) else value

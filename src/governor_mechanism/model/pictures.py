@@ -1,0 +1,43 @@
+"""Pictures of a run: a figure, and the file of a film. A notebook shows both."""
+
+import os
+from base64 import b64encode
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Protocol
+
+
+class Figure(Protocol):
+    """A figure, which a notebook shows."""
+
+    def save_png(self, path: str | os.PathLike[str]) -> Path:
+        """Write the figure as a PNG and return its path."""
+
+
+@dataclass(frozen=True)
+class Film(os.PathLike[str]):
+    """The file of a film, which a notebook shows. Functions that take a path take it too.
+
+    Attributes
+    ----------
+    path
+        Path of the file, which ends in .gif or .mp4.
+    """
+
+    path: Path
+
+    def __fspath__(self) -> str:
+        return str(self.path)
+
+    def __str__(self) -> str:
+        return str(self.path)
+
+    def _repr_html_(self) -> str:
+        """Return the film as HTML that holds the file itself, so that the notebook can be sent to others."""
+        if not self.path.is_file():
+            return f"<p>{escape(str(self.path))} is no longer there</p>"
+        content = b64encode(self.path.read_bytes()).decode()
+        if self.path.suffix.lower() == ".mp4":
+            return f'<video controls loop autoplay muted src="data:video/mp4;base64,{content}"></video>'
+        return f'<img src="data:image/gif;base64,{content}" alt="{escape(self.path.stem)}">'

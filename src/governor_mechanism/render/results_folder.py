@@ -1,0 +1,103 @@
+"""All files of a run in one folder."""
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.atomic_write import write_all_or_none
+from governor_mechanism.files.results import save_csv, save_netcdf, save_summary
+from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.units.arguments import FLAG, PATH, TEXT, check_arguments
+from governor_mechanism.units.quantities import format_value
+
+DEFAULT_STEM = "scene"
+"""Start of the file names of a scene without a file."""
+
+FILM_KINDS = ("gif", "mp4")
+"""File formats of a film."""
+
+_SAVERS = {"csv": save_csv, "nc": save_netcdf, "json": save_summary}
+"""Functions that write the files without a picture, by the endings of their names."""
+
+
+@check_arguments(folder=PATH, name=TEXT, figures=FLAG, film=TEXT)
+def save_run(
+    run: Trajectory,
+    folder: str | os.PathLike[str],
+    *,
+    name: str | None = None,
+    figures: bool = True,
+    film: str | None = None,
+    film_options: Mapping[str, Any] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[Path, ...]:
+    """Write all results of a run or none: if one cannot be written, the results of an earlier run stay unchanged.
+
+    Parameters
+    ----------
+    run
+        The run.
+    folder
+        Folder of the files; it is created unless it exists.
+    name
+        Start of the names of the files; that of the scene file if None.
+    figures
+        Whether to draw the readings over time and the figures of the machine.
+    film
+        "gif" or "mp4" for a film of a run with more than one reported time; no film if None.
+    film_options
+        Options of `write_film` by name; its defaults if None.
+    progress
+        Called with the numbers of frames done and of all.
+
+    Returns
+    -------
+    tuple of Path
+        Paths of the film, the figures, the readings (CSV), all arrays (netCDF) and the record (JSON).
+
+    Raises
+    ------
+    MechanismError
+        If an argument is not valid, a file cannot be written, or the run has no reported time.
+    """
+    stem = name or Path(run.scene.source).stem or DEFAULT_STEM
+    _check(run, stem, film)
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise MechanismError(f"cannot make the folder {target}: {error.strerror or error}") from error
+    written: list[Path] = []
+    with write_all_or_none():
+        if film is not None and len(run.times) > 1:
+            from governor_mechanism.render.film.writer import write_film
+
+            written.append(write_film(run, target / f"{stem}.{film}", progress=progress, **(film_options or {})))
+        if figures:
+            from governor_mechanism.render.figures.registry import write_machine_figures
+            from governor_mechanism.render.figures.time_series import readings_figure
+
+            written += write_machine_figures(run, target, stem)
+            written.append(readings_figure(run).save_png(target / f"{stem}.png"))
+        for kind, save in _SAVERS.items():
+            written.append(target / f"{stem}.{kind}")
+            save(run, written[-1])
+    return tuple(written)
+
+
+def _check(run: Trajectory, stem: str, film: str | None) -> None:
+    """Refuse what cannot be saved, before anything is drawn."""
+    if not len(run.times):
+        raise MechanismError(f"the run has no reported time, so there is nothing to save; its message: {run.message}")
+    if Path(stem).name != stem:
+        raise MechanismError(f"the name of the files must be no path; got {format_value(stem)}; give the folder as the first argument")
+    if film is None:
+        return
+    if film not in FILM_KINDS:
+        raise MechanismError(f'film must be "gif", "mp4" or None; got {format_value(film)}')
+    if film == "mp4":
+        from governor_mechanism.render.film.writer import require_video_writer
+
+        require_video_writer()

@@ -1,0 +1,238 @@
+"""Description of a scene: what its parts are, what acts on them, what couples them, and which engines can run it."""
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.engines.selection import ENGINES, select_engine
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.machines.base import CHOICE_KIND
+from governor_mechanism.machines.registry import MACHINES
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, mobility_of
+from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_readings
+from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
+from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, GearCoupling, LoadCoupling, RatioCoupling
+from governor_mechanism.model.effect import Effect, OutputEffect, scene_keys_of
+from governor_mechanism.model.events import NamedCrossing
+from governor_mechanism.model.force_elements import CylinderGas, ForceElement
+from governor_mechanism.model.measured_fields import class_words
+from governor_mechanism.model.part import FreeSpindle, Part, Spindle
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.scenes.described_scene import DescribedItem, DescribedPart, EngineAnswer, SceneDescription
+from governor_mechanism.scenes.described_values import (
+    DescribedValue,
+    describe_input,
+    describe_reading_function,
+    describe_value,
+    dimension_meaning,
+    format_number,
+)
+from governor_mechanism.units.quantities import QUANTITY_KINDS
+
+
+def describe_scene(scene: Scene) -> SceneDescription:
+    """Describe a scene: dimensions with units, effects, readings, degrees of freedom, loads, couplings, events, and its engines.
+
+    Parameters
+    ----------
+    scene
+        The scene. One that cannot start is described too; `problem` says why.
+
+    Returns
+    -------
+    SceneDescription
+        The description; it prints as text, and `as_json` returns plain values.
+    """
+    start_values, degrees_of_freedom, problem = _start_of(scene)
+    settings = scene.run
+    return SceneDescription(
+        title=scene.title,
+        source=Path(scene.source).stem,
+        parts=tuple(_describe_part(scene, part) for part in scene.parts),
+        force_elements=tuple(_describe_force_elements(scene)),
+        couplings=tuple(map(_describe_coupling, scene.couplings)),
+        events=tuple(_describe_crossing(scene, crossing) for crossing in scene.crossings),
+        readings=tuple(_describe_readings(scene, start_values)),
+        degrees_of_freedom=degrees_of_freedom,
+        drivers=scene.mechanism.count_drivers(),
+        run=(
+            describe_value("duration", settings.duration, "s"),
+            describe_value("output_interval", settings.output_interval, "s"),
+            describe_value("accuracy", settings.accuracy, ""),
+            describe_value("engine", settings.engine, ""),
+        ),
+        engines=_ask_engines(scene),
+        problem=problem,
+    )
+
+
+def _start_of(scene: Scene) -> tuple[Mapping[str, float], int, str]:
+    """Return the readings at the start, the degrees of freedom there, and why there is no start; without one those of the initial guess."""
+    try:
+        poses, velocities = initial_state(scene)
+    except MechanismError as error:
+        return {}, mobility_of(scene.mechanism), "; ".join(error.problems)
+    values, _ = evaluate_readings(scene.mechanism, poses[np.newaxis], velocities[np.newaxis])
+    readings = {one.name: _without_rounding(float(value[0])) for one, value in zip(scene.mechanism.readings, values, strict=True)}
+    return readings, PositionSolver(scene.mechanism).count_degrees_of_freedom(poses), ""
+
+
+ROUNDING = 1e-12
+"""Start value below which a reading is zero but for the rounding of the assembly, m or rad."""
+
+
+def _without_rounding(value: float) -> float:
+    return 0.0 if abs(value) < ROUNDING else value
+
+
+def _describe_part(scene: Scene, part: Part) -> DescribedPart:
+    mechanism = part.mechanism
+    return DescribedPart(
+        name=part.name,
+        machine=part.machine,
+        plane=part.plane,
+        spindle=_describe_spindle(scene, part),
+        dimensions=tuple(_describe_dimensions(scene, part)),
+        effects=tuple(_describe_effect(part, effect) for effect in part.effects),
+        bodies=tuple(body.name for body in mechanism.bodies),
+        joints=tuple(joint.name for joint in mechanism.joints),
+        coordinate=mechanism.coordinate,
+    )
+
+
+def _describe_dimensions(scene: Scene, part: Part) -> Iterator[DescribedValue]:
+    """Yield the dimensions in the order of the machine's class; a word or a program is that of the file."""
+    machine_class = MACHINES.get(part.machine)
+    document: Any = scene.document.get("part", {}).get(part.name, {}) if "part" in scene.document else scene.document
+    given = document.get("dimensions", {})
+    for field in dataclasses.fields(machine_class) if machine_class else ():
+        kind, meaning = field.metadata["kind"], dimension_meaning(field)
+        if kind == CHOICE_KIND:
+            yield describe_value(field.name, given.get(field.name, field.default), "", meaning)
+        elif isinstance(given.get(field.name), list | dict):
+            first = f"changes, from {format_number(part.dimensions[field.name], QUANTITY_KINDS[kind].si_unit)}"
+            yield describe_value(field.name, first, "", meaning)
+        else:
+            yield describe_value(field.name, part.dimensions.get(field.name), QUANTITY_KINDS[kind].si_unit, meaning)
+
+
+def _describe_spindle(scene: Scene, part: Part) -> str:
+    spindle = part.spindle
+    if not part.turns:
+        return ""
+    if isinstance(spindle, Spindle):
+        speed = describe_input(spindle.speed_function, "rad/s")
+        fluctuation = f", coefficient of fluctuation {spindle.speed_fluctuation:g}" if spindle.speed_fluctuation else ""
+        return f"spindle at {speed}{fluctuation}"
+    angle = f"{part.name}.{SPINDLE_ANGLE}"
+    couplings = [one for one in scene.couplings if isinstance(one, RatioCoupling) and angle in (one.first, one.second)]
+    if couplings:
+        return f"spindle coupled by {', '.join(one.name for one in couplings)}"
+    return f"free spindle{_free_spindle_clause(spindle)}"
+
+
+def _free_spindle_clause(spindle: FreeSpindle) -> str:
+    """Return inertia, start speed and torque of a free spindle."""
+    start = "" if spindle.start_speed is None else f", started at {format_number(spindle.start_speed, 'rad/s')}"
+    has_torque = spindle.torque.depends_on_readings or any(spindle.torque.values)
+    torque = f", torque {describe_input(spindle.torque, 'N m')}" if has_torque else ""
+    return f" of {format_number(spindle.inertia, 'kg m^2')}{start}{torque}"
+
+
+def _describe_effect(part: Part, effect: Effect) -> DescribedItem:
+    reading = effect.reading if isinstance(effect, OutputEffect) else ""
+    quantity = part.mechanism.reading(reading).quantity if reading else ""
+    values = []
+    for name, key in scene_keys_of(effect).items():
+        kind = key.kind_along(quantity)
+        unit = QUANTITY_KINDS[kind].si_unit if kind in QUANTITY_KINDS else ""
+        values.append(describe_value(name, getattr(effect, name), unit))
+    shown = [value for value in values if value.value not in (None, 0.0, "false")]
+    text = ", ".join(value.text if len(values) == 1 else f"{value.name} {value.text}" for value in shown)
+    name = f"{effect.key}.{reading}" if reading else effect.key
+    return DescribedItem(name=name, kind=effect.key, text=text, values=tuple(values))
+
+
+def _describe_force_elements(scene: Scene) -> Iterator[DescribedItem]:
+    """Yield the force elements; not the torques that are zero for want of a load or of a control."""
+    for element in scene.mechanism.force_elements:
+        values = list(_values_of(element))
+        inputs = [value for value in vars(element).values() if isinstance(value, InputFunction)]
+        if inputs and all(one.is_constant and not one.values[0] for one in inputs):
+            continue
+        first, second = element.bodies
+        text = ", ".join([f"{first} to {second}", *(f"{value.name.replace('_', ' ')} {value.text}" for value in values)])
+        yield DescribedItem(name=element.name, kind=class_words(element), text=text, values=tuple(values))
+
+
+_INPUT_UNITS = {"moment": "N m", "x": "N", "y": "N"}
+"""Units of the inputs of force elements by field; throttle and cut-off have none."""
+
+
+def _values_of(element: ForceElement) -> Iterator[DescribedValue]:
+    """Yield the coefficients of a force element and what it depends on; the numbers of gas are dimensions of its engine."""
+    for field in dataclasses.fields(element):
+        value = getattr(element, field.name)
+        if isinstance(value, InputFunction):
+            yield describe_value(field.name, value, _INPUT_UNITS.get(field.name, ""))
+        elif "unit" in field.metadata and not isinstance(element, CylinderGas):
+            yield describe_value(field.name, value, field.metadata["unit"])
+
+
+def _describe_coupling(coupling: Coupling) -> DescribedItem:
+    kind = class_words(coupling).removesuffix(" coupling")
+    if isinstance(coupling, RatioCoupling):
+        until = f", until {coupling.until:g} s" if isinstance(coupling, GearCoupling) and coupling.until is not None else ""
+        text = f"{coupling.second} turns {coupling.ratio:g} times as fast as {coupling.first}{until}"
+    elif isinstance(coupling, LoadCoupling):
+        fraction = coupling.fraction
+        share = f"{fraction.values[0]:g}" if fraction.is_constant else describe_input(fraction, "")
+        text = f"resists {coupling.angle} with {format_number(coupling.rated_torque, 'N m')} times {share}"
+    elif isinstance(coupling, ControlCoupling):
+        unit = {"torque": "N m", "force": "N"}.get(coupling.quantity, "")
+        verb = "multiplies" if coupling.scales else "is added to"
+        text = f"{verb} {coupling.target}: {describe_reading_function(coupling.function, unit)}"
+    else:
+        text = ""
+    return DescribedItem(name=coupling.name, kind=kind, text=text)
+
+
+_PASSES = {"up": "rises through", "down": "falls through", "both": "passes"}
+"""Verb of a crossing by its direction."""
+
+
+def _describe_crossing(scene: Scene, crossing: NamedCrossing) -> DescribedItem:
+    units = {reading.name: READING_UNITS[reading.quantity] for reading in scene.mechanism.readings}
+    unit = units.get(crossing.reading, "rad/s")
+    text = f"{crossing.reading} {_PASSES[crossing.direction]} {format_number(crossing.value, unit)}"
+    return DescribedItem(name=crossing.name, kind="crossing", text=text, values=(describe_value("value", crossing.value, unit),))
+
+
+def _describe_readings(scene: Scene, start_values: Mapping[str, float]) -> Iterator[DescribedValue]:
+    """Yield the readings of a run in their order."""
+    mechanism = scene.mechanism
+    for reading in mechanism.readings:
+        unit = READING_UNITS[reading.quantity]
+        yield DescribedValue(name=reading.name, value=start_values.get(reading.name), unit=unit)
+    for output in mechanism.derived_readings:
+        yield DescribedValue(name=output.name, value=None, unit=output.unit)
+    for plane in scene.system.planes:
+        yield DescribedValue(name=f"{plane.prefix}{SPINDLE_SPEED}", value=None, unit="rad/s")
+        if plane.given_speed and plane.is_loaded:
+            yield DescribedValue(name=f"{plane.prefix}{SPINDLE_TORQUE}", value=None, unit="N m")
+        elif not plane.given_speed and not plane.has_reaction:
+            yield DescribedValue(name=f"{plane.prefix}{SPINDLE_ANGLE}", value=None, unit="rad")
+
+
+def _ask_engines(scene: Scene) -> tuple[EngineAnswer, ...]:
+    refusals = {name: engine().refusal(scene) for name, engine in ENGINES.items()}
+    chosen = select_engine("auto", scene)[0].name
+    return tuple(
+        EngineAnswer(name=name, supported=not refusal, reason=refusal, is_chosen=not refusal and name == chosen)
+        for name, refusal in refusals.items()
+    )

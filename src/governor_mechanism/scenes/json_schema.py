@@ -1,0 +1,242 @@
+"""JSON Schema of scene files, for editors that complete and check TOML. Slow to import: pydantic.
+
+The schema is made from the models that the parser uses. It accepts every scene that the parser accepts; the parser refuses more, such as
+a wrong unit or a reading that does not exist.
+"""
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
+
+from pydantic.fields import FieldInfo
+
+from governor_mechanism.effects.registry import EFFECTS
+from governor_mechanism.machines.base import CHOICE_KIND, Machine
+from governor_mechanism.machines.custom import CUSTOM_MACHINE
+from governor_mechanism.machines.registry import MACHINES
+from governor_mechanism.model.effect import FLAG_KIND, RESTITUTION_KIND, Effect, OutputEffect, SceneKey, scene_keys_of
+from governor_mechanism.scenes.custom.bodies import BodyTable
+from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, LinkTable
+from governor_mechanism.scenes.custom.parser import CustomSceneTable
+from governor_mechanism.scenes.custom.readings import READING_TABLES
+from governor_mechanism.scenes.custom.valve import ValveTable
+from governor_mechanism.scenes.events import CrossingTable
+from governor_mechanism.scenes.loads import COUPLING_TABLES, LoadTable
+from governor_mechanism.scenes.schema import CUSTOM_KEYS, FreeSpindleTable, RunTable, SpindleTable, dimensions_table_model
+from governor_mechanism.scenes.schema_validator import NUMBER_OR_TEXT, TEXT, JsonSchema, SchemaValidator, list_of, or_load, quantity_schema
+from governor_mechanism.scenes.table import SceneFileTable
+from governor_mechanism.units.quantities import QUANTITY_KINDS
+
+SCHEMA_FILE: Final = "scene.schema.json"
+"""Name of the schema beside the shipped scenes, which name it in their first line."""
+
+_COMMON_KEYS: Final = ("title", "run", "events")
+"""Keys that stand once for all parts."""
+
+
+def scene_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 7) of scene files.
+
+    Returns
+    -------
+    dict
+        The schema: with `part` or `coupling` that of several parts, otherwise by the machine.
+    """
+    names = [*MACHINES, CUSTOM_MACHINE]
+    definitions: dict[str, Any] = {f"dimensions_{name}": table_schema(dimensions_table_model(MACHINES[name])) for name in MACHINES}
+    definitions |= {"effects": _effects_schema(), "spindle": _spindle_schema(), "start": _start_schema(), "run": table_schema(RunTable)}
+    definitions |= {"events": _tables_by_name(table_schema(CrossingTable))}
+    definitions |= {key: _custom_schema(key) for key in CUSTOM_KEYS}
+    single = {"title", "run", "events"}
+    definitions |= {f"scene_{name}": _part_schema(name, single) for name in names}
+    definitions |= {f"part_{name}": _part_schema(name, ()) for name in names}
+    definitions["part"] = {"type": "object", **_by_machine("part", names)}
+    definitions["coupled_scene"] = _coupled_schema()
+    has_parts = {"anyOf": [{"required": ["part"]}, {"required": ["coupling"]}]}
+    return {
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "Scene of governor_mechanism",
+        "type": "object",
+        "properties": _completions(names),
+        "if": has_parts,
+        "then": {"$ref": "#/definitions/coupled_scene"},
+        "else": _by_machine("scene", names),
+        "definitions": definitions,
+    }
+
+
+def table_schema(model: type[SceneFileTable]) -> dict[str, Any]:
+    """Return the JSON Schema of a table.
+
+    Parameters
+    ----------
+    model
+        Its pydantic model.
+
+    Returns
+    -------
+    dict
+        Schema with a property for each key.
+    """
+    fields = model.fields_by_key()
+    required = [key for key, field in fields.items() if field.is_required()]
+    schema = {"type": "object", "properties": {key: _field_schema(field) for key, field in fields.items()}}
+    return schema | ({"required": required} if required else {}) | {"additionalProperties": False}
+
+
+def _field_schema(field: FieldInfo) -> dict[str, Any]:
+    """Return the schema of a key, from its validator or its nested table; anything is accepted where neither says more."""
+    schemas = [dict(item.json_schema) for item in field.metadata if isinstance(item, SchemaValidator)]
+    nested = [one for one in (field.annotation, *getattr(field.annotation, "__args__", ())) if _is_table(one)]
+    schema = schemas[0] if schemas else table_schema(nested[0]) if nested else {}
+    return schema | ({"description": field.description} if field.description else {})
+
+
+def _is_table(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, SceneFileTable)
+
+
+def _completions(names: Iterable[str]) -> dict[str, Any]:
+    """Return all keys of the top level, so that editors complete them before the machine is known."""
+    dimensions = {"anyOf": [{"$ref": f"#/definitions/dimensions_{name}"} for name in MACHINES]}
+    references = {key: {"$ref": f"#/definitions/{key}"} for key in ("effects", "spindle", "start", "run", "events", *CUSTOM_KEYS)}
+    return {
+        "title": dict(TEXT),
+        "machine": {"enum": list(names), "description": "the machine; custom is a mechanism of one's own"},
+        "dimensions": dimensions,
+        **references,
+        "part": {"description": "the parts of a scene of several, one table [part.NAME] for each"},
+        "coupling": {"description": "what couples the parts, one table [coupling.NAME] for each"},
+        "load": {"description": "the load on the shaft of an engine"},
+    }
+
+
+def _by_machine(kind: str, names: Iterable[str]) -> dict[str, Any]:
+    """Return the schema that selects the tables by the machine."""
+    cases = [
+        {"if": {"properties": {"machine": {"const": name}}, "required": ["machine"]}, "then": {"$ref": f"#/definitions/{kind}_{name}"}}
+        for name in names
+    ]
+    return {"properties": {"machine": {"enum": list(names)}}, "required": ["machine"], "allOf": cases}
+
+
+def _part_schema(machine: str, common_keys: Iterable[str]) -> dict[str, Any]:
+    """Return the schema of a part with a machine; as the only part, it has the keys that stand once."""
+    keys = ["effects", "spindle", "start", *(key for key in _COMMON_KEYS if key in common_keys and key != "title")]
+    own_keys, required = ([*CUSTOM_KEYS], ["machine", "body"]) if machine == CUSTOM_MACHINE else ([], ["machine", "dimensions"])
+    properties: dict[str, Any] = {"machine": {"const": machine}}
+    properties |= {"title": dict(TEXT)} if "title" in common_keys else {}
+    properties |= {key: {"$ref": f"#/definitions/{key}"} for key in (*keys, *own_keys)}
+    if machine in MACHINES:
+        properties["dimensions"] = {"$ref": f"#/definitions/dimensions_{machine}"}
+        if not _needs_dimensions(MACHINES[machine]):
+            required = ["machine"]
+    return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}
+
+
+def _needs_dimensions(machine_class: type[Machine]) -> bool:
+    return any(
+        field.default is dataclasses.MISSING and field.metadata["kind"] != CHOICE_KIND for field in dataclasses.fields(machine_class)
+    )
+
+
+def _coupled_schema() -> dict[str, Any]:
+    """Return the schema of a scene of several parts."""
+    properties = {
+        "title": dict(TEXT),
+        "run": {"$ref": "#/definitions/run"},
+        "events": {"$ref": "#/definitions/events"},
+        "load": table_schema(LoadTable),
+        "part": _tables_by_name({"$ref": "#/definitions/part"}),
+        "coupling": _tables_by_name(_by_type(COUPLING_TABLES)),
+    }
+    return {"type": "object", "properties": properties, "required": ["part"], "additionalProperties": False}
+
+
+def _tables_by_name(schema: JsonSchema) -> dict[str, Any]:
+    return {"type": "object", "additionalProperties": schema}
+
+
+def _by_type(tables: Mapping[str, type[SceneFileTable]]) -> dict[str, Any]:
+    """Return the schema of a table whose other keys depend on its type."""
+    models = {name: model for name, model in tables.items() if name}
+    cases = []
+    for name, model in models.items():
+        schema = table_schema(model)
+        schema["properties"] |= {"type": {"const": name}}
+        cases.append({"if": {"properties": {"type": {"const": name}}, "required": ["type"]}, "then": schema})
+    return {"type": "object", "properties": {"type": {"enum": list(models)}}, "required": ["type"], "allOf": cases}
+
+
+def _custom_schema(key: str) -> dict[str, Any]:
+    """Return the schema of a key of a custom machine."""
+    lists: dict[str, JsonSchema] = {
+        "body": table_schema(BodyTable),
+        "joint": _by_type(JOINT_TABLES),
+        "link": table_schema(LinkTable),
+        "force": _by_type(FORCE_TABLES),
+    }
+    if key in lists:
+        return list_of(lists[key])
+    if key == "ground":
+        return _tables_by_name({"type": "array", "minItems": 2, "maxItems": 2})
+    if key == "readings":
+        return _tables_by_name({"anyOf": [table_schema(model) for model in READING_TABLES.values()]})
+    return table_schema(ValveTable) if key == "valve" else _field_schema(CustomSceneTable.fields_by_key()[key])
+
+
+def _spindle_schema() -> dict[str, Any]:
+    """Return the schema of [spindle], with a given speed or free; the parser refuses keys of both."""
+    given, free = table_schema(SpindleTable), table_schema(FreeSpindleTable)
+    return {"type": "object", "properties": given["properties"] | free["properties"], "additionalProperties": False}
+
+
+def _start_schema() -> dict[str, Any]:
+    """Return the schema of [start]; its keys are the readings of the mechanism and their rates."""
+    return {"type": "object", "additionalProperties": dict(NUMBER_OR_TEXT), "description": "values and rates of readings at the start"}
+
+
+def _effects_schema() -> dict[str, Any]:
+    """Return the schema of [effects]."""
+    properties = {effect.key: _effect_schema(effect) | {"description": _summary_of(effect)} for effect in EFFECTS}
+    return {"type": "object", "properties": properties, "additionalProperties": False}
+
+
+def _summary_of(effect: type[Effect]) -> str:
+    return (effect.__doc__ or "").split("\n")[0]
+
+
+def _effect_schema(effect: type[Effect]) -> dict[str, Any]:
+    """Return the schema of an effect: false, or a table by reading for an effect along readings."""
+    if not issubclass(effect, OutputEffect):
+        return {"anyOf": [{"type": "boolean"}, *_value_schemas(effect)]}
+    keys = scene_keys_of(effect)
+    common = {name: _key_schema(keys[name]) for name in effect.common_keys}
+    by_reading = {"anyOf": [{"const": False}, *_value_schemas(effect)]}
+    return {"anyOf": [{"const": False}, {"type": "object", "properties": common, "additionalProperties": by_reading, "minProperties": 1}]}
+
+
+def _value_schemas(effect: type[Effect]) -> list[dict[str, Any]]:
+    """Return the schemas of the values of an effect: one value or the two ends of a range, and the table of its keys."""
+    keys = {name: key for name, key in scene_keys_of(effect).items() if name not in effect.common_keys}
+    schemas: list[dict[str, Any]] = []
+    if len(effect.value_fields) == 1:
+        schemas.append(_key_schema(keys[effect.value_fields[0]]))
+    elif effect.value_fields:
+        schemas.append({"type": "array", "items": dict(NUMBER_OR_TEXT), "minItems": 2, "maxItems": 2})
+    derived = {name: quantity_schema(kind) for derivation in effect.derivations for name, kind in derivation.kinds.items()}
+    properties = {name: _key_schema(key) for name, key in keys.items()} | derived
+    if len(effect.value_fields) < len(properties):
+        schemas.append({"type": "object", "properties": properties, "additionalProperties": False})
+    return schemas
+
+
+def _key_schema(key: SceneKey) -> dict[str, Any]:
+    """Return the schema of a key of an effect."""
+    if key.kind == FLAG_KIND:
+        return {"type": "boolean"}
+    if key.kind == RESTITUTION_KIND or key.kind not in QUANTITY_KINDS:
+        return quantity_schema("ratio")
+    schema = quantity_schema(key.kind, key.sign)
+    schema["description"] = key.meaning or schema["description"]
+    return or_load(schema) if key.is_program else schema

@@ -1,0 +1,216 @@
+"""Scene files to begin with: what a machine needs, with values that run, and, commented out, what it may have."""
+
+import dataclasses
+import math
+import tomllib
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+
+from governor_mechanism.effects.clearance import Clearance
+from governor_mechanism.effects.registry import EFFECTS
+from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.machines.base import CHOICE_KIND, Machine
+from governor_mechanism.machines.custom import CUSTOM_MACHINE
+from governor_mechanism.machines.registry import MACHINES
+from governor_mechanism.model.effect import Effect, OutputEffect
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.part import EQUILIBRIUM, Part
+from governor_mechanism.scenes.custom_template import CUSTOM_TEMPLATE
+from governor_mechanism.scenes.described_values import dimension_meaning
+from governor_mechanism.scenes.effect_tables import SLEEVE_ALIAS, SLEEVE_LIFT_NAME, effect_example
+from governor_mechanism.scenes.library import models_folder
+from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.scenes.schema import ENGINE_CHOICES, rate_key
+from governor_mechanism.scenes.toml_text import format_toml_value
+from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity
+
+GOVERNED_ENGINE: Final = "governed-engine"
+"""Name of the template of an engine under its governor, two coupled parts."""
+
+_EXAMPLES: Final = {
+    "pendulum_governor": "porter",
+    "parabolic_governor": "parabolic",
+    "hartung": "hartung_dubois",
+    "slide_valve": "slide_valve_30",
+    "slider_crank": "slider_crank",
+    "stephenson": "stephenson_arc_middle",
+    "flywheel_engine": "air_engine",
+    GOVERNED_ENGINE: "governed_engine",
+}
+"""Shipped scene from which a template takes its values."""
+
+TEMPLATE_NAMES: Final = (*sorted([*_EXAMPLES, CUSTOM_MACHINE]),)
+"""Names of the templates: the machines, and an engine under its governor."""
+
+COMMENT_COLUMN: Final = 44
+"""Column at which comments begin behind a value, if it is not longer."""
+
+_EVENTS_COMMENT: Final = "named moments at which a reading passes a value"
+
+_HEADER: Final = """\
+# Run this file with: governor-mechanism run mine.toml
+# Numbers are in SI; a text is a number with its unit, as "300 mm". A key behind # may be added.
+# Editors complete and check scene files that name the schema, written by `governor-mechanism schema > scene.schema.json`:
+# put `#:schema ./scene.schema.json` into the first line.
+"""
+
+
+def scene_template(machine: str) -> str:
+    """Return a scene file to begin with.
+
+    Parameters
+    ----------
+    machine
+        One of TEMPLATE_NAMES.
+
+    Returns
+    -------
+    str
+        Text of the file, with comments.
+
+    Raises
+    ------
+    MechanismError
+        If there is no machine of that name.
+    """
+    by_word = {name.replace("-", "_"): name for name in TEMPLATE_NAMES}
+    name = by_word.get(machine.replace("-", "_"))
+    if name is None:
+        known = ", ".join(TEMPLATE_NAMES)
+        raise MechanismError(f"no machine {machine!r}.{did_you_mean(machine, TEMPLATE_NAMES)} The machines are {known}.")
+    if name == CUSTOM_MACHINE:
+        return _HEADER + CUSTOM_TEMPLATE
+    document = tomllib.loads((models_folder() / f"{_EXAMPLES[name]}.toml").read_text(encoding="utf-8"))
+    return _HEADER + "\n".join(_document_lines(document, f"My {name.replace('_', ' ').replace('-', ' ')}")) + "\n"
+
+
+def _document_lines(document: Mapping[str, Any], title: str) -> Iterator[str]:
+    """Yield the lines of a scene file with the values of a document."""
+    scene = parse_scene_document(document)
+    yield f"title = {format_toml_value(title)}"
+    if "part" not in document:
+        yield from _part_lines(document, scene.part, "")
+    else:
+        yield from _table_lines("load", document.get("load", {}))
+        for part in scene.parts:
+            yield f"\n[part.{part.name}]"
+            yield from _part_lines(document["part"][part.name], part, f"part.{part.name}.")
+        for name, table in document["coupling"].items():
+            yield from _table_lines(f"coupling.{name}", table)
+    yield from _run_lines(document.get("run", {}))
+    reading = scene.mechanism.readings[0]
+    if "events" in document:
+        yield from _table_lines("events", document["events"], _EVENTS_COMMENT)
+    else:
+        value = QUANTITY_KINDS[reading.quantity].example
+        yield "\n" + _with_comment("# [events]", _EVENTS_COMMENT)
+        yield f'# passed = {{ reading = "{reading.name}", value = "{value}", direction = "up" }}'
+
+
+def _part_lines(table: Mapping[str, Any], part: Part, prefix: str) -> Iterator[str]:
+    """Yield the lines of one part: its machine, dimensions, effects, spindle and start."""
+    machine_class = MACHINES[part.machine]
+    yield f'machine = "{part.machine}"'
+    yield f"\n[{prefix}dimensions]"
+    yield from _dimension_lines(machine_class, table["dimensions"], part)
+    yield "\n" + _with_comment(f"[{prefix}effects]", "only what stands here exists")
+    yield from _effect_lines(machine_class, table.get("effects", {}), part)
+    yield from _spindle_lines(table.get("spindle", {}), part, prefix)
+    yield from _start_lines(table.get("start", {}), part, prefix)
+
+
+def _dimension_lines(machine_class: type[Machine], given: Mapping[str, Any], part: Part) -> Iterator[str]:
+    """Yield the given dimensions, and commented out those that may be added, with the value that stands for them if there is one."""
+    for field in dataclasses.fields(machine_class):
+        kind, meaning = field.metadata["kind"], dimension_meaning(field)
+        if field.name in given:
+            yield _line(field.name, given[field.name], meaning)
+            continue
+        if kind == CHOICE_KIND:
+            words = field.metadata["words"]
+            yield _line(f"# {field.name}", words[0], f"{meaning}: {', '.join(words)}")
+        else:
+            yield _line(f"# {field.name}", _shown_value(part.dimensions.get(field.name, math.inf), kind), meaning)
+
+
+def _shown_value(value: float, kind: str) -> float | str:
+    """Return a value as a scene file has it, with a customary unit; an example in place of an infinite one, which is left out."""
+    unit, example = QUANTITY_KINDS[kind].si_unit, QUANTITY_KINDS[kind].example
+    if math.isinf(value):
+        return example if unit else float(example)
+    return format_quantity(value, unit) if unit else value
+
+
+def _effect_lines(machine_class: type[Machine], given: Mapping[str, Any], part: Part) -> Iterator[str]:
+    """Yield the given effects, and commented out those that the machine supports."""
+    yield from (_line(key, value) for key, value in given.items())
+    for effect in EFFECTS:
+        supported = effect in machine_class.supported_effects or not (effect.changes_bodies_of or effect is Clearance)
+        turns = part.turns or not effect.loads_turning_bodies
+        if effect.key not in given and supported and turns:
+            yield _with_comment(f"# {effect.key} = {_example_of(effect, part.mechanism)}", _summary_of(effect))
+
+
+def _example_of(effect: type[Effect], mechanism: Mechanism) -> str:
+    """Return a valid value of an effect, as TOML; one along readings acts on the sleeve or the leading coordinate."""
+    if issubclass(effect, OutputEffect):
+        names = [reading.name for reading in mechanism.readings]
+        reading = mechanism.reading(SLEEVE_LIFT_NAME if SLEEVE_LIFT_NAME in names else mechanism.coordinate)
+        name = SLEEVE_ALIAS if reading.name == SLEEVE_LIFT_NAME else reading.name
+        return f"{{ {name} = {effect_example(effect, reading.quantity)} }}"
+    is_switch = not any(field.default is dataclasses.MISSING for field in dataclasses.fields(effect)) and bool(effect.value_fields)
+    return "true" if is_switch or not dataclasses.fields(effect) else effect_example(effect, "")
+
+
+def _summary_of(effect: type[Effect]) -> str:
+    """Return the first sentence of the docstring of an effect."""
+    return (effect.__doc__ or "").split("\n")[0].split(". ")[0].rstrip(".")
+
+
+def _spindle_lines(given: Mapping[str, Any], part: Part, prefix: str) -> Iterator[str]:
+    """Yield the spindle, and commented out a free one in its place; nothing for a machine in a fixed plane."""
+    if not part.turns or not given:
+        return
+    yield from _table_lines(f"{prefix}spindle", given)
+    yield _with_comment('# speed = [[0, "120 rpm"], [5, "126 rpm"]]', "a program of [time, speed] in place of one speed")
+    yield _with_comment('# inertia = "0.5 kg m^2"', "a free spindle in place of speed, with start_speed and torque")
+    yield '# start_speed = "120 rpm"'
+    yield '# torque = "0 N m"'
+
+
+def _start_lines(given: Mapping[str, Any], part: Part, prefix: str) -> Iterator[str]:
+    """Yield the start, and commented out the rate; nothing for a machine whose drive determines it."""
+    if not given:
+        return
+    yield from _table_lines(f"{prefix}start", given)
+    coordinate = part.mechanism.coordinate
+    rate = rate_key(coordinate)
+    if rate not in given:
+        example = "0 rad/s" if part.mechanism.reading(coordinate).quantity == "angle" else "0 m/s"
+        yield f'# {rate} = "{example}"'
+    if part.turns and given.get(coordinate) != EQUILIBRIUM:
+        yield _with_comment(f'# {coordinate} = "{EQUILIBRIUM}"', "in place of a value")
+
+
+def _run_lines(given: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the settings of a run, and commented out the engine."""
+    meanings = {"output_interval": "interval of the reported times", "accuracy": "largest error, relative to the scale of each reading"}
+    yield "\n[run]"
+    yield from (_line(key, value, meanings.get(key, "")) for key, value in given.items())
+    if "engine" not in given:
+        yield _with_comment('# engine = "auto"', f"one of {', '.join(ENGINE_CHOICES)}")
+
+
+def _table_lines(heading: str, table: Mapping[str, Any], comment: str = "") -> Iterator[str]:
+    if table:
+        yield "\n" + _with_comment(f"[{heading}]", comment)
+        yield from (_line(key, value) for key, value in table.items())
+
+
+def _line(key: str, value: Any, comment: str = "") -> str:
+    """Return a key with its value, and a comment."""
+    return _with_comment(f"{key} = {format_toml_value(value)}", comment)
+
+
+def _with_comment(text: str, comment: str) -> str:
+    return f"{text.ljust(COMMENT_COLUMN - 2)}  # {comment}" if comment else text

@@ -1,0 +1,118 @@
+"""Values that the simulation gives for a user's kernel: results, their errors, and the arguments that belong to them."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.types import FloatArray
+
+ULPS = (-3.0, -1.0, 1.0, 3.0)
+"""Displacements of an argument, in units of four roundings, at which an algebraic result is evaluated again."""
+
+SPREAD_FACTOR = 4.0
+"""Error over the spread of the displaced results; four samples of rounding show a half to a quarter of its bound."""
+
+ROUNDING = 16 * np.finfo(float).eps
+"""Error of a result relative to itself where displaced results happen to be equal."""
+
+
+class Column(NamedTuple):
+    """Values (n,) of an argument, SI, and its unit."""
+
+    values: FloatArray
+    unit: str
+
+
+class Input(NamedTuple):
+    """An argument that the user gives: its SI unit, and its value where it may be left out; None if it must be given."""
+
+    unit: str
+    default: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Simulated:
+    """A quantity as simulated.
+
+    Attributes
+    ----------
+    values
+        Results, SI; shape (n,).
+    errors
+        Estimates of their errors, SI; shape (n,).
+    arguments
+        What a kernel may take besides dimensions and gravity, by name.
+    scale
+        Value to which a tolerance is relative, SI; None for each result itself.
+    notes
+        Sentences on what is missing.
+    """
+
+    values: FloatArray
+    errors: FloatArray
+    arguments: Mapping[str, Column]
+    scale: float | None = None
+    notes: tuple[str, ...] = ()
+
+
+Evaluator = Callable[[Scene, Mapping[str, FloatArray], float], Simulated]
+"""Function of a scene, the inputs (n,) by name in SI, and the relative accuracy that a run should have."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """A quantity of a scene that a kernel may compute.
+
+    Attributes
+    ----------
+    name
+        Its name.
+    unit
+        Its SI unit.
+    description
+        What it is, in a phrase.
+    inputs
+        What the user gives by name.
+    arguments
+        Names of further arguments of the kernel besides dimensions and gravity.
+    evaluate
+        Function that simulates it.
+    period
+        Period of an angle that counts modulo a turn, rad; 0 for other quantities.
+    is_frequency
+        Whether a unit such as Hz counts cycles.
+    """
+
+    name: str
+    unit: str
+    description: str
+    inputs: Mapping[str, Input]
+    arguments: tuple[str, ...]
+    evaluate: Evaluator
+    period: float = 0.0
+    is_frequency: bool = False
+
+
+def evaluate_with_rounding(
+    evaluate: Callable[[FloatArray], Mapping[str, FloatArray]], points: FloatArray, name: str
+) -> tuple[dict[str, FloatArray], FloatArray]:
+    """Return algebraic results (n,) at points (n,) by name, and the errors (n,) of one of them through rounding.
+
+    The results are evaluated again at points displaced by a few roundings: their spread shows the rounding of assembly and
+    evaluation, and what the rounding of the points themselves changes.
+    """
+    scale = max(float(np.max(np.abs(points))), 1e-3)
+    displacements = 4 * np.finfo(float).eps * scale * np.array([0.0, *ULPS])
+    displaced = points[:, np.newaxis] + displacements  # neighbours in order, so that a path through all points stays short
+    try:
+        columns = evaluate(displaced.ravel())
+    except MechanismError:  # a point may be at an end of the travel
+        columns = evaluate(np.clip(displaced, points.min(), points.max()).ravel())
+    tables = {key: np.asarray(values).reshape(displaced.shape) for key, values in columns.items()}
+    results = {key: table[:, 0] for key, table in tables.items()}
+    spread = np.max(np.abs(tables[name] - results[name][:, np.newaxis]), axis=1)
+    return results, SPREAD_FACTOR * spread + ROUNDING * np.abs(results[name])

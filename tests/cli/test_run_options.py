@@ -1,0 +1,176 @@
+"""Options of `run` and `--set` of every command; the commands about scenes."""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from pathlib import Path
+
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+import governor_mechanism as gm
+from governor_mechanism.cli.changed_scene import load_changed, parse_changes
+from governor_mechanism.cli.completion import TEMPLATES, complete_machine, complete_scene
+from governor_mechanism.cli.main import app
+from governor_mechanism.cli.run import parse_film_size
+from governor_mechanism.cli.run_summary import count_events
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.events import Event, EventKind
+from governor_mechanism.scenes.json_schema import scene_schema
+from governor_mechanism.scenes.template import TEMPLATE_NAMES, scene_template
+
+
+def call(*words: str):
+    return CliRunner().invoke(app, list(words))
+
+
+def test_values_of_set_are_written_as_in_a_scene_file():
+    texts = ["a.b=320mm", 'c="40 deg"', "d = 0.5", "e=true", 'f={ sleeve = "40 N" }', "g=[1, 2]", "h=", "i=x=y"]
+    expected = {"a.b": "320mm", "c": "40 deg", "d": 0.5, "e": True, "f": {"sleeve": "40 N"}, "g": [1, 2], "h": None, "i": "x=y"}
+    assert parse_changes(texts) == expected
+    assert parse_changes(["t=1\nu = 2"]) == {"t": "1\nu = 2"}  # one value, not two keys
+
+
+@pytest.mark.parametrize("texts", [["dimensions.arm"], ["=3"], ["a..b=1"], ["a=1", "a=2"]])
+def test_what_is_no_assignment_is_refused(texts):
+    with pytest.raises(MechanismError, match="--set"):
+        parse_changes(texts)
+
+
+def test_a_changed_scene_keeps_its_name_and_is_checked_like_a_file():
+    scene = load_changed("porter", ["dimensions.arm=320 mm", "effects.dashpot.sleeve=100 N s/m"], run__duration=1.0)
+    assert (scene.part.dimensions["arm"], scene.run.duration, Path(scene.source).stem) == (0.32, 1.0, "porter")
+    assert [effect.key for effect in scene.effects] == ["gravity", "centrifugal", "dashpot"]
+    assert load_changed("porter", ["dimensions.offset="]).part.dimensions["offset"] == 0.0  # its default
+    assert load_changed("porter", None) is gm.load("porter")
+
+
+def test_mistakes_of_set_are_told_at_once():
+    result = call("run", "porter", "--set", "dimensions.amr=1", "--set", "dimensions.arm=3 kg")
+    assert result.exit_code == 2
+    assert "dimensions.amr is unknown" in result.stderr
+    assert "dimensions.arm is a length" in result.stderr
+    assert result.stdout == ""
+
+
+def test_a_table_of_a_part_is_said_to_stand_under_it():
+    result = call("describe", "governed_engine", "--set", "dimensions.arm=300 mm")
+    assert result.exit_code == 2
+    assert "write it as part.NAME.dimensions" in result.stderr
+
+
+def test_run_prints_four_lines_and_writes_a_record_without_paths(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text(scene_template("pendulum_governor"), encoding="utf-8")
+    words = [
+        "run",
+        str(tmp_path / "mine.toml"),
+        "--set",
+        "dimensions.arm=320 mm",
+        "--seconds",
+        "0.5 s",
+        "--title",
+        "Long arms",
+        "--no-film",
+    ]
+    result = call(*words, "--accuracy", "1e-5")
+    assert result.exit_code == 0, result.output
+    first, second, third, fourth = result.stdout.splitlines()
+    assert first.startswith("Long arms: 0.5 s with engine ")
+    assert "(requested 1e-05); computed in " in second
+    assert third.startswith(("events: ", "no events"))
+    assert fourth == "wrote mine.png, mine.csv, mine.nc, mine.json in results"
+    text = (tmp_path / "results" / "mine.json").read_text(encoding="utf-8")
+    record = json.loads(text)
+    assert str(tmp_path) not in text
+    assert (record["scene"], record["title"], record["document"]["dimensions"]["arm"]) == ("mine.toml", "Long arms", "320 mm")
+    assert record["end_time"] == 0.5
+
+
+def test_a_run_with_too_few_steps_ends_by_name(tmp_path):
+    result = call("run", "porter", "--max-steps", "3", "--seconds", "1", "--no-film", "--out", str(tmp_path))
+    assert result.exit_code == 1
+    assert "max_steps = 3 reached" in result.stderr
+    assert json.loads((tmp_path / "porter.json").read_text(encoding="utf-8"))["outcome"] == "step_limit"
+
+
+def test_a_film_has_the_size_and_the_frame_rate_that_are_asked_for(tmp_path):
+    words = ["run", "porter", "--seconds", "1", "--fps", "5", "--size", "320x320", "--accuracy", "1e-4", "--out", str(tmp_path)]
+    assert call(*words).exit_code == 0
+    with Image.open(tmp_path / "porter.gif") as film:
+        assert film.size == (320, 320)
+        assert film.n_frames == 6  # a second of five frames, with both ends
+
+
+@pytest.mark.parametrize("text", ["big", "320x", "640x480", "100", "99999", "-320"])
+def test_a_size_that_no_film_has_is_refused(text):
+    with pytest.raises(MechanismError, match="--size"):
+        parse_film_size(text)
+
+
+@pytest.mark.parametrize(
+    "words", [["crosscheck", "slider_crank", "--json"], ["equilibria", "porter", "--no-figure", "--json"], ["describe", "porter", "--json"]]
+)
+def test_set_changes_the_scene_of_other_commands(words, tmp_path):
+    key = "dimensions.crank_speed=70 rpm" if "slider_crank" in words else "dimensions.sleeve_mass=10 kg"
+    out = ["--out", str(tmp_path)] if words[0] == "equilibria" else []
+    plain, changed = (call(*words, *out, *more) for more in ([], ["--set", key]))
+    assert plain.exit_code == changed.exit_code == 0, changed.output
+    assert json.loads(plain.stdout) != json.loads(changed.stdout)
+
+
+def test_each_command_with_a_scene_has_set():
+    for words in (["accuracy"], ["effects"], ["sweep"], ["regulation", "loop"], ["regulation", "map"]):
+        assert "--set" in call(*words, "--help").stdout
+
+
+def test_events_are_counted_by_kind():
+    kinds = [EventKind.TURNING_POINT, EventKind.IMPACT, EventKind.TURNING_POINT, EventKind.CROSSING, EventKind.REST, EventKind.REST]
+    events = [Event(time=float(k), kind=kind, subject="cut_off") for k, kind in enumerate(kinds)]
+    assert count_events(events) == "events: 1 crossing, 1 impact, 2 rests on stops, 2 turning points; first crossing cut_off at t = 3 s"
+    assert count_events([]) == "no events"
+
+
+@pytest.mark.parametrize("name", ["hartung", "governed-engine", "custom"])
+def test_init_prints_a_scene_file(name):
+    result = call("init", name)
+    assert result.exit_code == 0
+    assert result.stdout == scene_template(name)
+    assert tomllib.loads(json.loads(call("init", name, "--json").stdout)["text"]) == tomllib.loads(result.stdout)
+
+
+def test_init_answers_a_misspelt_machine():
+    result = call("init", "hartong")
+    assert result.exit_code == 2
+    assert "Did you mean 'hartung'?" in result.stderr
+
+
+def test_describe_prints_text_and_json():
+    result = call("describe", "porter")
+    assert "arm          300 mm  length from the suspension to the ball's centre" in result.stdout
+    assert json.loads(call("describe", "porter", "--json").stdout)["degrees_of_freedom"] == 1
+
+
+def test_schema_prints_the_schema():
+    assert json.loads(call("schema").stdout) == json.loads(call("schema", "--json").stdout) == json.loads(json.dumps(scene_schema()))
+
+
+def test_the_shell_completes_scenes_files_and_machines(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "watt_mine.toml").write_text("", encoding="utf-8")
+    (tmp_path / "water").mkdir()
+    (tmp_path / "wattage.txt").write_text("", encoding="utf-8")
+    assert complete_scene("watt_i") == ["watt_improved"]
+    assert set(complete_scene("wat")) == {name for name in gm.list_models() if name.startswith("wat")} | {"water/", "watt_mine.toml"}
+    assert complete_scene("no_such_folder/x") == []
+    assert complete_machine("sl") == ["slide_valve", "slider_crank"]
+    assert TEMPLATES == TEMPLATE_NAMES
+
+
+def test_the_command_answers_the_shell(monkeypatch):
+    settings = {"_GOVERNOR_MECHANISM_COMPLETE": "complete_bash", "COMP_WORDS": "governor-mechanism run porter_c", "COMP_CWORD": "2"}
+    result = CliRunner().invoke(app, [], prog_name="governor-mechanism", env=os.environ | settings)
+    assert result.stdout.split() == ["porter_clearance", "porter_cyclic", "porter_cyclic_damped"]

@@ -1,0 +1,299 @@
+"""Mechanisms composed in Python: the documents of custom scene files, with first configurations that close."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from typing import Any
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.building.handles import BuiltRod
+from governor_mechanism.scenes import library
+
+MAX_GAP = 1e-12
+"""Largest difference of a position (m) or angle (rad) of order 1: the assembly closes joints to 1e-13 of the length scale."""
+
+SIX_BAR = """
+import governor_mechanism as gm
+
+m = gm.Mechanism.build("Six-bar")
+crank = m.rod("crank", length="100 mm", mass=1.0, angle="60 deg")
+coupler = m.rod("coupler", length="300 mm", mass=2.0)
+rocker = m.rod("rocker", length="250 mm", mass=2.0)
+second = m.rod("second coupler", length="350 mm", mass=2.0)
+ram = m.block("ram", mass=5.0)
+m.pin(m.ground(0, 0), crank.start)
+m.pin(crank.end, coupler.start)
+m.pin(coupler.end, rocker.end, second.start)
+m.pin(m.ground("300 mm", 0), rocker.start)
+m.pin(second.end, ram.centre)
+m.slider(m.ground(0, "100 mm"), ram.centre)
+m.motor(crank, rate="90 rpm")
+gm.film(gm.run(m.scene(duration="2 s")), "six_bar.gif")
+"""
+
+
+def circles_cross(first: tuple[float, float], radius: float, second: tuple[float, float], other_radius: float) -> list[complex]:
+    """The two points at given distances from two others, left of the line from the first to the second at first."""
+    p, q = complex(*first), complex(*second)
+    distance = abs(q - p)
+    along = (radius**2 - other_radius**2 + distance**2) / (2 * distance)
+    across = math.sqrt(radius**2 - along**2)
+    return [p + (q - p) / distance * complex(along, side) for side in (across, -across)]
+
+
+def four_bar(lengths: tuple[float, ...] = (0.1, 0.3, 0.25, 0.3), **angles: Any) -> gm.MechanismBuilder:
+    m = gm.Mechanism.build("Four-bar")
+    crank, coupler, rocker = (
+        m.rod(name, length=length, mass=1.0, angle=angles.get(name))
+        for name, length in zip(("crank", "coupler", "rocker"), lengths, strict=False)
+    )
+    m.pin(m.ground(0, 0), crank.start)
+    m.pin(crank.end, coupler.start)
+    m.pin(coupler.end, rocker.end)
+    m.pin(m.ground(lengths[3], 0), rocker.start)
+    return m
+
+
+def ends(m: gm.MechanismBuilder) -> dict[str, complex]:
+    """The end of each rod in the first configuration, from positions and angles of the document, SI."""
+    bodies = {body["name"]: body for body in m.scene().document["body"]}
+    return {
+        name: complex(*body["at"]) + body["rod"]["length"] * np.exp(1j * (math.radians(60) if body["angle"] == "60 deg" else body["angle"]))
+        for name, body in bodies.items()
+    }
+
+
+def refusal(function, *arguments: Any, **options: Any) -> str:
+    with pytest.raises(gm.MechanismError) as caught:
+        function(*arguments, **options)
+    return str(caught.value)
+
+
+def test_a_six_bar_linkage_is_built_run_and_filmed_in_at_most_fifteen_statements(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    lines = [line for line in SIX_BAR.splitlines() if line]
+    assert len(lines) - 1 <= 15  # beside the import
+    quick = SIX_BAR.replace('"2 s")', '"0.2 s")').replace('"six_bar.gif")', '"six_bar.gif", frames_per_second=1, size=320)')
+    exec(compile(quick, "six_bar", "exec"), {})
+    assert (tmp_path / "six_bar.gif").read_bytes().startswith(b"GIF89a")
+
+
+def test_the_joints_close_as_the_circles_cross():
+    """Of the two configurations the higher one is taken, unless further angles are nearer to the lower one."""
+    crank_end = 0.1 * np.exp(1j * math.radians(60))
+    upper, lower = circles_cross((crank_end.real, crank_end.imag), 0.3, (0.3, 0.0), 0.25)
+    assert upper.imag > lower.imag
+    assert abs(ends(four_bar(crank="60 deg"))["coupler"] - upper) < MAX_GAP
+    crossed = four_bar(crank="60 deg", coupler="-50 deg", rocker="-120 deg")
+    assert abs(ends(crossed)["coupler"] - lower) < MAX_GAP
+    assert abs(ends(crossed)["crank"] - crank_end) < MAX_GAP
+    assert crossed.scene().document["body"][0]["angle"] == "60 deg"  # as it was written
+
+
+def test_without_any_angle_the_joints_close_too():
+    positions = ends(four_bar())
+    assert abs(abs(positions["coupler"] - positions["crank"]) - 0.3) < MAX_GAP
+    assert abs(positions["coupler"] - positions["rocker"]) < MAX_GAP
+    assert positions["coupler"].imag > 0
+
+
+def test_a_chain_without_loop_keeps_angles_of_zero():
+    m = gm.Mechanism.build("Double pendulum")
+    first, second = m.rod("first", length=1.0, mass=1.0), m.rod("second", length=1.0, mass=1.0)
+    m.pin(m.ground(0.5, 0.25), first.start)
+    m.pin(first.end, second.start)
+    assert [(body["at"], body["angle"]) for body in m.scene().document["body"]] == [([0.5, 0.25], 0.0), ([1.5, 0.25], 0.0)]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_linkage_that_was_drawn_closed_is_assembled_from_its_lengths(seed):
+    """A Stephenson linkage of two loops between seven random points: only the angle of its crank is given."""
+    points = np.random.default_rng(seed).uniform(-1.0, 1.0, size=(7, 2)).tolist()
+    pivot, crank_end, b, c, rocker_pivot, e, last_pivot = points
+    m = gm.Mechanism.build("Stephenson linkage")
+    angle = math.atan2(crank_end[1] - pivot[1], crank_end[0] - pivot[0])
+    crank = m.rod("crank", length=math.dist(pivot, crank_end), mass=1.0, angle=angle)
+    ternary = m.body("ternary", mass=1.0, inertia=0.1)
+    b_on_ternary, c_on_ternary = (ternary.point(one[0] - crank_end[0], one[1] - crank_end[1]) for one in (b, c))
+    rocker = m.rod("rocker", length=math.dist(rocker_pivot, b), mass=1.0)
+    second, last = m.rod("second", length=math.dist(c, e), mass=1.0), m.rod("last", length=math.dist(last_pivot, e), mass=1.0)
+    for first, other in ((crank.start, pivot), (rocker.start, rocker_pivot), (last.start, last_pivot)):
+        m.pin(m.ground(*other), first)
+    for first, other in ((crank.end, ternary.origin), (b_on_ternary, rocker.end), (c_on_ternary, second.start), (second.end, last.end)):
+        m.pin(first, other)
+    scene = m.scene()
+    assert not gm.run(scene, times=[0.0], certify=False).notes  # the guess needed no closing
+    assert scene.document["body"][0]["angle"] == angle
+
+
+def test_a_slider_crank_moves_by_the_formula():
+    """x = r cos a + sqrt(l^2 - r^2 sin^2 a), and the motor goes on from the first configuration."""
+    m = gm.Mechanism.build("Slider-crank")
+    crank, rod = m.rod("crank", length="100 mm", mass="1 kg", angle="40 deg"), m.rod("rod", length="400 mm", mass="2 kg")
+    piston = m.block("piston", mass="3 kg")
+    m.pin(m.ground(0, 0), crank.start)
+    m.pin(crank.end, rod.start)
+    m.pin(rod.end, piston.centre)
+    m.slider(m.ground(0, 0), piston.centre)
+    m.motor(crank, rate="60 rpm")
+    m.reading("piston_x", x=piston.centre)
+    run = gm.run(m.scene(duration="1 s", accuracy=1e-9), times=[0.0, 0.1, 0.35])
+    angles = math.radians(40) + 2 * math.pi * run.times
+    expected = 0.1 * np.cos(angles) + np.sqrt(0.4**2 - (0.1 * np.sin(angles)) ** 2)
+    assert np.max(np.abs(run.readings["piston_x"] - expected)) < 1e-9  # the accuracy asked for, in lengths of 0.4 m
+
+
+def test_a_shipped_machine_is_built_in_python():
+    """The quick return of the file with another guess: equal bodies, joints and forces, and a configuration of the same angles."""
+    shipped = library.load_scene("quick_return")
+    m = gm.Mechanism.build(shipped.title)
+    crank = m.disc("crank", radius="100 mm", mass="4 kg", angle=0.0)
+    lever, ram = m.rod("lever", length="400 mm", mass="3 kg"), m.block("ram", mass="10 kg")
+    pivot, shaft, guide = m.ground(0, 0, "pivot"), m.ground(0, "200 mm", "shaft"), m.ground(0, "420 mm", "guide")
+    m.pin(pivot, lever.start)
+    m.pin(shaft, crank.origin)
+    m.slider(lever.start, crank.point("80 mm", 0, "pin"), name="slot")
+    m.slider(guide, ram.centre, name="guide")
+    m.motor(crank, rate="60 rpm", name="motor")
+    m.link(lever.end, ram.centre, "160 mm", name="link")
+    m.damper(guide, ram.centre, damping="200 N s/m", name="cut")
+    m.reading("ram_position", x=ram.centre)
+    m.reading("lever_angle", angle=lever)
+    m.gravity()
+    built = m.scene(duration="3 s", accuracy=1e-8)
+    assert built.mechanism.bodies == shipped.mechanism.bodies
+    assert built.mechanism.joints == shipped.mechanism.joints
+    assert built.mechanism.force_elements == shipped.mechanism.force_elements
+    assert built.mechanism.readings == shipped.mechanism.readings
+    assert built.effects == shipped.effects
+    angle, length = math.atan2(0.2, 0.08), math.hypot(0.2, 0.08)  # of the pin from the pivot
+    assert built.mechanism.initial_guess[1][2] == pytest.approx(angle, abs=MAX_GAP)
+    assert length < 0.4
+    assert gm.Scene.from_dict(tomllib.loads(built.to_toml())) == built
+
+
+def test_each_method_writes_the_table_of_a_scene_file():
+    m = gm.Mechanism.build("All", plane="turning", size="1 m")
+    a, b = m.rod("a", length=1.0, mass=1.0, angle=0.1, at=(0, 0)), m.plate("b", width=1.0, height=0.5, mass=2.0, at=(0, 1))
+    c = m.body("c", mass=1.0, moments={"xx": 0.1}, centre=(0.1, 0), at=(0, 0))
+    d, o = m.point_mass("d", mass=0.5, at=(0, 0)), m.ground([[0, 0], [1, "5 mm"]], 0)
+    a.add_mass("2 kg", a.end, radius="10 mm")
+    a.add_mass("2 kg", (0, 0.5))
+    m.weld(a.end, b.origin, "5 deg")
+    m.prismatic(a.start, b.centre, "90 deg", 0.0, name="guide")
+    m.arc(o, d.centre, 0.5)
+    m.curve(o, d.centre, coefficients=[0, 0, 5], angle="1 deg")
+    m.curve(o, d.centre, points=[(0, 0), (1, 1)])
+    m.gear(a, b.centre, -2.0, 0.0)
+    m.rack(a, b, "20 mm", "3 deg")
+    m.motor(b, motion=[[0, 0], [1, 1]], against=a)
+    m.actuator(o, a.point(0.1, 0), rate="1 mm/s", start=0.0)
+    m.spring(o, c.centre, stiffness="2 N/mm", free_length=0.1)
+    m.torsion_spring(a, stiffness=1.0, against=b, name="coil")
+    m.torsion_damper(a, damping=2.0)
+    m.torque(a, [[0, 1], [1, 2]], against=b)
+    m.force(c.centre, y={"reading": "x", "gain": 1.0})
+    m.reading("x", x=c.centre, origin=o)
+    m.reading("line", line=(o, a.end))
+    m.reading("gap", distance=(o, a.end))
+    m.reading("turn", angle=a, against=b)
+    m.effect("dry_friction", {"x": "1 N"})
+    m.spindle("60 rpm")
+    m.start({"x": 0.1})
+    m.event("pass", "x", "1 mm", "up")
+    point, ground = ["a", 0.1, 0.0], "ground.A"
+    masses = [{"mass": "2 kg", "at": [1.0, 0.0], "radius": "10 mm"}, {"mass": "2 kg", "at": [0, 0.5]}]
+    assert m._keys == {"title": "All", "machine": "custom", "plane": "turning", "size": "1 m"}
+    assert m._lists["body"] == [
+        {"name": "a", "mass": 1.0, "rod": {"length": 1.0}, "at": [0, 0], "angle": 0.1, "point_masses": masses},
+        {"name": "b", "mass": 2.0, "plate": {"width": 1.0, "height": 0.5}, "at": [0, 1]},
+        {"name": "c", "mass": 1.0, "moments": {"xx": 0.1}, "centre": [0.1, 0], "at": [0, 0]},
+        {"name": "d", "mass": 0.5, "point": True, "at": [0, 0]},
+    ]
+    assert m._lists["joint"] == [
+        {"type": "weld", "first": "a.end", "second": "b.origin", "turn": "5 deg"},
+        {"type": "prismatic", "name": "guide", "first": "a.start", "second": "b.centre", "angle": "90 deg", "turn": 0.0},
+        {"type": "arc", "first": ground, "second": "d.centre", "radius": 0.5},
+        {"type": "curve", "first": ground, "second": "d.centre", "curve": {"coefficients": [0, 0, 5]}, "angle": "1 deg"},
+        {"type": "curve", "first": ground, "second": "d.centre", "curve": {"points": [[0, 0], [1, 1]]}},
+        {"type": "gear", "first": "a", "second": "b.centre", "ratio": -2.0, "offset": 0.0},
+        {"type": "rack", "first": "a", "second": "b", "radius": "20 mm", "angle": "3 deg"},
+        {"type": "driven_turn", "first": "a", "second": "b", "motion": [[0, 0], [1, 1]]},
+        {"type": "driven_slide", "first": ground, "second": point, "angle": 0.0, "rate": "1 mm/s", "start": 0.0},
+    ]
+    assert m._lists["force"] == [
+        {"type": "spring", "first": ground, "second": "c.centre", "stiffness": "2 N/mm", "free_length": 0.1},
+        {"type": "torsion_spring", "name": "coil", "first": "b", "second": "a", "stiffness": 1.0},
+        {"type": "torsion_damper", "first": "ground", "second": "a", "damping": 2.0},
+        {"type": "torque", "body": "a", "against": "b", "moment": [[0, 1], [1, 2]]},
+        {"type": "force", "point": "c.centre", "y": {"reading": "x", "gain": 1.0}},
+    ]
+    assert m._tables == {
+        "ground": {"A": [[[0, 0], [1, "5 mm"]], 0]},
+        "readings": {
+            "x": {"x": "c.centre", "from": ground},
+            "line": {"line": [ground, "a.end"]},
+            "gap": {"distance": [ground, "a.end"]},
+            "turn": {"angle": "a", "against": "b"},
+        },
+        "effects": {"dry_friction": {"x": "1 N"}},
+        "spindle": {"speed": "60 rpm"},
+        "start": {"x": 0.1},
+        "events": {"pass": {"reading": "x", "value": "1 mm", "direction": "up"}},
+    }
+
+
+def test_what_does_not_close_is_named_with_gap_and_direction():
+    """The bars are 0.1 + 0.1 + 0.1 m long, and the pivots 0.5 m apart."""
+    message = refusal(four_bar((0.1, 0.1, 0.1, 0.5)).scene)
+    assert "joint 'pin of ground and rocker' stays open by 0.2 m" in message
+    assert "its point on 'ground' is at [0.5, 0] m and its point on 'rocker' is at [0.3, 0] m, 180.0 deg from there" in message
+
+
+def test_an_angle_that_the_mechanism_cannot_have_is_named():
+    """With the crank at 180 deg the pivot of the rocker is 0.65 m from the end of the crank, and the bars reach 0.55 m."""
+    message = refusal(four_bar((0.2, 0.3, 0.25, 0.45), crank="180 deg").scene)
+    assert "cannot be assembled at the given angle of 'crank'" in message
+    assert "stays open by 0.1 m" in message
+
+
+def test_mistakes_are_those_of_the_file():
+    m = gm.Mechanism.build("Wrong")
+    rod = m.rod("rod", length=-1.0, mass=1.0)
+    m.pin(m.ground(0, 0), rod.start)
+    m.motor(rod, rate="fast")
+    message = refusal(m.scene)
+    assert "rod.length must be positive" in message
+    assert "rate is an angular speed" in message
+    m = gm.Mechanism.build("Twice")
+    m.pin(m.ground(0, 0), m.rod("rod", length=1.0, mass=1.0, at=3).start, m.rod("rod", length=1.0, mass=1.0).start)
+    assert "at must be [x, y]" in refusal(m.scene)
+    assert "body is missing" in refusal(gm.Mechanism.build("Empty").scene)
+
+
+def test_wrong_arguments_are_refused_in_sentences():
+    m = gm.Mechanism.build("Wrong")
+    rod, other = m.rod("rod", length=1.0, mass=1.0), BuiltRod("other", {})
+    m.ground(0, 0, "O")
+    m.reading("angle", angle=rod)
+    for function, arguments, sentence in (
+        (m.pin, (rod, rod.start), "pin takes points; found body 'rod', whose points are rod.start, rod.end"),
+        (m.pin, (3, rod.start), "pin takes points, as crank.end"),
+        (m.pin, (rod.end,), "two or more bodies"),
+        (m.motor, ("rod",), "motor takes a body"),
+        (rod.__getitem__, ("strat",), "Did you mean 'start'?"),
+        (rod.point, (0.5, 0, "end"), "already has a point 'end'"),
+        (rod.add_mass, (1.0, other.end), "needs a point of that body"),
+        (rod.add_mass, (1.0, rod.centre), "follows from the masses"),
+        (m.ground, (1, 0, "O"), "already has a point 'O'"),
+        (lambda: m.reading("line", line=rod), (), "takes two points"),
+        (m.start, (3,), "start takes values by reading"),
+        (lambda: m.reading("angle", angle=rod), (), "choose another name"),
+    ):
+        assert sentence in refusal(function, *arguments)
+    assert rod["end"] == rod.end
+    assert repr(m) == "MechanismBuilder('Wrong'; body: rod)"

@@ -1,0 +1,125 @@
+"""The types of the public functions can be imported and read, results are shown in a few lines, and misspelt names are refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import pickle
+import typing
+from importlib import resources
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism import public_types
+from governor_mechanism.errors import UnknownName
+from governor_mechanism.units.short_repr import MAX_REPR_LENGTH
+
+FUNCTIONS = [name for name in gm.__all__ if inspect.isfunction(getattr(gm, name))]
+CLASSES = [name for name in gm.__all__ if inspect.isclass(getattr(gm, name))]
+
+
+@pytest.fixture(scope="module")
+def run():
+    return gm.run("porter", times=np.linspace(0.0, 1.0, 1001), certify=False)
+
+
+def test_the_types_are_marked_as_typed():
+    assert resources.files("governor_mechanism").joinpath("py.typed").is_file()
+
+
+def test_the_package_hands_on_every_public_type():
+    assert set(public_types.list_types()) <= set(gm.__all__) <= set(dir(gm))
+    assert {"Scene", "Trajectory", "Outcome", "Equilibrium", "SpeedCurve", "Sweep", "CheckReport", "Mechanism"} <= set(CLASSES)
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_the_annotations_of_every_function_can_be_read(name):
+    function = getattr(gm, name)
+    hints = typing.get_type_hints(function)
+    assert set(inspect.signature(function).parameters) <= set(hints)
+    assert "return" in hints
+    options = [one for one in inspect.signature(function).parameters.values() if one.kind is inspect.Parameter.VAR_KEYWORD]
+    assert all(hints[one.name] is not typing.Any for one in options)
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_the_annotations_of_every_class_can_be_read(name):
+    owner = getattr(gm, name)
+    typing.get_type_hints(owner)
+    for _, method in inspect.getmembers(owner, inspect.isfunction):
+        if not method.__name__.startswith("_"):
+            typing.get_type_hints(method)
+
+
+def test_a_run_takes_and_returns_the_exported_types():
+    hints = typing.get_type_hints(gm.run)
+    assert hints["return"] is gm.Trajectory
+    assert gm.Scene in typing.get_args(hints["scene"])
+    assert typing.get_type_hints(gm.equilibria)["return"] == tuple[gm.Equilibrium, ...]
+
+
+def test_a_misspelt_type_is_answered_with_the_nearest():
+    with pytest.raises(AttributeError, match="Did you mean 'Trajectory'"):
+        gm.Trajectry  # noqa: B018
+
+
+def holds_array(hint: object) -> bool:
+    arguments = [one for one in typing.get_args(hint) if not isinstance(one, str | list)]
+    return hint is np.ndarray or typing.get_origin(hint) is np.ndarray or any(map(holds_array, arguments))
+
+
+@pytest.mark.parametrize("name", [name for name in CLASSES if dataclasses.is_dataclass(getattr(gm, name))])
+def test_results_with_arrays_are_equal_only_to_themselves(name):
+    """Field by field, `==` of arrays would raise "the truth value of an array is ambiguous"."""
+    owner = getattr(gm, name)
+    if any(map(holds_array, typing.get_type_hints(owner).values())):
+        assert owner.__eq__ is object.__eq__
+
+
+def test_a_misspelt_name_is_a_key_error_with_the_nearest_name(run):
+    for table, misspelt, sentence in (
+        (run.readings, "arm_angel", "no reading 'arm_angel'; known are arm_angle, ball_radius"),
+        (run.rates, "sleeve_lfit", "Did you mean 'sleeve_lift'?"),
+        (run.reactions, "right arn", "Did you mean 'right arm'?"),
+        (run.speed_fluctuations, "crank_angle", "no shaft angle 'crank_angle'; known are none."),
+        (gm.equilibria("porter")[0].readings, "arm_angel", "Did you mean 'arm_angle'?"),
+    ):
+        with pytest.raises(KeyError) as caught:
+            table[misspelt]
+        assert sentence in str(caught.value)
+        assert isinstance(caught.value, UnknownName)
+    assert run.readings.get("arm_angel") is None
+    assert "arm_angel" not in run.readings
+
+
+def test_results_by_name_survive_another_process(run):
+    copied = pickle.loads(pickle.dumps(run.readings))
+    assert copied.keys() == run.readings.keys()
+    with pytest.raises(KeyError, match="no reading"):
+        copied["arm_angel"]
+
+
+def test_results_are_shown_in_a_few_lines(run):
+    shown = {
+        "Porter governor": run,
+        "arm_angle": run.readings,
+        "kinetic": run.energy,
+        "engine": run.cost,
+        "force": next(iter(run.reactions.values())),
+        "pendulum_governor": run.scene,
+        "governor": run.scene.parts[0],
+        "sleeve": run.scene.mechanism,
+        "speed": gm.speed_curve("porter", 50, resistance="40 N"),
+        "stiffness": gm.equilibria("porter")[0],
+        "readings": gm.linearise("porter"),
+        "radius": gm.controlling_force("porter", points=50),
+        "crank_angle": gm.kinematics("slider_crank_torque", "crank_angle", [0.1, 0.2]),
+        "closed form": gm.crosscheck("porter"),
+    }
+    for word, result in shown.items():
+        assert word in repr(result)
+        assert len(repr(result)) <= MAX_REPR_LENGTH
+        assert "\n" not in repr(result)
+        assert "array(" not in repr(result)
