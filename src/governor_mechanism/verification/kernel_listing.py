@@ -47,6 +47,7 @@ class QuantityListing(PrintedResult):
         others = sorted({name for one in of_positions for name in one.arguments} - self.constants.keys())
         lines = [
             f"arguments of every kernel, in SI: {units}; infinite where they are left out",
+            *([] if "gravity" in self.constants else ["at a position those of the rotating part have no part in front of their names"]),
             "and what stands under `over`, optional in brackets",
             *([f"at a position also: {', '.join(others)}, besides the quantity itself"] if others else []),
             "over time also: all other readings of the run",
