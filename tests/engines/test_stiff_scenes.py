@@ -113,7 +113,7 @@ def test_method_of_a_scene_that_is_not_stiff():
 
 def test_the_stiff_flyball_governor_agrees_with_its_equations_in_three_coordinates():
     times = np.linspace(0.0, 10.0, 41)
-    reference = stiff_flyball.solve(times)  # takes far longer than all the runs
+    reference = stiff_flyball.solve(times)
     for accuracy in (1e-4, 1e-6, 1e-8, 1e-10):
         run = gm.run("stiff_flyball", times=times, accuracy=accuracy)
         assert run.outcome is Outcome.DONE, accuracy
