@@ -18,7 +18,7 @@ from governor_mechanism.closed_form.flywheel.engine import AirEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.scenes.changed_document import parse_scene_with
-from governor_mechanism.studies.regulation.load_change import Verdict
+from governor_mechanism.studies.regulation.speed_response import Verdict
 from reference import flywheel as printed
 
 ARM, OFFSET, BALL, SLEEVE, GRAVITY = 0.3, 0.04, 5.0, 21.0, 9.81

@@ -10,7 +10,8 @@ from governor_mechanism.render.machines.engine_room.arrangement import find_gove
 from governor_mechanism.render.machines.engine_room.torques import engine_torque
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SKY, VERMILLION
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
-from governor_mechanism.studies.regulation.load_change import SETTLING_BAND, LoadChangeStudy, Verdict
+from governor_mechanism.studies.regulation.load_change import LoadChangeStudy
+from governor_mechanism.studies.regulation.speed_response import SETTLING_BAND, Verdict
 from governor_mechanism.studies.regulation.turn_average import rolling_mean
 from governor_mechanism.types import FloatArray
 

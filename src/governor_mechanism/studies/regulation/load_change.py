@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -16,38 +15,20 @@ from governor_mechanism.files.printed_result import PrintedResult
 from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.model.trajectory import Outcome, Trajectory
+from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine, OperatingPoint
+from governor_mechanism.studies.regulation.speed_response import SETTLING_BAND, Verdict, judge_speed, reached_end
 from governor_mechanism.studies.regulation.turn_average import TurnAverage, average_over_turns
 from governor_mechanism.types import DataFrame, FloatArray
 from governor_mechanism.units.quantities import format_value, parse_quantity
 from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
-SETTLING_BAND = 0.05
-"""Half-width of the settling band about the last speed, relative to the whole change of speed: the usual one of speed governing."""
-
 CHANGE_AT = 0.1
 """Time of the change of load, relative to the duration, unless it is given."""
 
-HUNTING_RATIO = 0.8
-"""Part of the amplitude in the third quarter after the change above which that in the last one is a sustained oscillation."""
-
-MIN_REVERSALS = 2
-"""Passages of the middle speed in the second half after the change that make an oscillation; a steady drift has one."""
-
 MIN_TURNS = 4
 """Turns of the shaft before and after the change that a judgement needs."""
-
-
-class Verdict(StrEnum):
-    """How the speed behaves after a change of load."""
-
-    SETTLES = "settles"
-    HUNTS = "hunts"
-    UNDECIDED = "has not settled by the end of the run"
-    STALLS = "stalls"
-    ENDED = "ended early"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -315,14 +296,14 @@ def _measure(
     begin = change_times[0]
     is_before, is_after = average.times + 0.5 * average.periods <= begin, average.times >= begin
     turns = [float(speeds[0]) * begin / math.tau, float(angles[-1] - np.interp(begin, run.times, angles)) / math.tau]
-    if min(turns) < MIN_TURNS and _reached_end(run):
+    if min(turns) < MIN_TURNS and reached_end(run):
         raise MechanismError(
             f"the shaft makes {turns[0]:.3g} turns before the change of the load and {turns[1]:.3g} after it, and a judgement needs "
             f"{MIN_TURNS} of both; increase run.duration, or change the time of the change"
         )
     speeds_before, later_times, later = average.speeds[is_before], average.times[is_after], average.speeds[is_after]
     first = float(speeds_before[-1]) if len(speeds_before) else before.shaft_speed
-    response = _judge(run, begin, first, later_times, later, governed.has_mean_torque)
+    response = judge_speed(run, begin, first, later_times, later)
     sleeve_force = _sleeve_force(governed, run, begin)
     dissipated = run.energy.dissipated_energy
     return LoadChangeStudy(
@@ -339,60 +320,12 @@ def _measure(
         messages=messages,
         average=average,
         run=run,
-        **response,
+        **vars(response),
     )
-
-
-def _reached_end(run: Trajectory) -> bool:
-    """Return whether a run reached its end, with the accuracy asked for or without."""
-    return run.outcome.ok or run.outcome is Outcome.ACCURACY_MISSED
 
 
 def _last(values: FloatArray) -> float:
     return float(values[-1]) if len(values) else math.nan
-
-
-def _judge(run: Trajectory, begin: float, first: float, times: FloatArray, speeds: FloatArray, is_even: bool) -> dict[str, Any]:
-    """Return verdict, extreme and last speed, overshoot, settling time, error integral, and what is known of hunting."""
-    end = float(run.times[-1])
-    quarters = [speeds[(times >= begin + a * (end - begin)) & (times <= begin + b * (end - begin))] for a, b in ((0.5, 0.75), (0.75, 1.0))]
-    if not _reached_end(run) or not all(len(quarter) > 1 for quarter in quarters):
-        verdict = Verdict.STALLS if run.outcome == Outcome.SHAFT_STALLED else Verdict.ENDED
-        last = float(speeds[-1]) if len(speeds) else first
-        unknown = dict.fromkeys(("overshoot", "speed_error_integral", "hunting_amplitude", "hunting_period"), math.nan)
-        return {"verdict": verdict, "mean_speeds": (first, last, last), "settling_time": math.inf, **unknown}
-    amplitudes = [0.5 * float(np.ptp(quarter)) for quarter in quarters]
-    middle = 0.5 * float(quarters[1].max() + quarters[1].min())
-    largest = float(np.max(np.abs(speeds - first)))
-    is_sustained = amplitudes[1] > SETTLING_BAND * largest and amplitudes[1] > HUNTING_RATIO * amplitudes[0]
-    second_half = speeds[times >= begin + 0.5 * (end - begin)]
-    is_oscillation = np.count_nonzero(np.diff(np.sign(second_half - middle))) >= MIN_REVERSALS
-    hunts = is_sustained and is_oscillation
-    last = middle if hunts else float(speeds[-1])
-    deviation = speeds - last
-    change = last - first
-    direction = math.copysign(1.0, change) if change else 1.0
-    extreme = float(speeds[np.argmax(direction * speeds)])
-    outside = np.flatnonzero(np.abs(deviation) > SETTLING_BAND * abs(change))
-    settled = len(outside) < len(times) and (not len(outside) or outside[-1] + 1 < len(times))
-    settled = settled and float(times[outside[-1]] if len(outside) else begin) < begin + 0.9 * (end - begin) and not hunts
-    return {
-        "verdict": Verdict.HUNTS if hunts else Verdict.SETTLES if settled else Verdict.UNDECIDED,
-        "mean_speeds": (first, extreme, last),
-        "overshoot": direction * (extreme - last) / abs(change) if change else math.nan,
-        "settling_time": (float(times[outside[-1] + 1]) - begin if len(outside) else 0.0) if settled else math.inf,
-        "speed_error_integral": float(np.trapezoid(np.abs(deviation), times)),
-        "hunting_amplitude": amplitudes[1] / middle,
-        "hunting_period": _period(times, speeds - middle, begin + 0.5 * (end - begin)) if hunts else math.nan,
-    }
-
-
-def _period(times: FloatArray, deviation: FloatArray, begin: float) -> float:
-    """Return the mean time between upward zero crossings from a time on, s; not a number for fewer than two."""
-    rising = np.flatnonzero((deviation[:-1] < 0.0) & (deviation[1:] >= 0.0) & (times[:-1] >= begin))
-    fractions = deviation[rising] / (deviation[rising] - deviation[rising + 1])
-    crossings = times[rising] + fractions * (times[rising + 1] - times[rising])
-    return float(np.mean(np.diff(crossings))) if len(crossings) > 1 else math.nan
 
 
 def _sleeve_force(governed: GovernedEngine, run: Trajectory, begin: float) -> float:
