@@ -108,11 +108,9 @@ COARSER = {
     "haug_governor_open": (1e-6, 2.0),
     "pendulum_iftomm": (1e-6, 3.0),
     "porter_heavy_rods": (1e-6, 1.0),
-    "stiff_flyball": (1e-5, 0.1),
+    "stiff_flyball": (1e-5, 0.2),
     "quick_return": (1e-6, 0.5),
-    "air_engine_paper": (1e-7, 2.0),
 }
-COARSER |= {name: (1e-7, 2.5) for name in shipped_scenes() if name.startswith("stephenson")}
 
 
 def shared(name):

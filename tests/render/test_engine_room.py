@@ -98,7 +98,7 @@ def test_an_engine_that_its_governor_does_not_control_is_no_governed_engine():
 @pytest.mark.parametrize("rows", [slice(0, 90, 30), slice(75, 100, 12)])  # before the belt breaks, and around it
 def test_balls_piston_and_wheel_stand_where_the_run_says(throttled, rows):
     times = throttled.times[rows]
-    fine = np.linspace(times[0], times[-1], 200)  # so many frames that no rotation is slowed
+    fine = np.linspace(times[0], times[-1], 200)  # enough frames that no rotation is slowed
     drawing, _ = states_of(throttled, fine)
     assert drawing.rotation_slowing(fine) == 1
     scale = drawing.governor.pixels_per_metre

@@ -9,7 +9,7 @@ from governor_mechanism.render.number_format import display_unit_of, format_roun
 
 HEADER = ("reading", "over time", "least", "greatest", "final", "error at most", "unit")
 MAX_NAMED_EVENTS = 3
-"""Largest number of events that are told one by one."""
+"""Largest number of events that are listed one by one."""
 ROUNDING_RATIO = 1e-14
 """Size of rounding errors relative to the scale of a reading, below which a value is zero: some fifty machine epsilons."""
 

@@ -27,7 +27,7 @@ RUN_ACCURACY_RATIO = 0.1
 """Accuracy of a run over the tolerance of a kernel, so that the run's own error hardly widens it."""
 
 MAX_REFUSALS = 3
-"""Largest number of samples that cannot be simulated whose reasons are told."""
+"""Largest number of samples that cannot be simulated whose reasons are named."""
 
 
 def kernel_quantities(scene: Scene) -> Iterator[Quantity]:

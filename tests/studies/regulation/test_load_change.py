@@ -176,6 +176,7 @@ def test_impossible_loops_are_refused(changes, message):
     [
         ({"load_step": "100%"}, 'two fractions of the rated torque, as "100%:50%"'),
         ({"load_step": (1.0, -0.5)}, "0 or more; got -0.5"),
+        ({"load_step": "0.5:50%"}, "the load does not change: it is 0.5 before and after"),
         ({"load_step": (3.0, 0.5)}, "so that the engine stalls"),
         ({"load_step": (1.0, 0.5), "at": "80 s"}, "outside of the run, 0 to 60 s"),
         ({"load_step": (1.0, 0.5), "ramp": "60 s"}, "end within the run"),
@@ -190,6 +191,20 @@ def test_impossible_changes_are_refused(arguments, message):
 def test_a_scene_without_a_load_is_refused():
     with pytest.raises(MechanismError, match=r"no table \[load\]; write \[load\] with angle"):
         gm.load_change_study("porter")
+
+
+def test_a_load_that_depends_on_a_reading_is_refused_by_the_study():
+    scene = parse_scene_with(MODEL, [("load.fraction", {"reading": "engine.crank_angle", "gain": 0.01})])
+    with pytest.raises(MechanismError, match=r"load\.fraction depends on a reading; write a number or a program of time"):
+        gm.load_change_study(scene)
+
+
+def test_rare_reports_of_the_scene_do_not_blur_the_turns():
+    """With a report every 3 s a turn of half a second would be averaged from none, and the engine would seem to hunt."""
+    changes = [("run.duration", 14.0), ("run.output_interval", 3.0)]
+    response = gm.load_change_study(parse_scene_with(gm.load("governed_engine").document, changes), at=6.0)
+    assert response.verdict is Verdict.SETTLES
+    assert len(response.run.times) > 20 * response.run.readings["engine.crank_angle"][-1] / (2 * math.pi)
 
 
 def test_the_cut_off_gear_is_that_of_a_shifted_eccentric():

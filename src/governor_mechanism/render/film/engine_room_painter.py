@@ -17,7 +17,7 @@ from governor_mechanism.render.film.layout import PixelView, shift_rect
 from governor_mechanism.render.film.moving_parts import Curve, Panel, plot_curves
 from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2, round_step
 from governor_mechanism.render.machines.engine_room import proportions as room
-from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, GovernedEngine
+from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, EngineRoomParts
 from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
 from governor_mechanism.render.machines.engine_room.torques import engine_torque, load_steps, mean_speed
 from governor_mechanism.render.machines.flywheel_engine.cylinder import BAR
@@ -64,7 +64,7 @@ class EngineRoomPainter(FrameCanvas):
     def __init__(
         self,
         run: Trajectory,
-        governed: GovernedEngine,
+        governed: EngineRoomParts,
         engine: FrameData,
         governor: FrameData,
         size: int = 480,

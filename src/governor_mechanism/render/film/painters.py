@@ -13,7 +13,7 @@ from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import ELEVATION_RECT, HEADER_RULE_Y, REFERENCE_SIZE
 from governor_mechanism.render.geometry.primitives import Vec2
-from governor_mechanism.render.machines.engine_room.arrangement import GovernedEngine, find_governed_engine
+from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts, find_governed_engine
 from governor_mechanism.render.style import RULE, parse_rgb
 from governor_mechanism.types import FloatArray
 
@@ -58,7 +58,7 @@ class SideBySidePainter:
         return pixels
 
 
-def find_engine_room(runs: Sequence[Trajectory], part: str | None) -> GovernedEngine | None:
+def find_engine_room(runs: Sequence[Trajectory], part: str | None) -> EngineRoomParts | None:
     """Return the governed engine that a film of one run shows as an engine room, or None; `part` is the only part to show."""
     return find_governed_engine(runs[0].scene) if len(runs) == 1 and part is None else None
 

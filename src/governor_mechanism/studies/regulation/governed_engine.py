@@ -128,6 +128,9 @@ class GovernedEngine:
             text = "this needs an engine with a load under a governor, and the scene has no table [load]"
             raise MechanismError(f'{text}; write [load] with angle = "engine.crank_angle" and rated_torque = "300 N m"')
         self.scene, self.load = scene, loads[0]
+        if self.load.fraction.depends_on_readings:
+            text = "this needs a load that depends on time alone, and load.fraction depends on a reading"
+            raise MechanismError(f"{text}; write a number or a program of time (a load_damping of the engine may depend on the speed)")
         self.shaft_angle = self.load.angle
         self._shaft = rotating_body(scene.mechanism, self.load.name, self.shaft_angle)
         planes = [plane for plane in scene.system.planes if plane.shaft]
@@ -137,6 +140,9 @@ class GovernedEngine:
             raise MechanismError(f"{what}; couple its spindle_angle by a gear")
         plane, self.ratio = trains[0]
         self.governor = plane.prefix.removesuffix(".")
+        readings = [reading.name for reading in scene.mechanism.readings]
+        if self.sleeve not in readings:
+            raise MechanismError(f"this needs the lift of the governor's sleeve, the reading {self.sleeve!r}; readings are {readings}")
 
     def _ratio_to_shaft(self, prefix: str, shaft: str, ratio: float) -> float:
         """Return the ratio of the spindle of a plane to the shaft with the load; 0 if they do not turn together."""

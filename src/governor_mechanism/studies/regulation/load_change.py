@@ -27,6 +27,9 @@ from governor_mechanism.units.text_table import format_table
 CHANGE_AT = 0.1
 """Time of the change of load, relative to the duration, unless it is given."""
 
+MIN_REPORTS_PER_TURN = 24
+"""Reported times in a turn, from which on its mean speed and fluctuation are good to some percent of the fluctuation."""
+
 MIN_TURNS = 4
 """Turns of the shaft before and after the change that a judgement needs."""
 
@@ -205,8 +208,16 @@ def parse_load_step(load_step: object) -> tuple[float, float]:
     items = load_step.split(":") if isinstance(load_step, str) else load_step
     if not isinstance(items, Sequence) or len(items) != 2:
         raise MechanismError(f'a change of the load is two fractions of the rated torque, as "100%:50%"; found {format_value(load_step)}')
-    before, after = (parse_quantity(item, "ratio", "the load") for item in items)
+    before, after = (parse_quantity(_bare_number(item), "ratio", "the load") for item in items)
     return before, after
+
+
+def _bare_number(item: object) -> Any:
+    """Return a text that is a bare number, as a command line gives it, as that number, and anything else as it is."""
+    try:
+        return float(item) if isinstance(item, str) else item
+    except ValueError:
+        return item
 
 
 def study_load_change(
@@ -249,6 +260,8 @@ def study_load_change(
     for fraction in fractions:
         if not fraction >= 0 or not math.isfinite(fraction):
             raise MechanismError(f"a load is a fraction of the rated torque, 0 or more; got {fraction:g}")
+    if fractions[0] == fractions[1]:
+        raise MechanismError(f"the load does not change: it is {fractions[0]:g} before and after; give two different fractions")
     values = (fractions[0], fractions[0], fractions[1], fractions[1])
     program = InputFunction(times=(0.0, begin, end, max(end, scene.run.duration) + 1.0), values=values)
     governed = GovernedEngine(GovernedEngine(scene).with_load(program))
@@ -259,8 +272,10 @@ def study_load_change(
     except MechanismError as error:
         messages.append(str(error))
     started = governed.started_at(before)
-    if accuracy is not None:
-        started = replace(started, run=replace(started.run, accuracy=accuracy))
+    # Means over a turn need several reports in it.
+    interval = min(started.run.output_interval, math.tau / (before.shaft_speed * MIN_REPORTS_PER_TURN))
+    settings = replace(started.run, output_interval=interval, accuracy=started.run.accuracy if accuracy is None else accuracy)
+    started = replace(started, run=settings)
     chosen, reason = select_engine(started.run.engine if engine == "auto" else engine, started)
     run = chosen.run(started, reason=reason)
     if not run.outcome.ok:

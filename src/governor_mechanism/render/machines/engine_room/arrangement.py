@@ -21,7 +21,7 @@ _OPENING_READINGS: Final = {THROTTLE: "throttle_opening", CUT_OFF: "cut_off"}
 
 
 @dataclass(frozen=True, kw_only=True)
-class GovernedEngine:
+class EngineRoomParts:
     """An engine, the governor that it drives, and what the governor controls.
 
     Attributes
@@ -62,7 +62,7 @@ class GovernedEngine:
         return getattr(self.drive, "until", None)
 
 
-def find_governed_engine(scene: Scene) -> GovernedEngine | None:
+def find_governed_engine(scene: Scene) -> EngineRoomParts | None:
     """Return the governed engine that a scene consists of, or None.
 
     It has two parts. One turns with a spindle, which a gear or belt couples to a shaft of the other. A load of the other part follows a
@@ -76,7 +76,7 @@ def find_governed_engine(scene: Scene) -> GovernedEngine | None:
     return None
 
 
-def _find_drive(scene: Scene, engine: Part, governor: Part) -> GovernedEngine | None:
+def _find_drive(scene: Scene, engine: Part, governor: Part) -> EngineRoomParts | None:
     """Return the governed engine of an engine and a governor, or None."""
     spindle = f"{governor.name}.{SPINDLE_ANGLE}"
     controls = dict(_controls(scene, engine, governor))
@@ -89,7 +89,7 @@ def _find_drive(scene: Scene, engine: Part, governor: Part) -> GovernedEngine | 
         if is_engine and isinstance(shaft, BodyAngle) and angle.startswith(f"{engine.name}."):
             # A throttle that acts on a torque is a throttle.
             controlled = next(one for one in (THROTTLE, CUT_OFF, TORQUE) if one in controls)
-            return GovernedEngine(
+            return EngineRoomParts(
                 engine=engine,
                 governor=governor,
                 drive=drive,

@@ -11,7 +11,7 @@ from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.geometry.outlines import make_rectangle, make_wall
 from governor_mechanism.render.geometry.primitives import DrawnShape, Polygon
 from governor_mechanism.render.machines.engine_room import proportions as room
-from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, THROTTLE, GovernedEngine
+from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, THROTTLE, EngineRoomParts
 from governor_mechanism.render.machines.engine_room.belts import bevel_wheel_shapes, make_governor_belt, pulley_shapes
 from governor_mechanism.render.machines.engine_room.brake import Brake
 from governor_mechanism.render.machines.engine_room.controls import Control, ScaleRange, Slide, Throttle
@@ -70,7 +70,7 @@ class EngineRoomDrawing:
         Drawing of the governor.
     """
 
-    def __init__(self, run: Trajectory, governed: GovernedEngine, engine: MachineDrawing, governor: MachineDrawing) -> None:
+    def __init__(self, run: Trajectory, governed: EngineRoomParts, engine: MachineDrawing, governor: MachineDrawing) -> None:
         self.run, self.governed = run, governed
         self.engine = EngineElevation(engine) if isinstance(engine, FlywheelEngineDrawing) else WheelElevation(_wheel_radius(governed))
         self.governor = GovernorElevation(governor, governed.governor_reading.rpartition(".")[2])
@@ -175,7 +175,7 @@ class EngineRoomDrawing:
         return max(math.ceil(largest_turn / _ROTATION_SLOWING_LIMIT), 1)
 
 
-def _wheel_radius(governed: GovernedEngine) -> float:
+def _wheel_radius(governed: EngineRoomParts) -> float:
     """Return the radius (m) of a rim with mass and moment of inertia of the only body of an engine."""
     body = governed.engine.mechanism.bodies[0]
     xx, yy, _ = body.second_moments.in_plane

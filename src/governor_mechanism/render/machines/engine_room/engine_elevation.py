@@ -1,6 +1,6 @@
 """Engine of the room: a horizontal engine with its cylinder in section, or a flywheel alone. Lengths in pixels.
 
-A machine whose cylinder stands below its shaft is laid on its side, with the shaft at the left.
+A machine whose cylinder stands below its shaft is turned on its side, with the shaft at the left.
 """
 
 import math

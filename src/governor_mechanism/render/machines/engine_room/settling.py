@@ -6,7 +6,7 @@ import numpy as np
 
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.geometry.primitives import round_step
-from governor_mechanism.render.machines.engine_room.arrangement import GovernedEngine
+from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts
 
 _TAIL_FRACTION, _BAND_FRACTION = 0.1, 0.03
 """Last part of a run that tells where a reading settles, and how far it may be outside that range, relative to the range of the run."""
@@ -16,7 +16,7 @@ _MARGIN_FRACTION, _MIN_MARGIN = 0.3, 2.0
 """Time that is shown after the governor has settled: relative to the time before, and at least (s)."""
 
 
-def settled_time(run: Trajectory, governed: GovernedEngine) -> float:
+def settled_time(run: Trajectory, governed: EngineRoomParts) -> float:
     """Return a round time (s) soon after the governor has settled for the rest of the run, or the end of the run if it does not."""
     values, times = run.readings[governed.governor_reading], run.times
     tail = values[-max(round(_TAIL_FRACTION * len(values)), 1) :]

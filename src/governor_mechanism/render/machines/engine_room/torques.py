@@ -10,7 +10,7 @@ from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunc
 from governor_mechanism.model.force_elements import Torque
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.machines.engine_room.arrangement import GovernedEngine, governor_functions
+from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts, governor_functions
 from governor_mechanism.render.sampled_inputs import sample_input
 from governor_mechanism.types import FloatArray
 
@@ -18,7 +18,7 @@ MIN_SAMPLES_PER_TURN = 12
 """Reported times in a turn from which on the mean over a turn is good to some percent."""
 
 
-def load_torque(run: Trajectory, governed: GovernedEngine) -> FloatArray:
+def load_torque(run: Trajectory, governed: EngineRoomParts) -> FloatArray:
     """Return the torque (n,) with which the load resists the shaft, N m: that of the engine's reading, or what no governor moves."""
     reading = run.readings.get(f"{governed.engine.name}.load_torque")
     if reading is not None:
@@ -26,7 +26,7 @@ def load_torque(run: Trajectory, governed: GovernedEngine) -> FloatArray:
     return -np.asarray(sum((sign * _given_torque(run, governed, load) for sign, load in _torques(run, governed)), np.zeros(len(run.times))))
 
 
-def engine_torque(run: Trajectory, governed: GovernedEngine) -> tuple[FloatArray, FloatArray]:
+def engine_torque(run: Trajectory, governed: EngineRoomParts) -> tuple[FloatArray, FloatArray]:
     """Return times (m,) s and the torque of the engine there, N m: the mean over a turn, and so without half a turn at both ends.
 
     The mean over a turn follows from the work of the load and the energy of the engine, which few reported times give well; the small
@@ -44,7 +44,7 @@ def engine_torque(run: Trajectory, governed: GovernedEngine) -> tuple[FloatArray
     return (run.times, torque) if changes is None else (changes[0], changes[1] / (2 * np.pi))
 
 
-def mean_speed(run: Trajectory, governed: GovernedEngine) -> tuple[FloatArray, FloatArray] | None:
+def mean_speed(run: Trajectory, governed: EngineRoomParts) -> tuple[FloatArray, FloatArray] | None:
     """Return times (m,) s and the mean speed of the turn around each, rad/s.
 
     None for a torque that does not come from gas in cylinders, for few turns, and for few reported times in a turn.
@@ -56,7 +56,7 @@ def mean_speed(run: Trajectory, governed: GovernedEngine) -> tuple[FloatArray, F
 
 
 def _changes_over_turns(
-    run: Trajectory, governed: GovernedEngine, values: FloatArray, slopes: FloatArray
+    run: Trajectory, governed: EngineRoomParts, values: FloatArray, slopes: FloatArray
 ) -> tuple[FloatArray, FloatArray] | None:
     """Return times (m,) s, half a turn or more from both ends, and by how much values (n,) change over the turn around each.
 
@@ -72,13 +72,13 @@ def _changes_over_turns(
     return run.times[inside], after - before
 
 
-def load_steps(run: Trajectory, governed: GovernedEngine) -> list[float]:
+def load_steps(run: Trajectory, governed: EngineRoomParts) -> list[float]:
     """Return the times within the run at which the load jumps, s."""
     steps = {end for _, load in _torques(run, governed) for start, end in pairwise(load.times) if start == end}
     return sorted(time for time in steps if run.times[0] < time < run.times[-1])
 
 
-def _torques(run: Trajectory, governed: GovernedEngine) -> list[tuple[float, InputFunction]]:
+def _torques(run: Trajectory, governed: EngineRoomParts) -> list[tuple[float, InputFunction]]:
     """Return the torques on the shaft, each with 1 if it acts on the shaft in its sense, and else -1."""
     elements = [element for element in run.scene.mechanism.force_elements if isinstance(element, Torque)]
     return [
@@ -88,7 +88,7 @@ def _torques(run: Trajectory, governed: GovernedEngine) -> list[tuple[float, Inp
     ]
 
 
-def _given_torque(run: Trajectory, governed: GovernedEngine, load: InputFunction) -> FloatArray:
+def _given_torque(run: Trajectory, governed: EngineRoomParts, load: InputFunction) -> FloatArray:
     """Return what is left of a torque (n,) without the functions of the governor, N m; nothing of one that the governor scales."""
     followed = governor_functions(load, governed.governor)
     if any(factor in followed for factor in load.factors):

@@ -32,7 +32,7 @@ HOLDING_FRICTION = 1e3
 """Friction that holds the sleeve whatever the speed, N: some times the weight of a governor here."""
 
 RUN_ACCURACY = 1e-6
-"""Accuracy of the runs: the sleeve moves by 0.1 of its length scale at most, and motions of 1 µm are told apart."""
+"""Accuracy of the runs: the sleeve moves by 0.1 of its length scale at most, and motions of 1 µm are distinguished."""
 
 TURNS_TO_MOVE = 1.25
 """Turns after which a sleeve that cannot rest has moved: every speed occurs once a turn."""
