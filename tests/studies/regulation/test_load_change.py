@@ -118,6 +118,32 @@ def test_the_energy_of_the_whole_loop_balances(response):
     assert work["load"] == pytest.approx(expected, rel=1e-9)
 
 
+def test_the_work_of_the_engine_is_that_of_its_torque(response):
+    run = response.run
+    power = run.readings["engine.gas_torque"] * run.rates["engine.crank_angle"]
+    # The torque changes by half within 3 s, smoothly: the trapezoidal rule on 20 ms is good to 1e-4 of a joule or so. The
+    # governor alone stores 4 J, so that its sign shows.
+    assert response.work["engine"] == pytest.approx(np.trapezoid(power, run.times), abs=0.02)
+
+
+def test_the_free_force_at_the_sleeve_is_that_of_weights_and_centrifugal_forces(response):
+    run, rows = response.run, response.run.times >= response.change_times[0]
+    angles, speeds = run.readings["governor.arm_angle"][rows], run.rates["engine.crank_angle"][rows]
+    moments = 2 * BALL * (OFFSET + ARM * np.sin(angles)) * ARM * np.cos(angles) * speeds**2
+    moments -= 2 * (BALL + SLEEVE) * GRAVITY * ARM * np.sin(angles)
+    # By virtual work, dz = 2 l sin a da; forces are interpolated between 201 points of the travel.
+    assert response.sleeve_force == pytest.approx(np.abs(moments / (2 * ARM * np.sin(angles))).max(), rel=1e-4)
+
+
+def test_a_load_that_grows_with_the_speed_enters_the_statics():
+    scene = parse_scene_with(MODEL, [("part.engine.dimensions.load_damping", 3.0)])
+    point = gm.load_change_study(scene).after
+    steady = gm.linearise(scene)  # under the last load, half of the rated torque
+    assert point.shaft_speed == pytest.approx(steady.rates["engine.crank_angle"], rel=1e-10)  # both by roots to rounding
+    angle, speed = steady.readings["governor.arm_angle"], point.shaft_speed
+    assert engine_torque(angle) == pytest.approx(0.5 * RATED + 3.0 * speed, rel=1e-9)
+
+
 def test_a_cyclic_engine_balances_too_and_droops_as_its_mean_torque():
     scene = parse_scene_with(gm.load("governed_engine").document, [("run.duration", 14.0)])
     response = gm.load_change_study(scene, at=6.0, accuracy=1e-8)
