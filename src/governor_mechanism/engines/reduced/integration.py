@@ -36,7 +36,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.hermite import cubic_hermite_jit, quintic_hermite_jit
-from governor_mechanism.numerics.jit import jit, jit_in_place
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 
 MAX_SIMULTANEOUS_REDUCED_EVENTS = 40
@@ -265,7 +265,7 @@ def integrate_reduced(
         Status, last step (s), number of times reached, and time of the state (s).
     """
     if buffers.event_tolerances.size:
-        return integrate_with_contacts(equation, buffers, span, times, state, limits, states, modes, event_log)
+        return integrate_with_contacts(equation, buffers, span, times, state, limits, states, modes, event_log, False)
     return integrate_without_contacts(equation, buffers, span, times, state, limits, states)
 
 
@@ -284,7 +284,9 @@ def make_integration_arguments(scene: Scene) -> tuple[Any, ...]:
     state, states = np.zeros(equation_of_motion.N_STATES), np.zeros((0, equation_of_motion.N_STATES))
     limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)
     arguments = (equation, make_reduced_buffers(forces, counts), (0.0, 0.0), np.zeros(0), state, limits, states)
-    return arguments if integration_kernel(scene) is integrate_without_contacts else (*arguments, mode[np.newaxis], make_event_log(0))
+    if integration_kernel(scene) is integrate_without_contacts:
+        return arguments
+    return (*arguments, mode[np.newaxis], make_event_log(0), False)
 
 
 @jit_in_place
@@ -317,8 +319,12 @@ def integrate_with_contacts(
     states: FloatArray,
     modes: IntArray,
     event_log: EventLog,
+    selects_mode: bool,
 ) -> tuple[int, float, int, float]:
-    """Integrate a model with contacts, one-sided springs or kinks, as `integrate_reduced` does."""
+    """Integrate a model with contacts, one-sided springs or kinks, as `integrate_reduced` does.
+
+    With `selects_mode`, select the contact mode at the start first; that is all if the span is empty.
+    """
     model, counts, (time, end), step, n_reached = equation.model, buffers.stages.counts, span, limits.step, 0
     parameters, mode = model.parameters, model.mode
     is_conservative, time_scale = parameters[ForceParameter.IS_CONSERVATIVE] != 0.0, parameters[ForceParameter.TIME_SCALE]
@@ -326,7 +332,12 @@ def integrate_with_contacts(
     n_located, n_tables = buffers.event_tolerances.size - buffers.n_kinks, int(parameters[ForceParameter.TABLE_COUNT])
     n_contact_events = n_located - 2 * n_tables
     set_table_terms(model)
+    is_released = False
     while True:
+        if selects_mode:  # the only call: the machine code of the transition is a third of that of this function
+            apply_transition(model, time, time - span[0], equation.piece[0], is_released, state, event_log)
+            if end == span[0]:
+                return IntegrationStatus.DONE, step, n_reached, time
         is_held, n_steps = mode[equation_of_motion.MODE_HELD] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
         max_step = limits.max_step * (HELD_STEP_FACTOR if is_held and is_load_steady else 1.0)
         min_stiff_steps = math.inf if is_conservative or is_held else 0.0
@@ -350,15 +361,16 @@ def integrate_with_contacts(
             return IntegrationStatus.ENDLESS_EVENTS, step, n_reached, time
         time, values = segment_end, buffers.event_values[LAST_SAMPLE]
         change_table_segments(model, values[n_contact_events:n_located])
-        if not is_any_positive(values, n_contact_events):
-            continue
-        is_released = is_held and max(values[n_contact_events - 2], values[n_contact_events - 1]) > 0.0
-        apply_transition(model, time, time - span[0], equation.piece[0], is_released, state, event_log)
-        step = min(step, POST_EVENT_STEP_RATIO * limits.max_step)
+        selects_mode = is_any_positive(values, n_contact_events)
+        if selects_mode:
+            is_released = is_held and max(values[n_contact_events - 2], values[n_contact_events - 1]) > 0.0
+            step = min(step, POST_EVENT_STEP_RATIO * limits.max_step)
 
 
-@jit
-def initialise_contact_mode(model: equation_of_motion.ReducedModel, time: float, state: FloatArray, event_log: EventLog) -> None:
+def initialise_contact_mode(
+    equation: ReducedEquation, buffers: StepBuffers, time: float, state: FloatArray, event_log: EventLog
+) -> None:
     """Select the contact mode at a start or after a discontinuity of an input; the state must be on the table."""
-    set_table_terms(model)
-    apply_transition(model, time, 0.0, 0, False, state, event_log)
+    no_states, no_modes = np.empty((0, state.size)), np.empty((0, equation.model.mode.size), dtype=np.int64)
+    limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)
+    integrate_with_contacts(equation, buffers, (time, time), np.empty(0), state, limits, no_states, no_modes, event_log, True)

@@ -107,7 +107,7 @@ class ReducedRun:
         buffers = integration.make_reduced_buffers(motion_table.forces, counts)
         start_events = list[Event]()
         if self.has_contacts:
-            integration.initialise_contact_mode(self._make_equation(0.0, mode, counts, tolerance).model, 0.0, state, event_log)
+            integration.initialise_contact_mode(self._make_equation(0.0, mode, counts, tolerance), buffers, 0.0, state, event_log)
             start_events = select_start_events(make_events(event_log, self._subjects))
             event_log.counts[:] = 0
         n_filled, step = int(len(times) > 0 and times[0] == 0.0), settings.first_step_ratio * max_step
@@ -132,7 +132,7 @@ class ReducedRun:
             if n_filled and times[n_filled - 1] == end:
                 states[n_filled - 1, StateIndex.WORK] = state[StateIndex.WORK]
             if self.has_contacts:
-                integration.initialise_contact_mode(self._make_equation(end, mode, counts, tolerance).model, end, state, event_log)
+                integration.initialise_contact_mode(self._make_equation(end, mode, counts, tolerance), buffers, end, state, event_log)
         self.counts += counts
         if (n_events := int(event_log.counts[0])) > event_capacity:
             return self.integrate(times, tolerance, step_factor, 2 * n_events)
@@ -145,12 +145,12 @@ class ReducedRun:
         start_time, state, mode = float(solution.times[k]), solution.states[k].copy(), solution.modes[k].copy()
         event_log, counts = make_event_log(0), np.zeros(len(StepCounter), dtype=np.int64)
         equation = self._make_equation(start_time, mode, counts, tolerance)
+        buffers = integration.make_reduced_buffers(self.motion_table.forces, counts)
         if self.has_contacts and start_time > 0.0 and start_time in self.breakpoints:
             # A row at a breakpoint has the mode before it.
-            integration.initialise_contact_mode(equation.model, start_time, state, event_log)
+            integration.initialise_contact_mode(equation, buffers, start_time, state, event_log)
         limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, self._max_step, self.settings.max_interpolation_steps, 0.0)
         outputs = np.empty((0, len(state))), np.zeros((0, len(mode)), dtype=np.int64), event_log
-        buffers = integration.make_reduced_buffers(self.motion_table.forces, counts)
         status, *_ = integration.integrate_reduced(equation, buffers, (start_time, time), np.empty(0), state, limits, *outputs)
         if status != IntegrationStatus.DONE:
             return None

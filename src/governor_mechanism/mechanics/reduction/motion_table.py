@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.coordinate_assembly import continue_to_coordinate
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, make_lagrangian_workspace
 from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
@@ -41,8 +40,6 @@ class MotionTable:
         Factor on the width of the first pieces.
     fit_tolerance
         Truncation tolerance of the pieces, relative to the scale of a column.
-    is_guess
-        Whether the poses are a guess from which those at the start are reached by continuation.
 
     Attributes
     ----------
@@ -69,8 +66,6 @@ class MotionTable:
         poses: FloatArray,
         width_ratio: float = 1.0,
         fit_tolerance: float = MIN_FIT_TOLERANCE,
-        *,
-        is_guess: bool = False,
     ) -> None:
         start_time = time.perf_counter()
         self.scene = scene
@@ -82,14 +77,11 @@ class MotionTable:
             shaft_outputs=forces.shaft_outputs.with_own_results(),
         )
         self._workspace = make_lagrangian_workspace(self.arrays.lagrangian)
-        is_assembled, poses = True, poses.copy()
-        if is_guess:
-            is_assembled = continue_to_coordinate(self.arrays.lagrangian.assembly, self._workspace.assembly, q, poses)
-        self.table = allocate_table(self.arrays, INITIAL_TABLE_CAPACITY, q, poses)
+        self.table = allocate_table(self.arrays, INITIAL_TABLE_CAPACITY, q, poses.copy())
         self.table.next_widths[:] *= width_ratio
         self.setup_time = 0.0
         """Wall time spent on the table, s."""
-        self.is_started = is_assembled and self.extend(1)
+        self.is_started = self.extend(1)
         self.setup_time = time.perf_counter() - start_time
 
     @property
