@@ -1,5 +1,7 @@
 # make run      sets up .venv, simulates the shipped Porter governor, checks it against the closed form, films it
 # make test     sets up .venv and passes every test
+# make test-browser drives the interactive pages in Chromium
+# make gallery-page writes the interactive pages of all shipped scenes, with an index, into renders/pages/
 # make gallery  renders every shipped scene into renders/ (the only target that touches tracked files)
 # make certificates compares the error estimates of every engine with true errors over 300 random scenes
 # make mutants  counts how many small faults in the program the tests notice (hours)
@@ -9,7 +11,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 CANDIDATES := python3 python3.13 python3.12 python3.11
 
-.PHONY: run test check gallery certificates mutants benchmark clean
+unexport PYTHONDONTWRITEBYTECODE # tests start many processes, each of which would translate all sources again
+
+.PHONY: run test test-browser check gallery gallery-page certificates mutants benchmark clean
 
 run: $(VENV)/installed
 	$(BIN)/governor-mechanism run porter --out renders/latest
@@ -19,6 +23,10 @@ run: $(VENV)/installed
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
+test-browser: $(VENV)/installed-test
+	$(BIN)/python tests/browser/chromium.py
+	$(BIN)/python -m pytest tests/browser/check_page.py
+
 check: $(VENV)/installed-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -27,6 +35,9 @@ check: $(VENV)/installed-test
 
 gallery: $(VENV)/installed
 	$(BIN)/python renders/gallery.py
+
+gallery-page: $(VENV)/installed
+	$(BIN)/python renders/gallery_page.py
 
 certificates: $(VENV)/installed-test
 	$(BIN)/python benchmarks/certificates.py --no-figure
