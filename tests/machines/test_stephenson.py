@@ -18,6 +18,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.mass_elements import thin_arc
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.observables.valve_timing import find_event_angles
+from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.figures.registry import write_machine_figures
 from governor_mechanism.scenes.parser import parse_scene_document
 from random_machines import draw_link_gear
@@ -229,6 +230,6 @@ def test_a_free_crank_swings_on_alike_in_all_engines(tmp_path):
     speeds, energy = runs[1].rates["crank_angle"], runs[1].energy.kinetic
     assert 0.1 < np.ptp(speeds) < 2.0
     np.testing.assert_allclose(energy, energy[0], rtol=1e-6)
-    assert write_machine_figures(runs[1], tmp_path, "free") == []
+    assert write_machine_figures(runs[1], FigureFiles(folder=tmp_path), "free") == []
     with pytest.raises(MechanismError, match="the crank is not driven"):
         gm.valve_timing(scene)

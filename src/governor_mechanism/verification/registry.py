@@ -2,12 +2,24 @@
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.verification import flywheel_engine, hartung, parabolic, pendulum, slide_valve, slider_crank, stephenson
+from governor_mechanism.verification import (
+    flywheel_engine,
+    hartnell,
+    hartung,
+    parabolic,
+    pendulum,
+    proell,
+    slide_valve,
+    slider_crank,
+    stephenson,
+)
 from governor_mechanism.verification.report import CheckReport, ComparisonRow
 
 CHECKS = {
     "pendulum_governor": pendulum.check_pendulum_governor,
     "parabolic_governor": parabolic.check_parabolic_governor,
+    "proell": proell.check_proell_governor,
+    "hartnell": hartnell.check_hartnell_governor,
     "hartung": hartung.check_hartung_governor,
     "slide_valve": slide_valve.check_slide_valve,
     "slider_crank": slider_crank.check_slider_crank,

@@ -1,0 +1,150 @@
+"""Drawing of Hartnell's governor: casing with pivots, bell cranks with balls and rollers, sleeve, spring, spindle, and the effects."""
+
+import math
+from collections.abc import Iterator
+
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.render.geometry.outlines import make_bar, make_burst, make_rectangle
+from governor_mechanism.render.geometry.points import arc_points
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon
+from governor_mechanism.render.machines import governor_parts as parts
+from governor_mechanism.render.machines.hartnell.proportions import FLANGE_HEIGHT, ROLLER_RADIUS, STOP_READINGS, HartnellProportions
+from governor_mechanism.types import FloatArray
+
+# Widths and heights as fractions of the ball's arm.
+_ARM_WIDTH, _COLUMN_HALF_WIDTH, _CAP_HEIGHT, _PIVOT_RADIUS = 0.095, 0.05, 0.14, 0.035
+_COLUMN_FOOT = 0.30
+"""Depth of the feet of the columns below the pivots."""
+_SHOE_WIDTH, _SHOE_HEIGHT, _STOP_HEIGHT = 0.13, 0.15, 0.11
+
+
+class HartnellDrawing(HartnellProportions):
+    """Drawing of a Hartnell governor."""
+
+    panel_readings = ("ball_radius", "sleeve_lift", "spindle_speed", "static_sleeve_force", "arm_angle")
+    plan_caption = ("from above,", "marked: the", "right ball")
+
+    def background_shapes(self) -> Iterator[DrawnShape]:
+        """Yield the spindle in its bearings, the casing with the pivots, stops, dashpot cylinder and lift scale."""
+        u, w, foot = self.arm, self.spindle_ratio * self.arm, _spindle_foot(self)
+        cap_top = self.cap_height + _CAP_HEIGHT * u
+        yield from parts.spindle_shapes(w, (foot - 0.42 * u, cap_top + 0.62 * u), foot - 0.30 * u, cap_top + 0.52 * u)
+        for heights in ((cap_top + 0.24 * u, cap_top + 0.42 * u), (foot - 0.22 * u, foot - 0.06 * u)):
+            yield from parts.hatched_pair_shapes("bearing", (w, 0.34 * u), heights, 0.075 * u)
+        yield make_rectangle("spindle", -1.7 * w, 1.7 * w, foot - 0.06 * u, foot - 0.01 * u)
+        yield from _casing_shapes(self)
+        yield from _stop_shapes(self)
+        yield from parts.cylinder_shapes(self)
+        yield from _lift_scale_shapes(self)
+
+    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+        """Yield sleeve, spring, bell cranks and balls; the right half covers the left one."""
+        u, sides, height = self.arm, self.sides(pose), float(self.sleeve_height(pose))
+        base = height - self.sleeve_size[1]
+        yield from parts.piston_shapes(self, height, base + 0.05 * u)
+        yield from _sleeve_shapes(self, height)
+        if self.has_spring_above:
+            top = height + (ROLLER_RADIUS + FLANGE_HEIGHT) * u
+            yield Lines("spring", parts.helical_spring_lines((0.0, top), (0.0, self.cap_height), 0.22 * u, self.spindle_ratio * u))
+        yield from parts.spindle_shoe_shapes(self, time, base, (_SHOE_WIDTH, _SHOE_HEIGHT))
+        for side in sides:
+            yield make_bar("arm", side.pivot, side.roller, _ARM_WIDTH * u)
+            yield make_bar("arm", side.pivot, side.ball, _ARM_WIDTH * u)
+            yield Circle("arm", *side.pivot, 0.085 * u)
+            yield Circle("eyelet", *side.roller, ROLLER_RADIUS * u)
+        yield from (Circle("ball", *side.ball, self.ball_radius) for side in sides)
+        shine = ((0.78, 42.0), (0.60, 30.0))
+        for side in sides:
+            arcs = (
+                arc_points(side.ball, math.radians(135 - half), math.radians(2 * half), ratio * self.ball_radius, 12)
+                for ratio, half in shine
+            )
+            yield Lines("ball shine", tuple(arcs))
+        yield from (Circle("pivot", *point, _PIVOT_RADIUS * u) for side in sides for point in (side.pivot, side.roller))
+        yield from _impact_shapes(self, time)
+
+    def plan_shapes(self, pose: FloatArray, angle: float) -> Iterator[DrawnShape]:
+        """Yield casing, balls and sleeve from above; a mark identifies the right ball."""
+        c, s = math.cos(angle), math.sin(angle)
+        left, right = ((side.ball[0] * c, side.ball[0] * s) for side in self.sides(pose))
+        x, y = self.pivot_radius * c, self.pivot_radius * s
+        yield Lines("plan arm", ((left, right),))
+        yield make_bar("frame", (-x, -y), (x, y), 0.2 * self.arm)
+        yield Circle("frame", 0.0, 0.0, self.column_radius)
+        yield from (Circle("ball", *point, self.ball_radius) for point in (left, right))
+        yield Circle("mark", *right, 0.42 * self.ball_radius)
+
+    def traced_path(self, poses: FloatArray) -> FloatArray:
+        """Return the path (n, 2) (m) of the centre of the right ball."""
+        path: FloatArray = poses[..., self.part.mechanism.body_index("right ball"), :2]
+        return path
+
+
+def _casing_shapes(governor: HartnellProportions) -> Iterator[DrawnShape]:
+    """Yield the casing, keyed to the spindle: brackets with the pivots, columns, cap, and above it the nut that tightens the spring."""
+    u, x, cap = governor.arm, governor.column_radius, governor.cap_height
+    half, foot = _COLUMN_HALF_WIDTH * u, -_COLUMN_FOOT * u
+    for sign in (-1.0, 1.0):
+        yield make_bar("frame", (sign * x, foot + half), (sign * governor.pivot_radius, 0.0), 2 * half)
+        yield Circle("frame", sign * governor.pivot_radius, 0.0, 0.12 * u)
+        yield make_rectangle("frame", sign * x - half, sign * x + half, foot, cap)
+    yield make_rectangle("frame", -x - half, x + half, cap, cap + _CAP_HEIGHT * u)
+    top, w = cap + _CAP_HEIGHT * u, governor.spindle_ratio * u
+    yield make_rectangle("seat", -2.2 * w, 2.2 * w, top, top + 0.08 * u)
+
+
+def _sleeve_shapes(governor: HartnellProportions, height: float) -> Iterator[DrawnShape]:
+    """Yield the sleeve with its rollers at a height (m): flange on the rollers, tube, grooved end for the fork, and a pointer."""
+    u, (end, depth) = governor.arm, governor.sleeve_size
+    flange, tube = governor.flange_half_width, governor.tube_half_width
+    low, base, lip = height + ROLLER_RADIUS * u, height - depth, 0.09 * u
+    top, groove = low + FLANGE_HEIGHT * u, base + 0.33 * u
+    upper = (flange, top), (flange, low), (tube, low), (tube, groove), (end, groove), (end, groove - lip)
+    lower = (tube, groove - lip), (tube, base + lip), (end, base + lip), (end, base)
+    yield Polygon("sleeve", parts.mirror_outline((*upper, *lower)))
+    strokes = (((part * tube, low - 0.02 * u), (part * tube, groove + 0.02 * u)) for part in (0.5, 0.68, 0.82))
+    yield Lines("engraving", tuple(strokes))
+    tip = end + 0.16 * u
+    yield Polygon("pointer", ((tip, base), (tip - 0.14 * u, base + 0.055 * u), (tip - 0.14 * u, base - 0.055 * u)))
+
+
+def _lift_scale_shapes(governor: HartnellProportions) -> list[DrawnShape]:
+    """Return a scale of the lifts of the run at the grooved end of the sleeve."""
+    u, (end, depth) = governor.arm, governor.sleeve_size
+    ticks = parts.lift_ticks(governor.reading_range(parts.LIFT_READING), governor.zero_lift_height - depth, 0.06 * u, 0.22 * u)
+    return parts.lift_scale_shapes(end + 0.19 * u, ticks, (0.10 * u, 0.06 * u, 0.13 * u, 0.7 * u))
+
+
+def _spindle_foot(governor: HartnellProportions) -> float:
+    """Return the height (m) of the lower spindle collar, below the sleeve and what acts there."""
+    u = governor.arm
+    base = min(governor.lug_height_range[0], governor.stop_heights[0] if math.isfinite(governor.stop_heights[0]) else math.inf)
+    gap = 0.12 * u
+    if governor.find_lift_effect(DryFriction):
+        gap += _SHOE_HEIGHT * u
+    if math.isfinite(governor.stop_heights[0]):
+        gap += _STOP_HEIGHT * u
+    return base - governor.sleeve_size[1] - gap
+
+
+def _stop_shapes(governor: HartnellProportions) -> Iterator[DrawnShape]:
+    """Yield the stops as collars on the spindle: below the sleeve, and above its flange inside the spring."""
+    u, w, (low, high) = governor.arm, governor.spindle_ratio * governor.arm, governor.stop_heights
+    shoe = _SHOE_HEIGHT * u if governor.find_lift_effect(DryFriction) else 0.0
+    if math.isfinite(low):
+        top = low - governor.sleeve_size[1] - shoe
+        yield from parts.hatched_pair_shapes("stop", (w, w + 0.13 * u), (top - _STOP_HEIGHT * u, top), 0.05 * u)
+    if math.isfinite(high):
+        bottom = high + (ROLLER_RADIUS + FLANGE_HEIGHT) * u
+        yield from parts.hatched_pair_shapes("stop", (w, w + 0.09 * u), (bottom, bottom + _STOP_HEIGHT * u), 0.05 * u)
+
+
+def _impact_shapes(governor: HartnellProportions, time: float) -> Iterator[DrawnShape]:
+    """Yield rays where the sleeve has just struck a stop."""
+    low, high = governor.stop_heights
+    if not (math.isfinite(low) or math.isfinite(high)):
+        return
+    side = next((struck for reading in STOP_READINGS if (struck := governor.struck_side(reading, time))), 0)
+    height = low - governor.sleeve_size[1] if side < 0 else high + (ROLLER_RADIUS + FLANGE_HEIGHT) * governor.arm
+    points = [(sign * 0.2 * governor.arm, height) for sign in (-1.0, 1.0)] if side else []
+    yield make_burst("burst", points, 0.18 * governor.arm)

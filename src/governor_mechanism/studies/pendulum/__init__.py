@@ -1,0 +1,1 @@
+"""Design of pendulum governors after Zehnder."""

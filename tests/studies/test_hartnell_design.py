@@ -1,0 +1,109 @@
+"""The design of a Hartnell governor: laws of its springs, the command with its files, and refusals. Printed examples: the textbook list."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import governor_mechanism as gm
+from governor_mechanism.cli.main import app
+from governor_mechanism.scenes.parser import read_scene_file
+from governor_mechanism.studies.hartnell.inputs import RPM
+from governor_mechanism.studies.hartnell.simulation import simulate_design
+
+DESIGN = gm.design_hartnell()
+OBLIQUE = {"sleeve_mass": "3 kg", "bell_crank_angle": "100 deg", "pivot_radius": "130 mm", "highest_speed": "295 rpm"}
+
+
+@pytest.mark.parametrize("inputs", [{}, OBLIQUE, {"lift": None, "outer_radius": "150 mm"}], ids=["default", "oblique", "outer radius"])
+def test_the_simulated_governor_has_the_wanted_speeds_at_both_ends_of_the_lift(inputs):
+    design = gm.design_hartnell(**{name: value for name, value in inputs.items() if value is not None})
+    simulated = simulate_design(design)
+    assert simulated.ok, str(simulated)
+    ends = gm.controlling_force(design.scene, points=5).working_range
+    np.testing.assert_allclose(ends.speed, [design.inputs.lowest_speed, design.inputs.highest_speed], rtol=1e-9)  # 15 digits in the scene
+    assert ends.lift == pytest.approx(design.travel.lift, rel=1e-9)
+    assert ends.stable
+
+
+def test_the_textbook_spring_makes_the_governor_too_slow_at_the_top():
+    """The weight of the balls drives them outward by m g a tan(beta); the speed falls by that over m w^2 r a."""
+    angle, radius = DESIGN.travel.arm_angles[1], DESIGN.travel.radii[1]
+    share = 9.81 * math.tan(angle) / (DESIGN.inputs.highest_speed**2 * radius)
+    low, high = DESIGN.textbook.speeds
+    assert low == pytest.approx(DESIGN.inputs.lowest_speed, rel=1e-12)  # the balls are upright there
+    assert high == pytest.approx(DESIGN.inputs.highest_speed * math.sqrt(1 - share), rel=1e-12)
+    assert DESIGN.exact.rate > DESIGN.textbook.rate
+
+
+def test_effort_and_power_are_those_of_the_mean_load():
+    """The load is proportional to the square of the speed: 1 % more gives (1.01^2 - 1) / 2 of it, with the weight of the balls."""
+    governor, angle = DESIGN.governor, DESIGN.travel.middle_angle
+    load = 0.5 * sum(DESIGN.exact.forces) - 2 * 2.5 * 9.81 * math.tan(angle) * governor.ball_arm / governor.sleeve_arm
+    assert DESIGN.effort == pytest.approx((1.01**2 - 1) / 2 * load, rel=1e-11)
+    assert DESIGN.textbook_effort == pytest.approx(0.01 * 0.5 * sum(DESIGN.textbook.forces), rel=1e-12)
+    assert DESIGN.power == DESIGN.effort * DESIGN.travel.lift
+
+
+def test_lift_and_outer_radius_describe_one_travel():
+    other = gm.design_hartnell(outer_radius=DESIGN.travel.radii[1])
+    assert other.travel.lift == pytest.approx(DESIGN.travel.lift, rel=1e-12)
+    assert other.exact.rate == pytest.approx(DESIGN.exact.rate, rel=1e-11)
+
+
+def test_a_textbook_spring_that_makes_it_unstable_is_warned_of():
+    design = gm.design_hartnell(highest_speed="290.5 rpm")
+    assert design.textbook.speeds[1] < design.textbook.speeds[0]
+    (warning,) = design.warnings
+    assert "unstable" in warning
+    assert warning in str(design)
+    assert simulate_design(design).ok
+
+
+@pytest.mark.parametrize(
+    ("inputs", "match"),
+    [
+        ({"inner_radius": "150 mm", "outer_radius": "150 mm"}, "outer_radius .150 mm. must exceed inner_radius .150 mm."),
+        ({"ball_mass": 0}, "ball_mass must be positive; got 0 kg"),
+        ({"ball_mass": 0, "ball_arm": -0.1}, "ball_arm must be positive"),
+        ({"sleeve_mass": -1}, "sleeve_mass must not be negative"),
+        ({"lift": "15 mm", "outer_radius": "140 mm"}, "lift and outer_radius are both given"),
+        ({"lift": "90 mm"}, "lift .90 mm. is more than the arms give: .* by less than 80 mm"),
+        ({"outer_radius": "260 mm"}, "outer_radius .260 mm. is out of reach of the balls: .* from 0 mm to 240 mm"),
+        ({"sleeve_arm": "130 mm"}, "the rollers would meet on the spindle axis"),
+        ({"highest_speed": 290 * RPM}, "is 1: the governor would be isochronous"),
+        ({"highest_speed": "280 rpm"}, "is 0.965517: the governor would be unstable, .* needs a ratio above 1"),
+        ({"highest_speed": "250 rpm"}, "is 0.862069: a spring would need a ratio above 0.917663"),
+        ({"sleeve_mass": "100 kg"}, "the weights alone hold down the sleeve: the spring would have to lift it by 150.966 N"),
+        ({"lowest_speed": "20 rpm", "highest_speed": "21 rpm"}, "may not neglect the weight of the balls"),
+        ({"bell_crank_angle": "20 deg", "inner_radius": "162 mm", "pivot_radius": "120 mm"}, "above or below their pivots"),
+    ],
+)
+def test_a_governor_that_cannot_be_is_refused(inputs, match):
+    with pytest.raises(gm.MechanismError, match=match):
+        gm.design_hartnell(**inputs)
+
+
+def test_the_spring_ratio_of_the_refusal_is_where_its_rate_vanishes():
+    """S2 / S1 = (w2 / w1)^2 r2 / r1 by the textbooks, which is 1 at a ratio of sqrt(r1 / r2)."""
+    ratio = math.sqrt(DESIGN.travel.radii[0] / DESIGN.travel.radii[1])
+    assert ratio == pytest.approx(0.917663, abs=5e-7)
+
+
+def test_the_command_writes_a_scene_that_runs_and_a_figure(tmp_path):
+    arguments = ["design", "hartnell", "--ball-mass", "3 kg", "--with", "lift=10 mm", "--out", str(tmp_path), "--json"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    values = json.loads(result.stdout)
+    assert values["machine"] == "hartnell"
+    assert values["design"]["inputs"]["ball_mass"] == 3.0
+    assert values["simulated"]["ok"]
+    assert (tmp_path / "hartnell_design.png").stat().st_size > 10_000
+    run = gm.run(read_scene_file(tmp_path / "hartnell_design.toml"))
+    assert run.outcome.ok
+    assert 0.9 < run.readings["sleeve_lift"][-1] / 0.010 < 1.0  # 2 % of the range of speed below the top
+    assert run.readings["sleeve_lift"][0] / 0.010 < 0.1

@@ -1,0 +1,197 @@
+"""Designing a pendulum governor by Zehnder's procedure: the worked example, his laws, the simulated machine, refusals, command line."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import governor_mechanism as gm
+from governor_mechanism.cli.main import app
+from governor_mechanism.closed_form.pendulum import dynamics
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.studies.pendulum.misprints import find_misprints
+from governor_mechanism.studies.pendulum.simulation import simulate_design
+from reference import zehnder
+
+DESIGN = gm.design_pendulum()
+
+VARIANTS = {
+    "porter": {},
+    "shortened": {"arm": "300 mm"},
+    "watt": {"kind": "watt"},
+    "improved watt on extended arms": {"kind": "improved-watt", "joint_ratio": 0.6},
+    "given start": {"start_radius": "20 cm", "offset": "30 mm", "mass_ratio": 6, "resistance": "20 N", "gravity": 9.80665},
+}
+
+
+def call(*words: str):
+    return CliRunner().invoke(app, ["design", "pendulum", *words])
+
+
+def step_values(design):
+    return {step.quantity.split(",")[0]: step.value for step in design.steps}
+
+
+def test_the_worked_example_of_the_procedure():
+    """The paper prints none: `reference.zehnder` has it for 120 and 126 rpm, m = 4; with delta = 4 %, W = 6 kgf the weights are round."""
+    start, reference = DESIGN.start, zehnder.DESIGN
+    found = (start.double_parameter, start.abscissa, start.ordinate, math.tan(start.arm_angle), start.radius_of_curvature)
+    names = ("double_parameter", "start_abscissa", "start_height", "start_tangent", "radius_of_curvature")
+    # Twelve digits of the reference.
+    assert found == pytest.approx([reference[name] for name in names], rel=1e-11)
+    assert step_values(DESIGN)["weight of a ball"] == pytest.approx(30.0, rel=1e-14)
+    assert step_values(DESIGN)["weight of the sleeve"] == pytest.approx(120.0, rel=1e-14)
+    limits = DESIGN.checks[0].lowest, DESIGN.checks[0].highest
+    assert limits == pytest.approx(reference["mass_ratio_limits"], rel=1e-6)
+    trials = {round(math.degrees(trial.angle_change)): trial.speed for trial in DESIGN.trials}
+    assert [trials[change] for change, _ in reference["trial_speeds"]] == pytest.approx(
+        [speed for _, speed in reference["trial_speeds"]],
+        abs=1e-7,  # nine digits
+    )
+    # (VII) and (VIII) with epsilon = 2.5 %: 0.75 % to each side.
+    assert [speed * 30 / math.pi for speed in DESIGN.speed_limits] == pytest.approx([119.1, 126.945], rel=1e-13)
+
+
+@pytest.mark.parametrize("row", zehnder.DESIGN["upper_positions"], ids=["radius of curvature", "shortened", "on the axis"])
+def test_shorter_arms_keep_the_start_and_swing_less(row):
+    arm, offset, angle, radius, lift = row
+    design = gm.design_pendulum(**({"offset": 0} if offset == 0 else {} if arm is None else {"arm": arm}))
+    assert design.governor.offset == pytest.approx(offset, rel=1e-10)  # a difference of lengths, which loses a digit
+    found = (math.degrees(design.arm_angles[1]), design.ball_radii[1], design.sleeve_lift)
+    assert found == pytest.approx((angle, radius, lift), rel=1e-10)  # an angle to twelve digits, and cosines that differ little
+    assert design.arm_angles[0] == DESIGN.arm_angles[0]
+
+
+@pytest.mark.parametrize("inputs", VARIANTS.values(), ids=VARIANTS)
+def test_both_positions_hold_at_their_speeds_and_the_masses_give_the_insensitivity(inputs):
+    design = gm.design_pendulum(**inputs)
+    governor, wanted = design.governor, design.requirement
+    weight_at_joint = governor.ball_mass / design.inputs.joint_ratio
+    ratio = governor.sleeve_mass / weight_at_joint
+    assert ratio == pytest.approx(wanted.mass_ratio, abs=1e-15)
+    for angle, speed in zip(design.arm_angles, (wanted.lowest_speed, wanted.highest_speed), strict=True):
+        # Zehnder's (3), written out; the arm and its offset are differences of lengths of the same size.
+        radius = governor.offset + governor.arm * math.sin(angle)
+        assert math.sqrt(governor.gravity * (1 + ratio) * math.tan(angle) / radius) == pytest.approx(speed, rel=1e-12)
+    held_by = design.inputs.insensitivity * governor.gravity * (weight_at_joint + governor.sleeve_mass)
+    assert held_by == pytest.approx(wanted.resistance, rel=1e-14)
+    assert design.trials[-1].speed == pytest.approx(wanted.highest_speed, rel=1e-12)
+
+
+@pytest.mark.parametrize("inputs", VARIANTS.values(), ids=VARIANTS)
+def test_the_simulated_machine_does_what_the_design_wants(inputs):
+    design = gm.design_pendulum(**inputs)
+    simulated = simulate_design(design)
+    assert simulated.ok, str(simulated)
+    assert len(simulated.numbers) == 12
+    assert simulated.run.scene.title == design.scene.title
+
+
+def test_an_osculating_path_is_neutral_at_its_start_and_a_longer_arm_snaps():
+    governor = DESIGN.governor
+    assert -governor.offset == pytest.approx(DESIGN.ball_radii[0] * math.tan(DESIGN.arm_angles[0]) ** 2, rel=1e-12)
+    longer = gm.design_pendulum(arm=1.1 * DESIGN.start.radius_of_curvature)
+    assert not all(check.ok for check in longer.checks)
+    assert "unstable in the lowest position" in longer.warnings[0]
+    curve = gm.speed_curve(longer.scene)
+    (fold_angle, fold_speed), *_ = curve.folds
+    # sin^3 a = -e / l; the fold is located on the curve to about 1e-10.
+    assert fold_angle == pytest.approx(math.asin(math.cbrt(-longer.governor.offset / longer.governor.arm)), rel=1e-8)
+    assert fold_speed < longer.requirement.lowest_speed
+
+
+@pytest.mark.parametrize("ratio", [1.02, 1.3, 2.5])
+@pytest.mark.parametrize("highest", ["120.001 rpm", "126 rpm"])
+def test_too_long_an_arm_is_still_stable_half_way_up(ratio, highest):
+    design = gm.design_pendulum(arm=ratio * DESIGN.start.radius_of_curvature, highest_speed=highest)
+    assert dynamics.stiffness(design.governor, arm_angle=design.middle_angle) > 0
+
+
+def test_extended_arms_change_ball_and_lift_alone():
+    extended = gm.design_pendulum(joint_ratio=0.6)
+    assert extended.arm_angles == pytest.approx(DESIGN.arm_angles, rel=1e-14)
+    assert extended.governor.ball_mass == pytest.approx(0.6 * DESIGN.governor.ball_mass, rel=1e-14)  # (Ia)
+    assert extended.governor.sleeve_mass == DESIGN.governor.sleeve_mass
+    assert extended.sleeve_lift == pytest.approx(0.6 * DESIGN.sleeve_lift, rel=1e-13)
+
+
+@pytest.mark.parametrize("rpm", [60.0, 120.0, 300.0])
+@pytest.mark.parametrize(("constant", "start", "angle"), [(15, 26.0385245065, 21.709607), (80, 10.7080245517, 41.128547)])
+def test_at_the_limits_of_m_the_start_does_not_depend_on_the_speed(rpm, constant, start, angle):
+    ratio = (rpm * math.pi / 30) ** 2 / constant - 1
+    if ratio <= 0:
+        pytest.skip("no load on the sleeve")
+    design = gm.design_pendulum(lowest_speed=f"{rpm} rpm", highest_speed=f"{1.03 * rpm} rpm", mass_ratio=ratio)
+    assert 100 * design.start.abscissa == pytest.approx(start, rel=1e-11)
+    assert math.degrees(design.start.arm_angle) == pytest.approx(angle, abs=5e-7)  # as many digits as the reference has
+
+
+def test_rules_that_are_not_kept_are_told():
+    design = gm.design_pendulum(mass_ratio=12, insensitivity=0.02)
+    assert [check.ok for check in design.checks] == [False, False, True, True]
+    # Where the machine overcomes the resistance in every turn, it does not widen the range of speed.
+    assert design.speed_limits == (design.requirement.lowest_speed, design.requirement.highest_speed)
+    crossed = gm.design_pendulum(kind="watt", offset="-10 mm")
+    assert "do not cross" in crossed.warnings[-1]
+    assert "with crossed arms" in gm.design_pendulum(kind="improved-watt", offset="-10 mm").warnings[-1]
+
+
+def test_misprints_are_proved_in_numbers():
+    by_place = {misprint.place: misprint for misprint in find_misprints(DESIGN)}
+    assert list(by_place) == ["step V", "step VI", "before step VII", "start radius", "choice of l"]
+    assert "2230.6272 cm^2, its root 47.2295 cm" in by_place["step V"].proof
+    assert "119.1 rpm, not 120.9 rpm" in by_place["before step VII"].proof
+    # Changes of the speed at 2 deg, of the reference in relative numbers: -0.00984554294987 and -0.0118955387363.
+    assert "-0.9846 %" in by_place["choice of l"].proof
+    assert "-1.19 %" in by_place["choice of l"].proof
+    assert "before step VII" not in [misprint.place for misprint in find_misprints(gm.design_pendulum(insensitivity=0.02))]
+
+
+@pytest.mark.parametrize(
+    ("inputs", "sentence"),
+    [
+        ({"kind": "portre"}, "kind must be one of watt, improved-watt, porter; found \"portre\". Did you mean 'porter'?"),
+        ({"kind": "watt", "mass_ratio": 2}, "must be 0: its sleeve carries no load; got 2"),
+        ({"mass_ratio": 0}, "must be above 0; one without a load on its sleeve is kind=watt"),
+        ({"highest_speed": "110 rpm"}, "must be below highest_speed"),
+        ({"highest_speed": "300 rpm"}, "is not reached up to 75 deg; reduce highest_speed"),
+        ({"lowest_speed": "-120 rpm"}, "lowest_speed must be positive"),
+        ({"lowest_speed": 1e5}, "lowest_speed must be"),
+        ({"mass_ratio": -1}, "mass_ratio must not be negative"),
+        ({"resistance": "0 N"}, "resistance must be positive"),
+        ({"insensitivity": 0.7}, "at most 50%"),
+        ({"joint_ratio": 1.2}, "joint of arm and link is not beyond the ball"),
+        ({"arm": "1 m", "offset": "0 m"}, "give only one of them"),
+        ({"offset": "20 cm"}, "must be below the start radius"),
+        ({"start_radius": "3 m"}, "at most 75 deg are possible: reduce start_radius"),
+        ({"lowest_speed": "2300 rpm", "highest_speed": "2400 rpm"}, "it must be positive: increase mass_ratio, or give start_radius"),
+        ({"balls": 2}, "balls is not an input"),
+    ],
+)
+def test_impossible_governors_are_refused(inputs, sentence):
+    with pytest.raises(MechanismError) as caught:
+        gm.design_pendulum(**inputs)
+    assert sentence in str(caught.value)
+
+
+def test_the_command_writes_scene_and_plates(tmp_path: Path):
+    result = call("--out", str(tmp_path), "--json")
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    names = ["pendulum_design.toml", "pendulum_design.png", "pendulum_design_parabolas.png"]
+    assert [Path(name).name for name in told["files"]] == names
+    assert all((tmp_path / name).stat().st_size for name in names)
+    assert told["simulated"]["ok"]
+    assert len(told["misprints"]) == 5
+    assert gm.load(tmp_path / "pendulum_design.toml").part.dimensions["arm"] == pytest.approx(DESIGN.governor.arm, rel=1e-14)
+    text = call("--kind", "watt", "--offset", "10 mm", "--no-figure", "--out", str(tmp_path)).stdout
+    assert "governor: watt, arms of 275 mm at 10 mm from the axis" in text
+    assert "kept: (V) arm l over the radius of curvature" in text
+    assert "MISPRINT step V" in text
+    wrong = call("--kind", "pendulum", "--out", str(tmp_path))
+    assert wrong.exit_code == 2
+    assert "--kind must be one of" in wrong.stderr
