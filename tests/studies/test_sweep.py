@@ -34,6 +34,8 @@ DOCUMENT = {
 
 ARMS, MASSES = "dimensions.arm=250mm:350mm:3", "dimensions.sleeve_mass=15kg,20kg,25kg"
 
+EXTREMES = ["final arm_angle", "min arm_angle", "max arm_angle"]
+
 REFUSED = "dimensions.link=100mm,300mm"
 """With arms of 300 mm the shorter link cannot reach where the governor starts."""
 
@@ -128,11 +130,11 @@ def test_files_are_the_same_by_one_worker_by_two_and_interrupted(scene, tmp_path
 def test_processes_start_only_where_they_save_more_than_their_start(scene, monkeypatch):
     shared = []
     monkeypatch.setattr(workers, "_map_in_processes", lambda function, chunks, n: shared.append(n) or map(function, chunks))
-    found = gm.sweep(scene, [ARMS, MASSES], workers=2)
+    found = gm.sweep(scene, [ARMS, MASSES], EXTREMES, workers=2)
     assert shared == []  # nine rows of some milliseconds
     monkeypatch.setattr(workers, "TRIAL_TIME", 0.0)
     monkeypatch.setattr(workers, "PROCESS_START_TIME", 0.0)
-    assert list(gm.sweep(scene, [ARMS, MASSES], workers=2).rows) == list(found.rows)
+    assert list(gm.sweep(scene, [ARMS, MASSES], EXTREMES, workers=2).rows) == list(found.rows)
     assert shared == [2]
 
 
@@ -146,10 +148,10 @@ def test_chunks_hold_every_index_once_and_keep_all_workers_busy():
 
 def test_a_sweep_that_is_done_is_read_back(scene, tmp_path, monkeypatch):
     vary = [MASSES, REFUSED]
-    first = gm.sweep(scene, vary, out=tmp_path)
+    first = gm.sweep(scene, vary, EXTREMES, out=tmp_path)
     files = listing(tmp_path)
     monkeypatch.setattr("governor_mechanism.studies.sweep.run.compute_row", None)
-    second = gm.sweep(scene, vary, out=tmp_path)
+    second = gm.sweep(scene, vary, EXTREMES, out=tmp_path)
     assert listing(tmp_path) == files
     np.testing.assert_array_equal(first.column("min arm_angle"), second.column("min arm_angle"))
     assert [row.message for row in first.rows] == [row.message for row in second.rows]
@@ -188,7 +190,8 @@ def test_rows_that_cannot_be_made_or_end_early_say_so_and_stop_no_other(scene):
     assert 0 < early.numbers[1] < 0.2
     assert not found.ok
     assert found.as_json()["rows"][0]["numbers"] == [None, None]
-    assert "refused, first at 100 mm, 120 rpm" in str(found)
+    assert "2 of 4 rows could not be run: start.arm_angle (40 deg) lies outside the travel" in str(found)
+    assert "1 of 4 rows reached the end of the range of arm_angle: the arms are at 90 degrees to the spindle (dead centre)" in str(found)
 
 
 def faulty(run):
@@ -423,7 +426,7 @@ def test_large_numbers_with_a_unit_are_taken_at_their_word(scene):
 def test_rows_do_not_depend_on_their_company(scene, monkeypatch):
     tasks = []
     monkeypatch.setattr("governor_mechanism.studies.sweep.run.compute_row", lambda task, *row: _noted(tasks, task, *row))
-    whole = gm.sweep(scene, [ARMS, MASSES])
+    whole = gm.sweep(scene, [ARMS, MASSES], EXTREMES)
     assert [compute_row(tasks[0], index) for index in (7, 2)] == [whole.rows[7], whole.rows[2]]
 
 
@@ -445,21 +448,49 @@ def _noted(tasks, task, *row):
 )
 def test_figures_are_written(scene, vary, tmp_path):
     found = gm.sweep(scene, vary, ["max arm_angle", "max sleeve_lift", "duration"])
-    first = sweep_figure(found).save_png(tmp_path / "sweep.png").read_bytes()
+    first = sweep_figure(found).save(tmp_path / "sweep.png").read_bytes()
     assert first.startswith(b"\x89PNG")
     if len(found.axes) == 2:  # a map with everything that a curve has
-        assert sweep_figure(found).save_png(tmp_path / "again.png").read_bytes() == first
+        assert sweep_figure(found).save(tmp_path / "again.png").read_bytes() == first
+
+
+def test_a_map_tells_how_rows_ended_and_marks_the_scene(scene):
+    found = gm.sweep(scene, ["spindle.speed=110rpm:300rpm:5", "dimensions.sleeve_mass=15kg:25kg:5"], ["max sleeve_lift"])
+    page = sweep_figure(found)
+    key = " ".join(text.get_text() for text in page.legends[0].get_texts()).replace("\n", " ")
+    (ending,) = found.endings
+    assert f"{ending.count} of 25 rows reached the end of the range of arm angle: the arms are at 90 degrees" in key
+    assert "the scene itself: 120 rpm, 20 kg" in key
+    assert ending.rows.tolist() == [row.index for row in found.rows if row.outcome == "left_range"]
+
+
+def test_a_key_knows_the_value_of_the_scene(scene):
+    keys = {
+        "dimensions.arm": [0.2, 0.3],
+        "spindle.speed": ["110 rpm"],
+        "dimensions.link": [0.31],
+        "start.arm_angle": ["equilibrium", "40 deg"],
+    }
+    found = {axis.key: axis.scene_value for axis in parse_axes(scene.document, keys)}
+    assert found == {
+        "dimensions.arm": 0.3,
+        "spindle.speed": pytest.approx(4 * math.pi, rel=1e-15),
+        "dimensions.link": None,
+        "start.arm_angle": pytest.approx(math.radians(40), rel=1e-15),
+    }
+    (axis,) = parse_axes(gm.load("quick_return").document, {"body.crank.mass": [1.0, 2.0]})
+    assert isinstance(axis.scene_value, float)
 
 
 def test_figures_of_nothing_and_of_too_many_keys(scene, tmp_path):
     empty = gm.sweep(scene, ["dimensions.link=100mm,110mm", MASSES])
     assert empty.outcomes == {"refused": 6}
-    assert sweep_figure(empty).save_png(tmp_path / "empty.png").stat().st_size > 0
+    assert sweep_figure(empty).save(tmp_path / "empty.png").stat().st_size > 0
     four = gm.sweep(scene, [REFUSED, "run.output_interval=20ms", "run.duration=0.2", "start.arm_angle=0.7"])
     with pytest.raises(gm.MechanismError, match="at most 3 keys, and this sweep varies 4"):
-        sweep_figure(four).save_png(tmp_path / "four.png")
-    with pytest.raises(gm.MechanismError, match=r"end in \.png"):
-        sweep_figure(empty).save_png(tmp_path / "empty.gif")
+        sweep_figure(four).save(tmp_path / "four.png")
+    with pytest.raises(gm.MechanismError, match="must end in"):
+        sweep_figure(empty).save(tmp_path / "empty.gif")
 
 
 PLAIN = {**DOCUMENT, "run": {"duration": "2 s", "output_interval": "10 ms", "accuracy": 1e-8, "engine": "reduced"}}

@@ -3,7 +3,7 @@
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 from governor_mechanism.errors import MechanismError, RunFailed
 from governor_mechanism.files.results import package_versions
@@ -21,6 +21,14 @@ from governor_mechanism.units.quantities import format_value
 
 CONNECTION_TIMEOUT = 10.0
 """Time within which a scheduler must answer and have a worker, s."""
+
+
+class ClusterClient(Protocol):
+    """A client of dask.distributed, an optional package, as far as a type checker needs to know it."""
+
+    def scheduler_info(self) -> object:
+        """Return what the scheduler knows of its workers."""
+
 
 _MISSING_EXTRA = "a sweep on a cluster needs dask.distributed; install it with pip install 'governor-mechanism[cluster]'"
 

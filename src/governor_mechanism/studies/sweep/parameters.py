@@ -1,8 +1,7 @@
 """Axes of a sweep: keys of a scene document with ranges or lists of values, and the scenes that have them.
 
-Axes are requested as "key=first:last:count", "key=value,value,...", or a mapping of keys to values. Only the parser of scene files knows
-which kind of value a key takes. The kind is read from the parser's error for a sentinel value: its message names the kind, or the nearest
-right key.
+Axes are requested as "key=first:last:count", "key=value,value,...", or a mapping of keys to values. Which kind of value a key takes is read
+from the error of the parser of scene files for a sentinel value: its message names the kind, or the nearest right key.
 """
 
 import math
@@ -20,6 +19,7 @@ from governor_mechanism.scenes.changed_document import parse_scene_with, replace
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.problems import ProblemCode, ProblemCollector
 from governor_mechanism.studies.sweep.quantities import find_display_unit
+from governor_mechanism.studies.sweep.scene_value import find_scene_value
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, number_or_text
 
 MAX_SWEEP_ROWS = 10_000_000
@@ -64,12 +64,15 @@ class SweepAxis:
         Numbers in SI, or words.
     document_values
         The same values as they are written into the document.
+    scene_value
+        Value that the scene itself has, SI or a word; None if its document leaves the key out.
     """
 
     key: str
     kind: str
     values: tuple[float | str | bool, ...]
     document_values: tuple[Any, ...]
+    scene_value: float | str | bool | None = None
 
     @property
     def unit(self) -> str:
@@ -116,8 +119,7 @@ class AxisGrid:
 def parse_axes(document: Mapping[str, Any], vary: Mapping[str, Any] | Sequence[str]) -> tuple[SweepAxis, ...]:
     """Return the axes of "key=first:last:count", "key=value,value", or a mapping of keys to lists of values.
 
-    Raises MechanismError with a message for each key that does not exist or changes nothing, each malformed range or list,
-    and each value with a wrong unit.
+    Raises MechanismError with a message for each key that does not exist or changes nothing, malformed range or list, and wrong unit.
     """
     collector, axes = ProblemCollector(), []
     requests = _parse_axis_requests(vary, collector)
@@ -212,7 +214,7 @@ def _parse_axis(document: Mapping[str, Any], request: AxisRequest, other_request
     axis = _make_axis(request, kind, find_problems)
     _refuse_repeated_values(axis, request)
     _refuse_ineffective_axis(document, axis, is_only_axis=not other_requests)
-    return axis
+    return replace(axis, scene_value=find_scene_value(document, axis.key, kind))
 
 
 def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFinder) -> SweepAxis:

@@ -1,4 +1,4 @@
-"""Numbers taken from each run of a sweep: final, least or greatest value of a reading, or a function of the run."""
+"""Numbers taken from each run of a sweep: by rules about a reading, or by functions of the run."""
 
 import hashlib
 import inspect
@@ -6,44 +6,29 @@ import math
 import pickle
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from operator import itemgetter
 from typing import Any
 
-import numpy as np
-
-from governor_mechanism.engines.reduced.batch import UncertifiedResult
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.observables.gas_torque import mean_gas_torque
-from governor_mechanism.observables.valve_motion import has_valve_events, valve_motion_of
-from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, find_event_angles
+from governor_mechanism.observables.valve_motion import has_valve_events
 from governor_mechanism.scenes.problems import ProblemCode, ProblemCollector
-from governor_mechanism.types import FloatArray
+from governor_mechanism.studies.sweep.rules import (
+    DURATION_RULE,
+    ENGINE_RULES,
+    ERROR_ESTIMATE_RULE,
+    STATISTICS,
+    VALVE_RULES,
+    RunNumbers,
+    Taken,
+    evaluate_engine_rule,
+    evaluate_valve_rule,
+)
 from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value
-
-STATISTICS: Mapping[str, Callable[[FloatArray], float]] = {"final": itemgetter(-1), "min": np.min, "max": np.max, "span": np.ptp}
-"""Statistics of a reading over its reported times."""
-
-DURATION_RULE, ERROR_ESTIMATE_RULE = "duration", "error_estimate"
-"""Rules that need no reading: the last reported time, s, and the relative error estimate."""
-
-VALVE_RULES: Mapping[str, str] = {
-    "valve travel": "m",
-    **{f"{end} lead": "m" for end in CYLINDER_ENDS},
-    **{f"{end} cut-off": "" for end in CYLINDER_ENDS},
-}
-"""Rules about the valve of a scene in its gear at the start, with their units: lengths, and strokes at cut-off as fractions."""
-
-ENGINE_RULES: Mapping[str, str] = {"mean gas torque": "N m", "speed fluctuation": ""}
-"""Rules about an engine that gas drives, with their units: its mean torque over a stroke, and the coefficient in the last turn of a run."""
-
-SLIP_READING = "die_slip"
-"""Reading whose range over a run is the slip of a die block."""
 
 RATE_PREFIX = "rate of "
 """Prefix of a rule that takes the rate of a reading."""
@@ -51,11 +36,10 @@ RATE_PREFIX = "rate of "
 DISPLAY_RATE_UNITS = {"rad/s": (180 / math.pi, "deg/s"), "m/s": (1e3, "mm/s")}
 """Display units of rates of readings; shaft speeds have their own in DISPLAY_UNITS."""
 
-_RULE_PATTERN = re.compile(rf"(?:({'|'.join(STATISTICS)}) )?({RATE_PREFIX})?(.+)")
+_RULE_PATTERN = re.compile(rf"(?:({'|'.join(sorted(STATISTICS, key=len, reverse=True))})(?: of)? )?({RATE_PREFIX})?(.+)")
 
-
-RunOutput = Trajectory | UncertifiedResult
-"""What a number is taken from."""
+MIN_SWING_RATIO = 10.0
+"""Change between two turning points below which they count as noise, relative to the accuracy of the runs times the scale of a reading."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +58,8 @@ class RunQuantity:
         SI unit; empty if it is not known.
     scale
         Coordinate scale, SI; a change below scale times accuracy counts as none.
+    min_swing
+        Change between two turning points below which they count as noise, SI.
     """
 
     name: str
@@ -81,13 +67,30 @@ class RunQuantity:
     function: Callable[[Any], float] | None = None
     unit: str = ""
     scale: float = 0.0
+    min_swing: float = 0.0
 
-    def evaluate(self, run: RunOutput) -> float:
-        """Return the value in SI; raise MechanismError if the run has no such reading or the value is not finite."""
-        value = float(self.function(run)) if self.function else _evaluate_rule(self.rule, run)
+    def evaluate(self, numbers: RunNumbers) -> float:
+        """Return the value in SI.
+
+        Raise MissingNumberError if the run has no such number, and MechanismError if it has no such reading or the value is not finite.
+        """
+        value = float(self.function(numbers.run)) if self.function else self._evaluate_rule(numbers)
         if not math.isfinite(value):
             raise MechanismError(f"quantity {self.name!r} is not a finite number: {value}")
         return value
+
+    def _evaluate_rule(self, numbers: RunNumbers) -> float:
+        run, rule = numbers.run, self.rule
+        if rule == DURATION_RULE:
+            return float(run.times[-1])
+        if rule in VALVE_RULES and isinstance(run, Trajectory):  # a driven scene is not run in a batch
+            return evaluate_valve_rule(rule, run.scene)
+        if rule in ENGINE_RULES and isinstance(run, Trajectory):
+            return evaluate_engine_rule(rule, run)
+        if rule == ERROR_ESTIMATE_RULE:
+            return math.nan if run.error_estimate is None else run.error_estimate
+        statistic, is_rate, reading = _split_rule(rule)
+        return STATISTICS[statistic].take(Taken(numbers, reading, is_rate, 0.0 if is_rate else self.scale, self.min_swing))
 
     @property
     def display_unit(self) -> tuple[float, str]:
@@ -116,37 +119,23 @@ QuantityRequest = Mapping[str, "str | Callable[[Trajectory], float]"] | Sequence
 """Names of quantities, or a mapping of the user's names to rules or functions."""
 
 
-def parse_quantities(scene: Scene, requested: QuantityRequest, *, certify: bool) -> tuple[RunQuantity, ...]:
-    """Return the requested quantities; None requests final, least and greatest value of the leading coordinate.
-
-    Of a scene with a valve and a driven crank it requests travel, leads and cut-offs of the valve, and the slip of a die block; of an
-    engine that gas drives its mean torque and the speed fluctuation.
+def parse_quantities(
+    scene: Scene, requested: Mapping[str, Any] | Sequence[str], accuracy: float | None, *, certify: bool
+) -> tuple[RunQuantity, ...]:
+    """Return the requested quantities.
 
     Raises MechanismError with a message for each quantity that is unknown, occurs twice, or cannot be sent to a process.
     """
-    reading_units = find_reading_units(scene)
-    has_valve = has_valve_events(scene)
-    if requested is None and has_valve:
-        requested = [*VALVE_RULES, *([f"span {SLIP_READING}"] if SLIP_READING in reading_units else [])]
-    elif requested is None and scene.mechanism.stall_limits:
-        requested = [*ENGINE_RULES]
-    elif requested is None:
-        leading = [name for name in (*_leading_coordinates(scene), *reading_units) if name in reading_units]
-        requested = [f"{taken} {leading[0]}" for taken in ("final", "min", "max")] if leading else [DURATION_RULE]
     if isinstance(requested, str) or not isinstance(requested, Mapping | Sequence) or not requested:
         raise MechanismError(
             f"quantities must be a list of names, as ['max arm_angle'], or map names to functions; found {format_value(requested)}"
         )
+    parser = _QuantityParser(scene, accuracy, certify=certify)
     named_rules = list(requested.items()) if isinstance(requested, Mapping) else [(name, name) for name in requested]
     collector, quantities = ProblemCollector(), list[RunQuantity]()
     for name, rule in named_rules:
         with collector.at(""):
-            if isinstance(rule, str) and rule in VALVE_RULES and has_valve:
-                quantities.append(RunQuantity(name=name, rule=rule, unit=VALVE_RULES[rule], scale=scene.mechanism.length_scale))
-            elif isinstance(rule, str) and rule in ENGINE_RULES and scene.mechanism.stall_limits:
-                quantities.append(RunQuantity(name=name, rule=rule, unit=ENGINE_RULES[rule]))
-            else:
-                quantities.append(_parse_quantity(name, rule, scene, reading_units, certify=certify))
+            quantities.append(parser.parse(name, rule))
     repeated = (name for name, count in Counter(one.name for one in quantities).items() if count > 1)
     collector.add(ProblemCode.DUPLICATE, *(f"quantity {name!r} is listed twice; list it once" for name in repeated))
     collector.raise_if_failed()
@@ -172,46 +161,66 @@ def find_reading_units(scene: Scene) -> dict[str, str]:
     return units
 
 
-def _leading_coordinates(scene: Scene) -> list[str]:
-    """Return the leading coordinates of the parts; those of governors, which turn with a spindle, come first."""
-    if len(scene.parts) == 1:
-        return [scene.part.mechanism.coordinate]
-    return [f"{part.name}.{part.mechanism.coordinate}" for part in sorted(scene.parts, key=lambda part: not part.turns)]
+class _QuantityParser:
+    """Parser of the quantities of a scene, whose runs have an accuracy; None is that of the scene."""
 
+    def __init__(self, scene: Scene, accuracy: float | None, *, certify: bool) -> None:
+        self._scene, self._certify = scene, certify
+        self._accuracy = accuracy if isinstance(accuracy, float) else scene.run.accuracy
+        self._reading_units = find_reading_units(scene)
+        self._positions = {one.name for one in scene.mechanism.readings}
 
-def _parse_quantity(name: Any, rule: Any, scene: Scene, reading_units: Mapping[str, str], *, certify: bool) -> RunQuantity:
-    if not isinstance(name, str) or not name.strip():
-        raise MechanismError(f"a quantity needs a name; found {format_value(name)}; write 'max arm_angle'")
-    if callable(rule):
-        return _make_function_quantity(name, rule)
-    if not isinstance(rule, str):
-        raise MechanismError(f"quantity {name!r} must be text or a function of a run; found {format_value(rule)}")
-    if rule == ERROR_ESTIMATE_RULE and not certify:
-        raise MechanismError(f"quantity {ERROR_ESTIMATE_RULE!r} needs certified runs; set certify, or leave it out")
-    if rule in (DURATION_RULE, ERROR_ESTIMATE_RULE):
-        return RunQuantity(name=name, rule=rule, unit="s" if rule == DURATION_RULE else "")
-    _, is_rate, reading = _split_rule(rule)
-    readings_with_rate = {one.name for one in scene.mechanism.readings}
-    if reading not in (readings_with_rate if is_rate else reading_units):
-        raise MechanismError(_unknown_rule_message(rule, reading_units, readings_with_rate))
-    scale = scene.mechanism.output_scale(reading) if reading in readings_with_rate else 0.0
-    return RunQuantity(name=name, rule=rule, unit=f"{reading_units[reading]}{'/s' if is_rate else ''}", scale=scale)
+    def parse(self, name: Any, rule: Any) -> RunQuantity:
+        """Return the quantity of a name and a rule, or raise MechanismError."""
+        if not isinstance(name, str) or not name.strip():
+            raise MechanismError(f"a quantity needs a name; found {format_value(name)}; write 'max arm_angle'")
+        if callable(rule):
+            return _make_function_quantity(name, rule)
+        if not isinstance(rule, str):
+            raise MechanismError(f"quantity {name!r} must be text or a function of a run; found {format_value(rule)}")
+        if rule == ERROR_ESTIMATE_RULE and not self._certify:
+            raise MechanismError(f"quantity {ERROR_ESTIMATE_RULE!r} needs certified runs; set certify, or leave it out")
+        if rule in (DURATION_RULE, ERROR_ESTIMATE_RULE):
+            return RunQuantity(name=name, rule=rule, unit="s" if rule == DURATION_RULE else "")
+        if rule in VALVE_RULES and has_valve_events(self._scene):
+            return RunQuantity(name=name, rule=rule, unit=VALVE_RULES[rule], scale=self._scene.mechanism.length_scale)
+        if rule in ENGINE_RULES and self._scene.mechanism.stall_limits:
+            return RunQuantity(name=name, rule=rule, unit=ENGINE_RULES[rule])
+        return self._parse_statistic(name, rule)
+
+    def _parse_statistic(self, name: str, rule: str) -> RunQuantity:
+        statistic_name, is_rate, reading = _split_rule(rule)
+        if reading not in (self._positions if is_rate else self._reading_units):
+            raise MechanismError(self._unknown_rule_message(rule))
+        statistic, reading_unit = STATISTICS[statistic_name], self._reading_units[reading]
+        is_position = reading in self._positions and not is_rate
+        if (statistic.needs and not is_position) or (statistic.needs == "angle" and reading_unit != "rad"):
+            names = [one for one in self._positions if statistic.needs == "position" or self._reading_units[one] == "rad"]
+            raise MechanismError(
+                f"quantity {rule!r}: {statistic_name} is that of {'an' if statistic.needs == 'angle' else 'a'} {statistic.needs}, "
+                f"and this scene has the {statistic.needs}s {', '.join(sorted(names)) or 'none'}"
+            )
+        scale = self._scene.mechanism.output_scale(reading) if reading in self._positions else 0.0
+        unit = statistic.unit if statistic.unit is not None else f"{reading_unit}{'/s' if is_rate else ''}"
+        own_scale = scale if statistic.unit is None else 0.0  # a frequency is compared with itself, not with the scale of its reading
+        return RunQuantity(name=name, rule=rule, unit=unit, scale=own_scale, min_swing=MIN_SWING_RATIO * self._accuracy * scale)
+
+    def _unknown_rule_message(self, rule: str) -> str:
+        rates = [f"{RATE_PREFIX}{name}" for name in self._reading_units if name in self._positions]
+        known_rules = [f"{one} {name}".strip() for names in (self._reading_units, rates) for one in (*STATISTICS, "") for name in names]
+        own_rules = [*(VALVE_RULES if has_valve_events(self._scene) else ()), *(ENGINE_RULES if self._scene.mechanism.stall_limits else ())]
+        own_rules += [DURATION_RULE, ERROR_ESTIMATE_RULE]
+        return (
+            f"quantity {format_value(rule)} is unknown; known are {', '.join(STATISTICS)} of a reading (final if none is given): "
+            f"{', '.join(self._reading_units)}, or of 'rate of' a position; also {', '.join(own_rules)}."
+            f"{did_you_mean(rule, [*known_rules, *own_rules])}"
+        )
 
 
 def _split_rule(rule: str) -> tuple[str, bool, str]:
     """Return the statistic, whether it is one of the rate, and the reading of a rule; an empty reading for anything else."""
     parts = _RULE_PATTERN.fullmatch(rule)
     return (parts[1] or "final", bool(parts[2]), parts[3]) if parts else ("", False, "")
-
-
-def _unknown_rule_message(rule: str, reading_units: Mapping[str, str], readings_with_rate: Iterable[str]) -> str:
-    rates = [f"{RATE_PREFIX}{name}" for name in reading_units if name in readings_with_rate]
-    known_rules = [f"{one} {name}".strip() for names in (reading_units, rates) for one in (*STATISTICS, "") for name in names]
-    return (
-        f"quantity {format_value(rule)} is unknown; known are final, min, max or span of a reading (final if none is given): "
-        f"{', '.join(reading_units)}, or of 'rate of' a position; also {DURATION_RULE} and {ERROR_ESTIMATE_RULE}."
-        f"{did_you_mean(rule, [*known_rules, DURATION_RULE, ERROR_ESTIMATE_RULE])}"
-    )
 
 
 def _make_function_quantity(name: str, function: Callable[[Trajectory], float]) -> RunQuantity:
@@ -222,42 +231,3 @@ def _make_function_quantity(name: str, function: Callable[[Trajectory], float]) 
             f"quantity {name!r}: the function cannot be sent to another process; define the function with def at module level"
         ) from error
     return RunQuantity(name=name, function=function)
-
-
-def _evaluate_valve_rule(rule: str, scene: Scene) -> float:
-    """Return the value of a rule about the valve of a scene, SI."""
-    if rule == "valve travel":
-        return valve_motion_of(scene).travel
-    end, _, kind = rule.rpartition(" ")
-    if kind == "lead":
-        return valve_motion_of(scene).leads[CYLINDER_ENDS.index(end)]
-    angle = find_event_angles(scene).get(rule)
-    if angle is None:
-        raise MechanismError(
-            f"there is no {rule}: the steam port of the {end} does not open once in a turn; sweep another range, or reduce the lap"
-        )
-    stroke = float(valve_motion_of(scene).stroke_fractions(np.array([angle]))[0])
-    return stroke if end == CYLINDER_ENDS[0] else 1.0 - stroke
-
-
-def _speed_fluctuation(run: Trajectory) -> float:
-    """Return the largest coefficient of speed fluctuation of the shafts in the last turn of a run."""
-    if not run.speed_fluctuations:
-        raise MechanismError("there is no speed fluctuation: the shaft makes no complete turn; make the run longer")
-    return max(extremes.coefficient for extremes in run.speed_fluctuations.values())
-
-
-def _evaluate_rule(rule: str, run: RunOutput) -> float:
-    if rule == DURATION_RULE:
-        return float(run.times[-1])
-    if rule in VALVE_RULES and isinstance(run, Trajectory):  # a driven scene is not run in a batch
-        return _evaluate_valve_rule(rule, run.scene)
-    if rule in ENGINE_RULES and isinstance(run, Trajectory):
-        return mean_gas_torque(run.scene) if rule == "mean gas torque" else _speed_fluctuation(run)
-    if rule == ERROR_ESTIMATE_RULE:
-        return math.nan if run.error_estimate is None else run.error_estimate
-    statistic, is_rate, reading = _split_rule(rule)
-    source = run.rates if is_rate else run.readings
-    if reading not in source:
-        raise MechanismError(f"this scene has no {rule!r}; its readings are {', '.join(run.readings)}")
-    return float(STATISTICS[statistic](source[reading]))

@@ -16,7 +16,8 @@ from governor_mechanism.files.printed_result import PrintedResult
 from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.studies.sweep.parameters import AxisGrid, SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
-from governor_mechanism.studies.sweep.rows import OK_ROW_OUTCOMES, SweepRow, SweepRows
+from governor_mechanism.studies.sweep.row_endings import RowEnding, find_endings
+from governor_mechanism.studies.sweep.rows import RESULT_ROW_OUTCOMES, SweepRow, SweepRows
 from governor_mechanism.types import DataFrame
 from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
@@ -41,6 +42,8 @@ class Sweep(AxisGrid, PrintedResult):
         Requested relative accuracy of the runs.
     rows
         One row per combination; rows[index] is a `SweepRow`. Numbers are SI; a run that ended early has only its duration.
+    reason_of_choice
+        Why these quantities characterise the motion; empty if the caller named them.
     """
 
     title: str
@@ -48,6 +51,7 @@ class Sweep(AxisGrid, PrintedResult):
     quantities: tuple[RunQuantity, ...]
     accuracy: float
     rows: SweepRows
+    reason_of_choice: str = ""
 
     __repr__ = short_repr
 
@@ -58,8 +62,8 @@ class Sweep(AxisGrid, PrintedResult):
 
     @property
     def ok(self) -> bool:
-        """Whether every row is ok."""
-        return all(outcome in OK_ROW_OUTCOMES for outcome in self.rows.first_rows)
+        """Whether no row failed: each ran to its end, or ended in a way that is a result, as at the end of a mechanism's range."""
+        return all(outcome in RESULT_ROW_OUTCOMES for outcome in self.rows.first_rows)
 
     @property
     def outcomes(self) -> dict[str, int]:
@@ -95,11 +99,10 @@ class Sweep(AxisGrid, PrintedResult):
         along_axis = values.reshape([-1 if k == axis_index else 1 for k in range(len(self.axes))])
         return np.broadcast_to(along_axis, self.shape).ravel()
 
-    @property
-    def failures(self) -> NDArray[Any]:
-        """Outcome of each row that is not ok, and an empty text for the others; shape (rows,)."""
-        outcomes = self.rows.outcomes
-        return np.where(np.isin(outcomes, OK_ROW_OUTCOMES), "", outcomes)
+    @cached_property
+    def endings(self) -> tuple[RowEnding, ...]:
+        """Ways in which rows ended other than at the end of their run with all numbers, by the first of their rows."""
+        return find_endings(self.rows)
 
     def grid(self, name: str) -> NDArray[Any]:
         """Return the values of `column` in the shape of the axes: the first index counts the values of the first axis."""
@@ -119,10 +122,10 @@ class Sweep(AxisGrid, PrintedResult):
         """Return a line per row, or for many rows the extremes of each quantity; then outcomes and notes."""
         shape_text = " x ".join(f"{len(axis.values)} of {axis.key}" for axis in self.axes)
         lines = [f"{self.title}: {len(self.rows):,} rows, {shape_text}"]
+        if self.reason_of_choice:
+            lines.append(f"quantities: {', '.join(one.name for one in self.quantities)} (chosen because {self.reason_of_choice})")
         lines += self._format_table() if len(self.rows) <= MAX_PRINTED_ROWS else self._format_extremes()
-        if not self.ok:
-            lines.append("outcomes: " + ", ".join(f"{count} {name}" for name, count in self.outcomes.items()))
-            lines += self._format_failures()
+        lines += [self._describe_ending(ending) for ending in self.endings]
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
     def to_dataframe(self) -> DataFrame:
@@ -149,7 +152,8 @@ class Sweep(AxisGrid, PrintedResult):
             "rows": [plain_record(row, "index", numbers=row.numbers_or_none, values=self.values_at(row.index)) for row in self.rows],
         }
         header = {"title": self.title, "scene": Path(self.source).name}
-        return header | plain_record(self, "source", **tables, outcomes=self.outcomes, notes=self.notes)
+        endings = [plain_record(one, "rows") for one in self.endings]
+        return header | plain_record(self, "source", **tables, outcomes=self.outcomes, endings=endings, notes=self.notes)
 
     def _has_no_effect(self, axis_index: int) -> bool:
         """Return whether no quantity changes along an axis although there are values to compare."""
@@ -166,8 +170,11 @@ class Sweep(AxisGrid, PrintedResult):
         return has_comparison
 
     def _format_table(self) -> list[str]:
-        names = [*(axis.key for axis in self.axes), *(one.name for one in self.quantities), "outcome"]
-        cells = [[*self._format_axis_values(row), *map(_format_value, row.numbers, self.quantities), row.outcome] for row in self.rows]
+        names = [*(axis.key for axis in self.axes), *(one.name for one in self.quantities)]
+        cells = [[*self._format_axis_values(row), *map(_format_value, row.numbers, self.quantities)] for row in self.rows]
+        if self.endings:
+            names.append("outcome")
+            cells = [[*line, "" if row.ok else row.outcome.replace("_", " ")] for line, row in zip(cells, self.rows, strict=True)]
         return format_table(names, cells, justify="r").splitlines()
 
     def _format_extremes(self) -> Iterator[str]:
@@ -182,12 +189,14 @@ class Sweep(AxisGrid, PrintedResult):
             )
             yield f"{quantity.name}: {'; '.join(descriptions)}"
 
-    def _format_failures(self) -> Iterator[str]:
-        """Yield one sentence for each outcome that is not ok."""
-        for outcome, (index, _) in self.rows.first_rows.items():
-            if outcome not in OK_ROW_OUTCOMES:
-                row = self.rows[index]
-                yield f"{outcome}, first at {', '.join(self._format_axis_values(row))}: {row.message}"
+    def _describe_ending(self, ending: RowEnding) -> str:
+        """Return a sentence on the rows that ended in a way."""
+        is_whole = ending.count == len(self.rows)
+        counted = f"all {ending.count:,} rows" if is_whole else f"{ending.count:,} of {len(self.rows):,} rows"
+        if ending.has_common_cause:
+            return f"{counted} {ending.text}"
+        first = self.rows[ending.first_row]
+        return f"{counted} {ending.words}; the first at {', '.join(self._format_axis_values(first))}: {first.message}"
 
     def _format_axis_values(self, row: SweepRow) -> list[str]:
         return list(map(_format_value, self.values_at(row.index), self.axes))

@@ -1,7 +1,7 @@
 """Rows of a sweep: numbers, outcome and message of each run, kept in arrays."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, overload
 
@@ -17,8 +17,32 @@ ROW_REFUSED, ROW_FAILED = "refused", "failed"
 ROW_OK = "ok"
 """Outcome of a complete run without a certificate."""
 
+ROW_NOT_SETTLED, ROW_NO_OSCILLATION, ROW_NO_VALUE = "not_settled", "no_oscillation", "no_value"
+"""Outcomes of a complete run that lacks a requested number: a settled value, an amplitude or frequency, or another one."""
+
 OK_ROW_OUTCOMES = ("done", ROW_OK)
 """Outcomes of a run that is complete and kept its accuracy, certified or not."""
+
+RESULT_ROW_OUTCOMES: Mapping[str, str] = {
+    "done": "ran to the end",
+    ROW_OK: "ran to the end",
+    "left_range": "reached the end of the mechanism's range",
+    "shaft_stalled": "came to a stop: the shaft would turn back",
+    "control_out_of_range": "moved a control beyond its range",
+    ROW_NOT_SETTLED: "did not settle",
+    ROW_NO_OSCILLATION: "made no whole oscillation",
+    ROW_NO_VALUE: "lack a number",
+}
+"""Outcomes that are results of a row, in words; every other one is a failure."""
+
+FAILED_ROW_OUTCOMES: Mapping[str, str] = {
+    ROW_REFUSED: "could not be run",
+    ROW_FAILED: "failed with an error of the program",
+    "accuracy_missed": "missed the accuracy",
+    "step_limit": "needed too many steps",
+    "dead_centre": "reached a turning point of the engine's coordinate",
+}
+"""Failures in words; those of other outcomes are their names."""
 
 _MISSING = -1
 """Code of the outcome of a row that is not computed yet."""
@@ -90,8 +114,11 @@ class SweepRows(Sequence[SweepRow]):
         if isinstance(index, slice):
             return [self[k] for k in range(*index.indices(len(self)))]
         k = range(len(self))[index]
-        outcome, message = self._outcomes[self._codes[k]], self._messages.get(k, "")
-        return SweepRow(index=k, numbers=tuple(self.numbers[k].tolist()), outcome=outcome, message=message)
+        return SweepRow(index=k, numbers=tuple(self.numbers[k].tolist()), outcome=self._outcomes[self._codes[k]], message=self.message(k))
+
+    def message(self, index: int) -> str:
+        """Return the message of a row, which is computed; empty if it has none."""
+        return self._messages.get(index, "")
 
     @property
     def is_computed(self) -> BoolArray:

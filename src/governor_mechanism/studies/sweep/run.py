@@ -24,11 +24,13 @@ from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.problems import ProblemCollector
 from governor_mechanism.studies.sweep.checkpoint import RowWriter, SweepFiles
 from governor_mechanism.studies.sweep.cluster import find_computer_problems
-from governor_mechanism.studies.sweep.parameters import AxisGrid, parse_axes
+from governor_mechanism.studies.sweep.default_quantities import choose_quantities
+from governor_mechanism.studies.sweep.parameters import AxisGrid, SweepAxis, parse_axes
 from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, parse_quantities
 from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.studies.sweep.rows import ROW_FAILED, ROW_OK, ROW_REFUSED, SweepRow, SweepRows
 from governor_mechanism.studies.sweep.rows_together import RowsTogether, is_quick_key, prepare_rows
+from governor_mechanism.studies.sweep.rules import DURATION_RULE, MissingNumberError, RunNumbers
 from governor_mechanism.studies.sweep.workers import RowComputer
 from governor_mechanism.units.quantities import format_value
 
@@ -48,6 +50,7 @@ class SweepTask(AxisGrid):
     engine: str
     accuracy: float | None
     certify: bool
+    reason_of_choice: str = ""
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -93,7 +96,7 @@ def make_task(
     vary
         Axes, "key=first:last:count" or "key=value,value", or a mapping of keys to lists of values.
     quantities
-        Numbers to take from each run; None requests final, least and greatest value of the leading coordinate.
+        Numbers to take from each run; None requests those that characterise the motion of the scene.
     engine
         Name of the engine of all rows, or "auto".
     accuracy
@@ -118,7 +121,9 @@ def make_task(
     collector = ProblemCollector()
     document = collector.attempt("", _require_unchanged_document, scene) or {}
     axes = (collector.attempt("", parse_axes, document, vary) if document else None) or ()
-    parsed_quantities = collector.attempt("", partial(parse_quantities, certify=certify), scene, quantities) or ()
+    chosen_names, reason_of_choice = (None, "") if quantities is not None else choose_quantities(_scene_of_last_row(scene, axes))
+    requested = chosen_names if quantities is None else quantities
+    parsed_quantities = collector.attempt("", partial(parse_quantities, certify=certify), scene, requested, accuracy) or ()
     with collector.at(""):
         select_engine(engine, scene)
     problems: list[str] = [*collector.problems]
@@ -132,7 +137,16 @@ def make_task(
     problems += [f"quantity {name!r} has the name of a varied key; choose another name" for name in clashes]
     if problems:
         raise MechanismError(*problems)
-    return SweepTask(document=document, axes=axes, quantities=parsed_quantities, engine=engine, accuracy=accuracy, certify=certify)
+    options: dict[str, Any] = {"engine": engine, "accuracy": accuracy, "certify": certify, "reason_of_choice": reason_of_choice}
+    return SweepTask(document=document, axes=axes, quantities=parsed_quantities, **options)
+
+
+def _scene_of_last_row(scene: Scene, axes: Sequence[SweepAxis]) -> Scene:
+    """Return the scene of the last row, whose effects the quantities must suit; the scene itself if that row has none."""
+    try:
+        return parse_scene_with(scene.document, [(axis.key, axis.document_values[-1]) for axis in axes]) if axes else scene
+    except MechanismError:
+        return scene
 
 
 def run_sweep(
@@ -167,7 +181,8 @@ def run_sweep(
     rows = SweepRows(math.prod(task.shape), len(task.quantities)) if files is None else files.read_finished_rows()
     _compute_missing_rows(rows, task, compute, files, progress or (lambda n_done, n_rows: None))
     tolerance = scene.run.accuracy if task.accuracy is None else task.accuracy
-    result = Sweep(title=scene.title, source=scene.source, axes=task.axes, quantities=task.quantities, accuracy=tolerance, rows=rows)
+    columns: dict[str, Any] = {"quantities": task.quantities, "reason_of_choice": task.reason_of_choice}
+    result = Sweep(title=scene.title, source=scene.source, axes=task.axes, accuracy=tolerance, rows=rows, **columns)
     if files is not None:
         files.write_results(result)
     return result
@@ -236,8 +251,16 @@ def compute_row(task: SweepTask, index: int, run: UncertifiedResult | None = Non
 def _compute_numbers(task: SweepTask, run: Trajectory | UncertifiedResult) -> tuple[tuple[float, ...], str, str]:
     """Return numbers, outcome and message of a run; one that ended early has only its duration: its last value is not the final one."""
     has_final_values = run.outcome.ok or run.outcome is Outcome.ACCURACY_MISSED
-    numbers = tuple(
-        one.evaluate(run) if has_final_values or (one.rule == "duration" and len(run.times)) else math.nan for one in task.quantities
-    )
     outcome = ROW_OK if run.outcome is Outcome.NOT_CERTIFIED else run.outcome.name.lower()
-    return numbers, outcome, "" if run.outcome.ok else run.message
+    numbers, missing, shared = list[float](), list[MissingNumberError](), RunNumbers(run)
+    for quantity in task.quantities:
+        number = math.nan
+        if has_final_values or (quantity.rule == DURATION_RULE and len(run.times)):
+            try:
+                number = quantity.evaluate(shared)
+            except MissingNumberError as reason:
+                missing.append(reason)
+        numbers.append(number)
+    if run.outcome.ok and missing:
+        return tuple(numbers), missing[0].outcome, "; ".join(dict.fromkeys(map(str, missing)))
+    return tuple(numbers), outcome, "" if run.outcome.ok else run.message
