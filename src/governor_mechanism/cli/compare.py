@@ -1,0 +1,109 @@
+"""The command `compare`: several scenes in one table, one figure and one film.
+
+Heavy imports are made when the command needs them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+import governor_mechanism as gm
+from governor_mechanism.cli import console
+from governor_mechanism.cli.changed_scene import Changes, load_changed
+from governor_mechanism.cli.completion import complete_scene
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.render.figure_files import FigureFiles
+from governor_mechanism.units.quantities import number_or_text
+
+if TYPE_CHECKING:
+    from governor_mechanism.studies.comparison.comparison import Comparison
+
+STEM = "comparison"
+"""Start of the names of the files."""
+
+
+class SideBySideFormat(StrEnum):
+    """File formats of a film of several runs."""
+
+    GIF = "gif"
+    MP4 = "mp4"
+
+
+def compare(
+    scenes: Annotated[
+        list[str],
+        typer.Argument(metavar="SCENE...", help="Two to six scene files, or names of shipped scenes.", autocompletion=complete_scene),
+    ],
+    changes: Changes = None,
+    engine: Annotated[str, typer.Option(help="Name of an engine; auto uses the engine of each scene.")] = "auto",
+    accuracy: console.Accuracy = None,
+    seconds: Annotated[str | None, typer.Option(help='Duration of all runs, for example "2 s"; by default that of each scene.')] = None,
+    resistance: Annotated[str | None, typer.Option(help='Friction at the sleeve, for example "40 N", for the insensitivity.')] = None,
+    working_range: Annotated[
+        str | None,
+        typer.Option("--range", help='Working range, "READING=LOW:HIGH"; by default that of the stops, or else what each run covers.'),
+    ] = None,
+    film: Annotated[SideBySideFormat, typer.Option(help="File format of the film; mp4 needs the extra 'video'.")] = SideBySideFormat.GIF,
+    no_film: Annotated[bool, typer.Option("--no-film", help="Write no film.")] = False,
+    *,
+    figures: FigureFiles,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Compare governors, or any scenes: one table, one figure and one film of all side by side.
+
+    Of governors the table has the equilibrium at the speed of the spindle, its frequency and damping, effort, insensitivity, sensitiveness
+    and work capacity; of all scenes, the last, lowest and highest values of the readings that at least two share.
+    """
+    if film is SideBySideFormat.MP4 and not no_film:
+        from governor_mechanism.render.film.writer import require_video_writer
+
+        require_video_writer()
+    console.prepare_folder(figures.folder)
+    duration = None if seconds is None else number_or_text(seconds)
+    loaded = [_load(scene, changes, duration) for scene in scenes]
+    between = None if working_range is None else _parse_range(working_range)
+    with console.show_status("simulating"):
+        comparison = gm.compare(*loaded, engine=engine, accuracy=accuracy, resistance=resistance, between=between)
+    files = _write_figure(comparison, figures)
+    files += [] if no_film else _write_film(comparison, figures.folder / f"{STEM}.{film.value}")
+    is_ok = all(run.outcome.ok for run in comparison.runs)
+    return console.CommandResult(text=[comparison], values=comparison.as_json(), files=files, ok=is_ok)
+
+
+def _load(scene: str, changes: list[str] | None, duration: float | str | None) -> gm.Scene:
+    """Load a scene with its changes; a problem says which of the scenes has it."""
+    try:
+        return load_changed(scene, changes, run__duration=duration)
+    except MechanismError as error:
+        raise MechanismError(*(problem if scene in problem else f"{scene}: {problem}" for problem in error.problems)) from None
+
+
+def _parse_range(text: str) -> Mapping[str, tuple[float | str, float | str]]:
+    from governor_mechanism.cli.controlling_force import parse_range
+
+    return parse_range(text)
+
+
+def _write_figure(comparison: Comparison, figures: FigureFiles) -> list[Path]:
+    if not figures.formats:
+        return []
+    from governor_mechanism.render.figures.comparison import comparison_figure
+
+    with console.show_status("drawing"):
+        return figures.save(comparison_figure(comparison), STEM)
+
+
+def _write_film(comparison: Comparison, path: Path) -> list[Path]:
+    """Write the film of the runs that have reported times; none if nothing moves in time."""
+    shown = [(run, name) for run, name in zip(comparison.runs, comparison.names, strict=True) if len(run.times) > 1]
+    if not shown:
+        return []
+    runs = [run for run, _ in shown]
+    titles = [run.scene.title for run in runs] if len(runs) > 1 else None
+    with console.show_progress_bar("film") as progress:
+        return [gm.film(runs, path, titles=titles, progress=progress)]

@@ -1,0 +1,185 @@
+"""Statics of a governor for a comparison: equilibrium at its speed, speed curve, controlling force and damping, or the reasons why not."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.engines.rotating_part import rotating_part_alone
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.part import FreeSpindle
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.statics.controlling_force import ControllingForce, compute_controlling_force
+from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria
+from governor_mechanism.statics.equilibrium_speed import require_equilibrium_speed, validate_resistance
+from governor_mechanism.statics.linearisation import linearise_scene, poses_at
+from governor_mechanism.statics.modes import Mode
+from governor_mechanism.statics.speed_curve import SpeedCurve, compute_speed_curve
+from governor_mechanism.studies.comparison.motion import MIN_CHANGE_RATIO, plain_names
+
+_Result = TypeVar("_Result")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GovernorStatics:
+    """Statics of the part of a scene that turns with a spindle, alone.
+
+    Attributes
+    ----------
+    scene
+        That part as a scene.
+    spindle_speed
+        Last speed of the scene, or the first if nothing is in equilibrium at the last; of a free or geared spindle the speed at which it
+        starts, rad/s.
+    curve
+        Equilibrium speed over the travel, with the insensitivity band if a resistance is given.
+    equilibrium
+        The equilibrium at that speed nearest to the end of the run, stable ones first; None if there is none.
+    mode
+        The mode of small motions about it that decays most slowly; None if it cannot be linearised.
+    controlling_force
+        Controlling force over the travel with the working range; None if there is none, as without balls.
+    range_of
+        What limits the working range: "values" that are given, "stops", "travel", or what the "run" covers.
+    at_equilibrium
+        Controlling force at the equilibrium, with effort and power.
+    notes
+        Reasons why something is missing, one sentence each.
+    """
+
+    scene: Scene
+    spindle_speed: float
+    curve: SpeedCurve
+    equilibrium: Equilibrium | None
+    mode: Mode | None
+    controlling_force: ControllingForce | None
+    range_of: str
+    at_equilibrium: ControllingForce | None
+    notes: tuple[str, ...]
+
+    @property
+    def is_beyond_stops(self) -> bool:
+        """Whether the stops of the scene keep it from its equilibrium, so that it rests on one of them."""
+        force = self.controlling_force
+        if self.equilibrium is None or force is None or force.working_range is None or self.range_of != "stops":
+            return False
+        ends = force.working_range.coordinate
+        return not float(ends.min()) <= self.equilibrium.coordinate <= float(ends.max())
+
+
+@dataclass(frozen=True, kw_only=True)
+class StaticsQuestion:
+    """What is asked of each governor.
+
+    Attributes
+    ----------
+    resistance
+        Resistance along the reading of the sleeve, N or N m, or text with a unit; None for none.
+    against
+        Name of the reading of the sleeve.
+    between
+        Working range: two values of one reading; None for the stops of the scene, or else for what the run covers.
+    """
+
+    resistance: float | str | None = None
+    against: str = "sleeve_lift"
+    between: Mapping[str, Sequence[float | str]] | None = None
+
+
+def evaluate_statics(run: Trajectory, question: StaticsQuestion) -> GovernorStatics | str:
+    """Return the statics of a scene, or the reason why it has none.
+
+    Parameters
+    ----------
+    run
+        A run of a scene of any parts.
+    question
+        Resistance and working range.
+
+    Returns
+    -------
+    GovernorStatics | str
+        The statics, or one sentence.
+
+    Raises
+    ------
+    MechanismError
+        If the resistance is not valid.
+    """
+    notes: list[str] = []
+
+    def attempt(function: Callable[[], _Result]) -> _Result | None:
+        try:
+            return function()
+        except MechanismError as error:
+            notes.append(error.problems[0])
+            return None
+
+    resistance, against = question.resistance, question.against
+    try:
+        alone = rotating_part_alone(run.scene)
+        require_equilibrium_speed(alone)
+    except MechanismError as error:
+        return error.problems[0]
+    if resistance is not None and against not in (reading.name for reading in alone.part.mechanism.readings):
+        notes.append(f"no reading {against!r}, so that the resistance does not act")
+        resistance = None
+    if resistance is not None:
+        validate_resistance(alone.part.mechanism, resistance, against)
+    curve = attempt(lambda: compute_speed_curve(alone, resistance=resistance, against=against))
+    if curve is None:
+        return notes[-1]
+    spindle = alone.spindle
+    given = (spindle.start_speed or 0.0,) if isinstance(spindle, FreeSpindle) else spindle.speeds
+    speed, points = given[-1], attempt(lambda: find_equilibria(alone, given[-1])) or ()
+    if not points and given[0] != speed:
+        speed, points = given[0], attempt(lambda: find_equilibria(alone, given[0])) or ()
+    last = _last_value(run, alone.part.mechanism.coordinate)
+    equilibrium = min(points, key=lambda one: (not one.stable, abs(one.coordinate - last)), default=None)
+    force = attempt(lambda: compute_controlling_force(alone, resistance=resistance, against=against, between=question.between))
+    covered, range_of = _covered_range(run, against), ""
+    if force is not None and force.working_range is not None:
+        range_of = force.working_range.limited_by
+    elif force is not None and covered is not None:
+        range_of = "run"
+        force = attempt(lambda: compute_controlling_force(alone, resistance=resistance, against=against, between=covered)) or force
+    at_equilibrium = mode = None
+    if equilibrium is not None:
+        place = equilibrium
+        if force is not None:
+            at_equilibrium = attempt(lambda: compute_controlling_force(alone, [place.coordinate], against=against))
+        mode = attempt(lambda: _slowest_mode(alone, place, speed))
+    return GovernorStatics(
+        scene=alone,
+        spindle_speed=speed,
+        curve=curve,
+        equilibrium=equilibrium,
+        mode=mode,
+        controlling_force=force,
+        range_of=range_of,
+        at_equilibrium=at_equilibrium,
+        notes=tuple(dict.fromkeys(notes)),
+    )
+
+
+def _last_value(run: Trajectory, reading: str) -> float:
+    """Return the last value of a reading of the turning part in a run, SI; 0 if there is none."""
+    name = plain_names(run).get(reading)
+    return float(run.readings[name][-1]) if name is not None and len(run.times) else 0.0
+
+
+def _covered_range(run: Trajectory, reading: str) -> Mapping[str, Sequence[float]] | None:
+    """Return the range of a reading that a run covers; None if it does not move."""
+    name = plain_names(run).get(reading)
+    if name is None or not len(run.times):
+        return None
+    low, high = float(run.readings[name].min()), float(run.readings[name].max())
+    return {reading: (low, high)} if high - low > MIN_CHANGE_RATIO * run.scales.get(name, 0.0) else None
+
+
+def _slowest_mode(scene: Scene, equilibrium: Equilibrium, speed: float) -> Mode | None:
+    """Return the mode about an equilibrium that decays most slowly, apart from those of conserved quantities."""
+    _, velocities = initial_state(scene)
+    modes = linearise_scene(scene, poses_at(scene, equilibrium), velocities, speed).modes
+    return next((mode for mode in modes if not mode.is_conserved), None)

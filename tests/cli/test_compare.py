@@ -1,0 +1,58 @@
+"""The command `compare` as a person uses it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from governor_mechanism.cli.main import app
+
+
+def call(*words: str):
+    return CliRunner().invoke(app, ["compare", *words])
+
+
+def test_one_table_one_figure_and_one_film(tmp_path: Path) -> None:
+    words = ("--seconds", "1 s", "--range", "sleeve_lift=80 mm:120 mm", "--accuracy", "1e-5", "--out", str(tmp_path))
+    result = call("porter", "porter_dashpot", "slider_crank", "--json", *words)
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    assert told["title"] == "porter vs porter_dashpot vs slider_crank"
+    assert [Path(name).name for name in told["files"]] == ["comparison.png", "comparison.gif"]
+    # A run of 1 s is shown in true time, in few frames.
+    with Image.open(tmp_path / "comparison.gif") as film:
+        assert film.size == (3 * 480, 480)
+    rows = {row["quantity"]: row["values"] for row in told["rows"]}
+    assert rows["run: end"] == [1.0, 1.0, 1.0]
+    assert rows["working range of"] == ["given values", "given values", None]
+    assert told["runs"]["porter"]["settings"]["asked_accuracy"] == 1e-5
+
+
+def test_a_change_holds_for_all_scenes(tmp_path: Path) -> None:
+    words = ("--set", "spindle.speed=124 rpm", "--set", "run.duration=0.05 s", "--no-film", "--no-figure", "--out", str(tmp_path))
+    result = call("porter", "porter_dashpot", "--engine", "multibody", *words)
+    assert result.exit_code == 0, result.output
+    lines = {line[:22].strip(): line[22:].split() for line in result.stdout.splitlines()}
+    assert lines["speed of the spindle"][-4:] == ["124", "rpm", "124", "rpm"]
+    assert lines["run: engine"] == ["multibody", "multibody"]
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("porter",), "a comparison needs 2 to 6 scenes; got 1"),
+        (("porter", "wat"), "wat"),
+        (("porter", "slider_crank", "--set", "dimensions.ball_mass=6 kg"), "slider_crank: "),
+        (("porter", "watt", "--range", "sleeve_lift"), 'write "READING=LOW:HIGH"'),
+        (("porter", "watt", "--engine", "reduces"), "reduces"),
+    ],
+)
+def test_mistakes_are_told(words, sentence, tmp_path: Path) -> None:
+    result = call(*words, "--no-film", "--no-figure", "--out", str(tmp_path))
+    assert result.exit_code == 2, result.output
+    assert sentence in result.stderr
