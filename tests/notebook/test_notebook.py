@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import base64
+import inspect
 import re
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import rich.console
 
 import governor_mechanism as gm
 from files.saved_runs import saved_run
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.notebook.html import CURVE_HEIGHT, CURVE_WIDTH, draw_small_curve
+from governor_mechanism.units.text_table import format_table
 
 
 def parsed(html):
@@ -40,6 +43,20 @@ def test_a_scene_shows_its_machines_and_dimensions():
         assert words in text
 
 
+def test_a_scene_of_ones_own_shows_its_bodies_and_joints():
+    scene = gm.load("quick_return")
+    text = " ".join(parsed(scene._repr_html_()).itertext())
+    assert all(one.name in text for one in (*scene.mechanism.bodies, *scene.mechanism.joints))
+
+
+def test_tables_are_text_in_a_notebook_too(monkeypatch):
+    """There rich would show a table at once, and the text of a result would lack it."""
+    outside = format_table(["a", "b"], [["1", "2"]])
+    monkeypatch.setattr(rich.console, "_is_jupyter", lambda: True)
+    assert format_table(["a", "b"], [["1", "2"]]) == outside
+    assert outside.split() == ["a", "b", "1", "2"]
+
+
 def test_a_small_curve_keeps_the_extremes_of_a_fast_oscillation():
     values = np.zeros(10_000)
     values[4321], values[8765] = 1.0, -1.0
@@ -63,10 +80,10 @@ def test_a_film_shows_itself_and_stands_for_its_path(tmp_path):
 def test_a_figure_of_chosen_readings_shows_itself(tmp_path):
     run = saved_run("porter_dry_friction")
     figure = run.plot("arm_angle", "rate of arm_angle")
-    assert [axes.texts[0].get_text() for axes in figure.axes] == ["arm angle, deg", "rate of arm angle, deg/s"]
+    assert [axes.texts[0].get_text() for axes in figure.axes] == ["Arm angle [deg]", "Rate of arm angle [deg/s]"]
     for axes, values in zip(figure.axes, (run.readings["arm_angle"], run.rates["arm_angle"]), strict=True):
         np.testing.assert_allclose(axes.lines[0].get_ydata(), np.degrees(values), rtol=1e-15)
-    assert figure.save_png(tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    assert figure.save(tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     assert figure._repr_png_().startswith(b"\x89PNG")
     with pytest.raises(MechanismError, match="Did you mean 'arm_angle'"):
         run.plot("arm_angel")
@@ -76,3 +93,38 @@ def test_a_study_shows_its_text():
     report = gm.crosscheck("slider_crank")
     page = parsed(report._repr_html_())
     assert "".join(page.itertext()) == str(report)
+
+
+def quantities_of(html):
+    """The cells of each row of a page, by the text of the first one."""
+    rows = ([("".join(cell.itertext()), cell) for cell in row] for row in parsed(html).iter("tr"))
+    return {row[0][0]: row for row in rows}
+
+
+def test_every_public_result_has_a_page():
+    """Exceptions, engines, clients of a cluster, builders and words have none."""
+    pages = ("_repr_html_", "_repr_png_", "_repr_mimebundle_")
+    without = {
+        name for name in gm.__all__ if inspect.isclass(owner := getattr(gm, name)) and not any(hasattr(owner, page) for page in pages)
+    }
+    exceptions = {name for name in without if issubclass(getattr(gm, name), Exception)}
+    assert without - exceptions <= {"ClusterClient", "Engine", "MechanismBuilder", "Outcome"}
+
+
+def test_a_result_shows_its_quantities():
+    equilibrium = gm.equilibria("porter")[0]
+    rows = quantities_of(equilibrium._repr_html_())
+    assert float(rows["readings: sleeve lift"][2][0]) == pytest.approx(equilibrium.readings["sleeve_lift"], rel=1e-5)  # six digits
+    motion = gm.kinematics("slider_crank", "crank_angle", np.linspace(0.0, 1.0, 11))
+    row = quantities_of(motion._repr_html_())["readings: crosshead distance"]
+    assert row[1][1].find(".//polyline") is not None
+    values = motion.readings["crosshead_distance"]
+    assert [float(text) for text in row[2][0].split(" to ")] == pytest.approx([values.min(), values.max()], rel=1e-5)
+    forces = quantities_of(gm.controlling_force("porter", points=20)._repr_html_())
+    assert forces["effort: speed change"][2][0] == "0.01"
+    assert quantities_of(gm.load("porter").mechanism._repr_html_())["bodies"][2][0] == "right ball, left ball, sleeve"
+
+
+def test_results_that_print_show_their_text():
+    for result in (gm.load("porter").describe(), gm.linearise("porter")):
+        assert "".join(parsed(result._repr_html_()).itertext()) == str(result)

@@ -16,7 +16,7 @@ def film_run(run: Trajectory, path: str | os.PathLike[str], **options: Any) -> F
     run
         The run.
     path
-        Path of the file: .gif or .mp4.
+        Path of the file: .gif or .mp4, or .html for an interactive page.
 
     Returns
     -------

@@ -33,11 +33,14 @@ def scene_html(scene: Scene) -> str:
 
 
 def _part_rows(part: DescribedPart, is_one_of_many: bool) -> Iterator[tuple[str, str]]:
-    """Yield what a part has, and the list of it in words; without the dimensions that are left out."""
+    """Yield what a part has, and the list of it in words: its dimensions without those that are left out, or else its bodies and joints."""
     end = f" of {part.name}" if is_one_of_many else ""
     dimensions = [f"{one.name} {one.text}" for one in part.dimensions if one.value is not None]
     effects = [f"{one.name} {one.text}".rstrip() for one in part.effects]
     if dimensions:
         yield f"dimensions{end}", ", ".join(dimensions)
+    else:
+        yield f"bodies{end}", ", ".join(part.bodies)
+        yield f"joints{end}", ", ".join(part.joints)
     if effects:
         yield f"effects{end}", ", ".join(effects)

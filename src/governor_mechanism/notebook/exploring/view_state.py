@@ -1,0 +1,82 @@
+"""What the pictures of a view show at one moment, and what a kind of view computes for them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.notebook.exploring.pose_drawing import PoseDrawing
+from governor_mechanism.notebook.exploring.sliders import Slider
+from governor_mechanism.statics.equilibria import Equilibrium
+from governor_mechanism.statics.speed_curve import SpeedCurve
+from governor_mechanism.types import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ViewState:
+    """State at one value of the variable that is dragged.
+
+    Attributes
+    ----------
+    value
+        Value of the variable, SI.
+    position
+        Leading coordinate of the shown pose, SI.
+    pose
+        The shown pose; shape (bodies, 3).
+    sentences
+        What it is, one sentence each.
+    problem
+        Why there is no equilibrium, so that the pose is an earlier one; empty if there is one.
+    equilibria
+        Equilibria, of which `equilibrium` is the shown one; None without any.
+    """
+
+    value: float
+    position: float
+    pose: FloatArray
+    sentences: tuple[str, ...]
+    problem: str = ""
+    equilibria: tuple[Equilibrium, ...] = ()
+    equilibrium: Equilibrium | None = None
+
+
+class View(Protocol):
+    """A mechanism whose pose follows one variable: the spindle speed, a coordinate, or time."""
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of one part that is shown."""
+
+    @property
+    def variable(self) -> Slider:
+        """The slider of the variable."""
+
+    @property
+    def drawing(self) -> PoseDrawing:
+        """Drawing over the whole travel."""
+
+    @property
+    def speed_curve(self) -> SpeedCurve | None:
+        """Equilibrium speed over the travel, if the pose follows the spindle speed."""
+
+    @property
+    def kinematics(self) -> Kinematics | None:
+        """The motion over the variable, if that is a coordinate or time."""
+
+    @property
+    def reading_choices(self) -> Mapping[str, str]:
+        """Readings that the plot can show over the variable, with their units; empty if it shows the speed curve."""
+
+    def with_scene(self, scene: Scene) -> "View":
+        """Return the view of a changed scene over the same range of the variable. Raise MechanismError if its geometry is impossible."""
+
+    def check_geometry(self, scene: Scene) -> object:
+        """Raise MechanismError if the geometry of a changed scene is impossible."""
+
+    def solve(self, value: float, last: ViewState | None) -> ViewState:
+        """Return the state at a value of the variable, near the last one."""
+
+    def plot(self, state: ViewState, reading: str, *, is_faded: bool) -> str:
+        """Return the picture of the curve with the state marked."""
