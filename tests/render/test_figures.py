@@ -7,12 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from PIL import Image
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.trajectory import Outcome
-from governor_mechanism.render.figures.time_series import readings_figure
+from governor_mechanism.render.figures.time_series import diagnostics_figure, readings_figure
 from governor_mechanism.render.number_format import format_numbers, format_rounded_up
 from render.stub_effects import ListedEvents
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
@@ -24,7 +25,7 @@ def porter():
 
 
 def test_a_figure_is_a_png_and_equal_for_equal_runs(tmp_path, porter):
-    first, second = (readings_figure(porter).save_png(tmp_path / name) for name in ("a.png", "b.png"))
+    first, second = (readings_figure(porter).save(tmp_path / name) for name in ("a.png", "b.png"))
     with Image.open(first) as image:
         assert image.format == "PNG"
         assert image.size[0] == 960
@@ -33,10 +34,40 @@ def test_a_figure_is_a_png_and_equal_for_equal_runs(tmp_path, porter):
 
 def test_every_reading_stands_in_everyday_units(porter):
     words = [text.get_text() for axes in readings_figure(porter).axes for text in axes.texts]
-    for label in ("arm angle, deg", "ball radius, mm", "sleeve lift, mm", "spindle speed, rpm", "spindle torque, N m"):
+    for label in ("Arm angle [deg]", "Ball radius [mm]", "Sleeve lift [mm]", "Spindle torque [N m]"):
         assert label in words
-    assert "widest joint gap, mm" in words
-    assert "energy drift, of the energy scale" in words
+
+
+def test_a_constant_reading_has_a_line_instead_of_a_panel_unless_it_is_chosen(porter):
+    steady = dataclasses.replace(porter, readings={**porter.readings, "spindle_speed": np.full(len(porter.times), 4 * np.pi)})
+    figure = readings_figure(steady)
+    assert len(figure.axes) == len(porter.readings) - 1
+    assert "constant: spindle speed 120 rpm" in [text.get_text() for text in figure.texts]
+    assert len(readings_figure(steady, ["spindle_speed"]).axes) == 1
+
+
+@pytest.mark.parametrize("theme", ["light", "dark", "transparent"])
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_every_theme_and_format_is_written_and_equal_figures_give_equal_files(tmp_path, porter, theme, ending):
+    figure = readings_figure(porter, ["arm_angle"])
+    before = tmp_path / "before.png", tmp_path / "after.png"
+    figure.save(before[0])
+    first, second = (figure.save(tmp_path / f"{name}.{ending}", theme=theme).read_bytes() for name in ("a", "b"))
+    figure.save(before[1])  # a theme leaves the figure as it was
+    assert first == second
+    assert before[0].read_bytes() == before[1].read_bytes()
+    assert first.startswith({"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending])
+
+
+def test_a_dark_figure_has_a_dark_ground_and_a_transparent_one_none(tmp_path, porter):
+    figure = readings_figure(porter, ["arm_angle"])
+    for theme, is_as_expected in {
+        "light": lambda pixel: min(pixel[:3]) > 240 and pixel[3] == 255,
+        "dark": lambda pixel: max(pixel[:3]) < 40 and pixel[3] == 255,
+        "transparent": lambda pixel: pixel[3] == 0,
+    }.items():
+        with Image.open(figure.save(tmp_path / f"{theme}.png", theme=theme)) as image:
+            assert is_as_expected(image.convert("RGBA").getpixel((2, 2))), theme
 
 
 def test_curves_hold_the_readings(porter):
@@ -47,17 +78,21 @@ def test_curves_hold_the_readings(porter):
 def test_an_exact_run_can_be_drawn_on_logarithmic_axes(tmp_path, porter):
     nothing = np.zeros(len(porter.times))
     exact = dataclasses.replace(porter, joint_gap=nothing, energy=dataclasses.replace(porter.energy, jacobi=nothing))
-    assert readings_figure(exact).save_png(tmp_path / "a.png").exists()
-    last = readings_figure(exact).axes[-2:]
-    assert all("zero to rounding" in [text.get_text() for text in axes.texts] for axes in last)
+    figure = diagnostics_figure(exact)
+    assert figure.save(tmp_path / "a.png").exists()
+    assert len(figure.axes) == 2
+    assert all("zero to rounding" in [text.get_text() for text in axes.texts] for axes in figure.axes)
+    words = [text.get_text() for axes in diagnostics_figure(porter).axes for text in axes.texts]
+    assert "Widest joint gap [mm]" in words
+    assert "Energy drift, relative to the energy scale" in words
 
 
 def test_rounding_noise_is_a_flat_line_and_no_factor_is_printed_over_a_heading(porter):
     noise = 1e-17 * np.sin(50 * porter.times)
     rest = dataclasses.replace(porter, readings={**porter.readings, "spindle_torque": noise})
-    figure = readings_figure(rest)
+    figure = readings_figure(rest, ["spindle_torque"])
     FigureCanvasAgg(figure).draw()
-    torque = figure.axes[list(rest.readings).index("spindle_torque")]
+    (torque,) = figure.axes
     low, high = torque.get_ylim()
     assert high - low > 1e6 * np.ptp(noise)
     assert all(axes.yaxis.get_offset_text().get_text() == "" for axes in figure.axes)
@@ -86,7 +121,7 @@ def test_a_run_of_one_report_can_be_drawn(tmp_path):
         joint_gap=run.joint_gap[:1],
         energy=energy,
     )
-    assert readings_figure(one).save_png(tmp_path / "a.png").exists()
+    assert readings_figure(one).save(tmp_path / "a.png").exists()
 
 
 def happening(run, count):
@@ -107,7 +142,6 @@ def test_few_events_are_marked_by_a_line_each_and_named(porter):
     assert {kind: len(lines) for kind, lines in marks.items()} == {"sticks": 3, "slips": 2, "strikes its stop": 2}
     np.testing.assert_allclose(marks["slips"][:, 0, 0], 0.01 + 1.9 * np.array([1, 4]) / 7)
     assert np.ptp(marks["slips"][0][:, 1]) == 1.0
-    assert not marks_of(figure.axes[-1])
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["sticks (3)", "slips (2)", "strikes its stop (2)"]
     renderer = FigureCanvasAgg(figure).get_renderer()
@@ -124,10 +158,18 @@ def test_named_crossings_are_marked_by_their_names(porter):
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["lowered (3)", "lifted (2)"]
 
 
-def test_many_events_are_a_rug_of_ticks(porter):
+def test_many_events_stand_in_a_strip_with_a_row_for_each_kind(porter):
     figure = readings_figure(happening(porter, 90))
-    assert all(np.ptp(line[:, 1]) < 0.2 for lines in marks_of(figure.axes[2]).values() for line in lines)
-    assert sum(len(lines) for lines in marks_of(figure.axes[2]).values()) == 90
+    assert not any(marks_of(axes) for axes in figure.axes[:-1])
+    strip = figure.axes[-1]
+    assert {kind: len(lines) for kind, lines in marks_of(strip).items()} == {"sticks": 30, "slips": 30, "strikes its stop": 30}
+    assert [label.get_text() for label in strip.get_yticklabels()] == ["sticks (30)", "slips (30)", "strikes its stop (30)"]
+    assert not figure.legends
+
+
+def test_turning_points_are_not_marked(porter):
+    events = tuple(Event(time=0.1 * k, kind=EventKind.TURNING_POINT, subject="arm_angle") for k in range(1, 6))
+    assert not readings_figure(dataclasses.replace(porter, deferred_results=ListedEvents(events))).legends
 
 
 def test_a_run_without_events_has_no_line_on_them(porter):
@@ -137,22 +179,24 @@ def test_a_run_without_events_has_no_line_on_them(porter):
 
 
 def test_an_exception_leaves_no_file(tmp_path, porter, monkeypatch):
-    def fail(canvas, path, metadata):
+    def fail(figure, path, **options):
         with open(path, "wb") as file:
             file.write(b"half")
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(FigureCanvasAgg, "print_png", fail)
+    monkeypatch.setattr(Figure, "savefig", fail)
     with pytest.raises(KeyboardInterrupt):
-        readings_figure(porter).save_png(tmp_path / "a.png")
+        readings_figure(porter).save(tmp_path / "a.png")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_wrong_names_and_empty_runs_are_refused(tmp_path, porter):
-    with pytest.raises(MechanismError, match=r"must end in \.png"):
-        readings_figure(porter).save_png(tmp_path / "a.jpg")
+    with pytest.raises(MechanismError, match=r"must end in one of \.png, \.svg, \.pdf; got 'a\.jpg'"):
+        readings_figure(porter).save(tmp_path / "a.jpg")
+    with pytest.raises(MechanismError, match="theme must be one of light, dark, transparent; got 'sepia'"):
+        readings_figure(porter).save(tmp_path / "a.png", theme="sepia")
     with pytest.raises(MechanismError, match="no reported time"):
-        readings_figure(dataclasses.replace(porter, times=porter.times[:0])).save_png(tmp_path / "a.png")
+        readings_figure(dataclasses.replace(porter, times=porter.times[:0])).save(tmp_path / "a.png")
 
 
 @pytest.mark.parametrize(("error", "words"), [(3e-7, "3e-07"), (3.01e-7, "4e-07"), (9.9e-4, "1e-03"), (0.0, "0e+00")])

@@ -1,6 +1,7 @@
 """What the commands share: options, output folder, messages, JSON, progress, interrupts, exit status."""
 
 import functools
+import inspect
 import os
 import signal
 import sys
@@ -17,14 +18,15 @@ import typer
 from governor_mechanism.cli.completion import complete_scene
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.files.plain_values import format_json
+from governor_mechanism.render.figure_files import FigureFiles, FigureFormat, Theme
 
 SceneName = Annotated[
     str, typer.Argument(metavar="SCENE", help="A scene file (TOML), or the name of a shipped scene.", autocompletion=complete_scene)
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object to standard output, and nothing else.")]
 Accuracy = Annotated[float | None, typer.Option(help="Accuracy relative to the scale of each reading; by default the one of the scene.")]
-FigureFolder = Annotated[Path, typer.Option(help="Folder for the figures.")]
-NoFigure = Annotated[bool, typer.Option("--no-figure", help="Draw no figure.")]
+_FIGURES = "figures"
+"""Name of the parameter of a command that stands for the options of figures."""
 
 RESULTS_FOLDER = Path("results")
 """Folder for all results without the option --out."""
@@ -33,6 +35,15 @@ EXIT_OK, EXIT_FAILED, EXIT_BAD_INPUT, EXIT_INTERRUPTED = 0, 1, 2, 130
 
 INTERRUPT_REPEAT_INTERVAL = 1.0
 """Time after which a swallowed interrupt is raised again, s; long enough to delete a half-written file."""
+
+
+_FIGURE_OPTIONS = (
+    ("out", Path, typer.Option(help="Folder for the results."), RESULTS_FOLDER),
+    ("no_figure", bool, typer.Option("--no-figure", help="Draw no figure."), False),
+    ("figure_formats", list[FigureFormat] | None, typer.Option("--format", help="Format of the figures. Repeatable. [png]"), None),
+    ("theme", Theme, typer.Option(help="Colours of the figures."), Theme.LIGHT),
+)
+"""Options of a command with a parameter `figures`: name, type, option, default."""
 
 
 class CommandExit(SystemExit):
@@ -67,7 +78,8 @@ def guarded_command(command: Callable[..., CommandResult]) -> Callable[..., None
     Parameters
     ----------
     command
-        Function that returns its result. An option `as_json` selects how it is printed.
+        Function that returns its result. An option `as_json` selects how it is printed. A parameter `figures` (FigureFiles) stands for
+        the options of folder, formats and theme.
 
     Returns
     -------
@@ -79,6 +91,8 @@ def guarded_command(command: Callable[..., CommandResult]) -> Callable[..., None
     def guarded(*args: Any, **options: Any) -> None:
         """Run the command, print its result and end with its exit status."""
         as_json = bool(options.get("as_json"))
+        if has_figures:
+            options = _gather_figure_options(options)
         interrupt_handler = InterruptHandler()
         try:
             with interrupt_handler:
@@ -87,7 +101,35 @@ def guarded_command(command: Callable[..., CommandResult]) -> Callable[..., None
             status = interrupt_handler.report() if interrupt_handler.was_interrupted else _report_failure(error, as_json=as_json)
         raise CommandExit(status)
 
+    parameters = inspect.signature(command, eval_str=True).parameters
+    has_figures = _FIGURES in parameters
+    if has_figures:
+        _declare_figure_options(guarded, parameters)
     return guarded
+
+
+def _declare_figure_options(command: Any, parameters: Mapping[str, inspect.Parameter]) -> None:
+    """Give a command the options of figures in the place of its parameter `figures`."""
+    keyword = inspect.Parameter.KEYWORD_ONLY
+    declared = list[inspect.Parameter]()
+    for parameter in parameters.values():
+        if parameter.name == _FIGURES:
+            declared += [
+                inspect.Parameter(name, keyword, default=default, annotation=Annotated[kind, option])
+                for name, kind, option, default in _FIGURE_OPTIONS
+            ]
+        else:
+            declared.append(parameter.replace(kind=keyword))
+    command.__signature__ = inspect.Signature(declared)
+    command.__annotations__ = {parameter.name: parameter.annotation for parameter in declared}
+
+
+def _gather_figure_options(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options of a command with `figures` in the place of theirs."""
+    formats = () if options["no_figure"] else tuple(options["figure_formats"] or (FigureFormat.PNG,))
+    figures = FigureFiles(folder=options["out"], formats=formats, theme=options["theme"])
+    names = {name for name, *_ in _FIGURE_OPTIONS}
+    return {**{name: value for name, value in options.items() if name not in names}, _FIGURES: figures}
 
 
 def _print_result(result: CommandResult, *, as_json: bool) -> int:

@@ -81,7 +81,7 @@ def report_controlling_force(
     """
     is_asked_for = working_range is not None or speed_change is not None
     options: dict[str, Any] = {
-        "between": None if working_range is None else _parse_range(working_range),
+        "between": None if working_range is None else parse_range(working_range),
         "speed_change": DEFAULT_SPEED_CHANGE if speed_change is None else speed_change,
         "resistance": resistance,
         "against": against,
@@ -97,7 +97,8 @@ def report_controlling_force(
     return ControllingForceReport(scene=scene, curve=curve, at_equilibria=points)
 
 
-def _parse_range(text: str) -> Mapping[str, tuple[float | str, float | str]]:
+def parse_range(text: str) -> Mapping[str, tuple[float | str, float | str]]:
+    """Return both values of a working range "READING=LOW:HIGH" by its reading; raise MechanismError for another text."""
     name, equals, values = text.partition("=")
     low, colon, high = values.partition(":")
     if not (equals and colon and name.strip() and low.strip() and high.strip()) or ":" in high:

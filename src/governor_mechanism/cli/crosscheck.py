@@ -13,6 +13,7 @@ import governor_mechanism as gm
 from governor_mechanism.cli import console
 from governor_mechanism.cli.changed_scene import Changes, load_changed
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.render.figure_files import FigureFiles
 
 if TYPE_CHECKING:
     from governor_mechanism.verification.kernel_report import KernelReport
@@ -48,8 +49,8 @@ def crosscheck(
         bool, typer.Option("--list", help="Print the quantities of the scene with their inputs, arguments and units, and compare nothing.")
     ] = False,
     junit: Annotated[Path | None, typer.Option(help="Write a JUnit file for continuous integration.")] = None,
-    out: Annotated[Path, typer.Option(help="Folder for the figure and the record (JSON) of a kernel.")] = console.RESULTS_FOLDER,
-    no_figure: console.NoFigure = False,
+    *,
+    figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Compare a scene with its closed forms, or with a kernel of your own. The exit status is 1 if one disagrees."""
@@ -69,7 +70,7 @@ def crosscheck(
         return console.CommandResult(text=[report], values=report.as_json(), files=_write_junit(report, junit) or None, ok=report.passed)
     from governor_mechanism.verification.kernel_files import load_kernel
 
-    console.prepare_folder(out)
+    console.prepare_folder(figures.folder)
     function = load_kernel(kernel)
     with console.show_status("simulating"):
         kernel_report = gm.crosscheck(
@@ -86,7 +87,7 @@ def crosscheck(
         )
     name = re.sub(r"\W+", "_", f"{kernel_report.quantity}_{kernel.rpartition(':')[2]}")
     stem = f"{Path(loaded_scene.source).stem or 'scene'}_{name}"
-    files = _write_record(kernel_report, out / stem, no_figure=no_figure) + _write_junit(kernel_report, junit)
+    files = _write_record(kernel_report, figures, stem) + _write_junit(kernel_report, junit)
     return console.CommandResult(text=[kernel_report], values=kernel_report.as_json(), files=files, ok=kernel_report.passed)
 
 
@@ -103,15 +104,15 @@ def _parse_pairs(pairs: Sequence[str] | None, option: str, example: str) -> dict
     return parsed
 
 
-def _write_record(report: KernelReport, stem: Path, *, no_figure: bool) -> list[Path]:
+def _write_record(report: KernelReport, figures: FigureFiles, stem: str) -> list[Path]:
     """Write the record and the figure of a kernel; return their paths."""
     from governor_mechanism.files.plain_values import save_json
 
-    files = [save_json(report.as_json(), stem.with_name(f"{stem.name}.json"))]
-    if not no_figure and len(report.rows) > 1:  # a single comparison has no curve
+    files = [save_json(report.as_json(), figures.folder / f"{stem}.json")]
+    if figures.formats and len(report.rows) > 1:  # a single comparison has no curve
         from governor_mechanism.render.figures.kernel_errors import kernel_errors_figure
 
-        files.append(kernel_errors_figure(report).save_png(stem.with_name(f"{stem.name}.png")))
+        files += figures.save(kernel_errors_figure(report), stem)
     return files
 
 

@@ -15,13 +15,16 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 import typer
 
 from governor_mechanism.cli import console
+from governor_mechanism.render.figure_files import FigureFiles
 
 if TYPE_CHECKING:
     from governor_mechanism.studies.hartung.design import HartungDesign
+    from governor_mechanism.studies.pendulum.results import PendulumDesign
+    from governor_mechanism.studies.pendulum.simulation import SimulatedDesign
 
 _Inputs = TypeVar("_Inputs")
 
-_OPTIONS = ("--with", "--out", "--no-figure", "--json", "--help")
+_OPTIONS = ("--with", "--out", "--no-figure", "--format", "--theme", "--json", "--help")
 """Options of the command, for a misspelt one."""
 
 
@@ -31,6 +34,8 @@ class DesignTarget(StrEnum):
     HARTUNG = "hartung"
     FLYWHEEL = "flywheel"
     GOVERNED_ENGINE = "governed-engine"
+    PENDULUM = "pendulum"
+    HARTNELL = "hartnell"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,8 +61,8 @@ def design(
             "--with", help='An input that replaces the one of the paper, for example "wire=14 mm"; also --wire "14 mm". Repeatable.'
         ),
     ] = None,
-    out: console.FigureFolder = console.RESULTS_FOLDER,
-    no_figure: console.NoFigure = False,
+    *,
+    figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Design a machine by the procedure of its paper.
@@ -70,17 +75,25 @@ def design(
     governed-engine: cylinder, flywheel, Porter governor, throttle rod and dashpot for a power, a speed and a droop. The engine is then
     simulated while its load falls to the half, and a scene file written: --power "20 PS" --speed "120 rpm" --droop 4%.
 
+    pendulum: masses, arms, suspension and limits of speed of a Porter, Watt or improved Watt governor by Zehnder's steps I to VIII. Statics
+    and a run of the scene that is written stand beside the wanted numbers: --kind watt --lowest-speed "60 rpm" --highest-speed "63 rpm".
+
+    hartnell: the spring of a Hartnell governor for two speeds, by the textbooks' formula and by exact statics, beside the simulated speeds
+    at both ends of the lift, and a scene file: --lowest-speed "290 rpm" --highest-speed "310 rpm" --lift "15 mm".
+
     Every input may be given as an option of its name. Writes figures. With the inputs of the paper, the printed numbers are compared with
     the recomputed ones and misprints are marked.
     """
-    console.prepare_folder(out)
+    console.prepare_folder(figures.folder)
     design_machine = {
         DesignTarget.HARTUNG: _design_hartung,
         DesignTarget.FLYWHEEL: _design_flywheel,
         DesignTarget.GOVERNED_ENGINE: _design_governed_engine,
+        DesignTarget.PENDULUM: _design_pendulum,
+        DesignTarget.HARTNELL: _design_hartnell,
     }[machine]
     given = GivenInputs(changes or (), parse_input_options(context.args))
-    result, warnings = design_machine(given, out, with_figure=not no_figure)
+    result, warnings = design_machine(given, figures)
     if as_json:
         for warning in warnings:  # the text output contains them
             console.print_to_stderr(warning)
@@ -123,7 +136,7 @@ def parse_input_options(words: Sequence[str]) -> dict[str, str]:
     return values
 
 
-def _design_hartung(given: GivenInputs, out: Path, *, with_figure: bool) -> tuple[console.CommandResult, tuple[str, ...]]:
+def _design_hartung(given: GivenInputs, figures: FigureFiles) -> tuple[console.CommandResult, tuple[str, ...]]:
     from governor_mechanism.studies.hartung.design import design_hartung
     from governor_mechanism.studies.hartung.inputs import PAPER_INPUTS
     from governor_mechanism.studies.hartung.paper_comparison import compare_with_paper
@@ -132,9 +145,9 @@ def _design_hartung(given: GivenInputs, out: Path, *, with_figure: bool) -> tupl
     is_paper_design = inputs == PAPER_INPUTS
     with console.show_status("designing"):
         hartung_design = design_hartung(inputs)
-        files = [_write_hartung_scene(hartung_design, out)]
-        if with_figure:
-            files += _write_hartung_figures(hartung_design, out, is_paper_design=is_paper_design)
+        files = [_write_hartung_scene(hartung_design, figures.folder)]
+        if figures.formats:
+            files += _write_hartung_figures(hartung_design, figures, is_paper_design=is_paper_design)
     values: dict[str, object] = {"design": hartung_design.as_json()}
     text = hartung_design.summary_lines()
     if is_paper_design:
@@ -161,7 +174,7 @@ def _write_scene(document: Mapping[str, Any], comment: str, path: Path) -> Path:
     return path
 
 
-def _write_hartung_figures(hartung_design: HartungDesign, out: Path, *, is_paper_design: bool) -> list[Path]:
+def _write_hartung_figures(hartung_design: HartungDesign, figures: FigureFiles, *, is_paper_design: bool) -> list[Path]:
     """Draw the spring lines and the spread of the sleeve force; with the inputs of the paper, its spring lines at 132 deg."""
     from governor_mechanism.render.figures.hartung.design import sleeve_force_figure, spring_lines_figure
     from governor_mechanism.studies.hartung.design import design_hartung
@@ -169,13 +182,11 @@ def _write_hartung_figures(hartung_design: HartungDesign, out: Path, *, is_paper
     drawn_design = hartung_design
     if is_paper_design:
         drawn_design = design_hartung(dataclasses.replace(hartung_design.inputs, angle=math.radians(132), sleeve_arm=0.170))
-    return [
-        spring_lines_figure(drawn_design, with_printed_points=is_paper_design).save_png(out / "hartung_spring_lines.png"),
-        sleeve_force_figure(hartung_design).save_png(out / "hartung_sleeve_force.png"),
-    ]
+    spring_lines = spring_lines_figure(drawn_design, with_printed_points=is_paper_design)
+    return figures.save(spring_lines, "hartung_spring_lines") + figures.save(sleeve_force_figure(hartung_design), "hartung_sleeve_force")
 
 
-def _design_flywheel(given: GivenInputs, out: Path, *, with_figure: bool) -> tuple[console.CommandResult, tuple[str, ...]]:
+def _design_flywheel(given: GivenInputs, figures: FigureFiles) -> tuple[console.CommandResult, tuple[str, ...]]:
     from governor_mechanism.studies.flywheel.design import design_flywheel
     from governor_mechanism.studies.flywheel.inputs import PAPER_INPUTS
     from governor_mechanism.studies.flywheel.paper_comparison import compare_with_paper
@@ -187,12 +198,14 @@ def _design_flywheel(given: GivenInputs, out: Path, *, with_figure: bool) -> tup
     with console.show_status("simulating"):
         simulated = simulate_wheels(flywheel_design, comparison)
     comment = "The engine of `design flywheel` with its flywheel, under the load that closes the cycle; Redtenbacher, 1853."
-    files = [_write_scene(export_scene_document(flywheel_design, flywheel_design.inertia), comment, out / "flywheel_design.toml")]
-    if with_figure:
+    files = [
+        _write_scene(export_scene_document(flywheel_design, flywheel_design.inertia), comment, figures.folder / "flywheel_design.toml")
+    ]
+    if figures.formats:
         from governor_mechanism.render.figures.flywheel.design import draw_flywheel_plate
 
         with console.show_status("drawing"):
-            files.append(draw_flywheel_plate(flywheel_design, simulated, comparison).save_png(out / "flywheel_design.png"))
+            files += figures.save(draw_flywheel_plate(flywheel_design, simulated, comparison), "flywheel_design")
     values: dict[str, object] = {"design": flywheel_design.as_json(), "simulated": [wheel.as_json() for wheel in simulated]}
     text = [*flywheel_design.summary_lines(), f"\n{format_simulated_wheels(simulated)}"]
     if comparison is not None:
@@ -201,7 +214,7 @@ def _design_flywheel(given: GivenInputs, out: Path, *, with_figure: bool) -> tup
     return console.CommandResult(text=text, values=values, files=files), flywheel_design.warnings
 
 
-def _design_governed_engine(given: GivenInputs, out: Path, *, with_figure: bool) -> tuple[console.CommandResult, tuple[str, ...]]:
+def _design_governed_engine(given: GivenInputs, figures: FigureFiles) -> tuple[console.CommandResult, tuple[str, ...]]:
     from governor_mechanism.studies.governed_engine.design import design_governed_engine
     from governor_mechanism.studies.governed_engine.inputs import DEFAULT_INPUTS
     from governor_mechanism.studies.governed_engine.simulation import simulate_design
@@ -213,12 +226,70 @@ def _design_governed_engine(given: GivenInputs, out: Path, *, with_figure: bool)
         "The engine of `design governed-engine` under its governor; the load falls to the half.\n"
         "The resistance at the sleeve is left out: add dry_friction to the effects of the governor."
     )
-    files = [_write_scene(engine_design.scene_document, comment, out / "governed_engine_design.toml")]
-    if with_figure:
+    files = [_write_scene(engine_design.scene_document, comment, figures.folder / "governed_engine_design.toml")]
+    if figures.formats:
         from governor_mechanism.render.figures.governed_engine_design import governed_engine_figure
 
         with console.show_status("drawing"):
-            files.append(governed_engine_figure(engine_design, simulated).save_png(out / "governed_engine_design.png"))
+            files += figures.save(governed_engine_figure(engine_design, simulated), "governed_engine_design")
     values = {"design": engine_design.as_json(), "simulated": simulated.as_json()}
     text = [*engine_design.summary_lines(), f"\n{simulated}"]
     return console.CommandResult(text=text, values=values, files=files, ok=simulated.ok), engine_design.warnings
+
+
+def _design_pendulum(given: GivenInputs, figures: FigureFiles) -> tuple[console.CommandResult, tuple[str, ...]]:
+    from governor_mechanism.studies.pendulum.design import design_pendulum
+    from governor_mechanism.studies.pendulum.inputs import DEFAULT_INPUTS
+    from governor_mechanism.studies.pendulum.misprints import find_misprints
+    from governor_mechanism.studies.pendulum.simulation import simulate_design
+
+    pendulum_design = design_pendulum(given.replace(DEFAULT_INPUTS))
+    with console.show_status("simulating"):
+        simulated = simulate_design(pendulum_design)
+    comment = (
+        "A pendulum governor, designed by steps I to VIII of L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14.\n"
+        "Its resistance holds it half way up until the rising speed leaves the band of insensitivity."
+    )
+    files = [_write_scene(pendulum_design.scene_document, comment, figures.folder / "pendulum_design.toml")]
+    if figures.formats:
+        with console.show_status("drawing"):
+            files += _write_pendulum_figures(pendulum_design, simulated, figures)
+    misprints = find_misprints(pendulum_design)
+    values = {"design": pendulum_design.as_json(), "simulated": simulated.as_json(), "misprints": misprints}
+    text = [pendulum_design, f"\n{simulated}\n", *misprints]
+    return console.CommandResult(text=text, values=values, files=files, ok=simulated.ok), pendulum_design.warnings
+
+
+def _write_pendulum_figures(pendulum_design: PendulumDesign, simulated: SimulatedDesign, figures: FigureFiles) -> list[Path]:
+    """Draw the design, and if its path osculates a parabola Zehnder's plate of them, which then starts in the lowest position."""
+    from governor_mechanism.render.figures.parabolic.isochronous_data import has_isochronous_parabolas
+    from governor_mechanism.render.figures.parabolic.isochronous_plate import isochronous_figure
+    from governor_mechanism.render.figures.pendulum_design import pendulum_figure
+
+    files = figures.save(pendulum_figure(pendulum_design, simulated), "pendulum_design")
+    if pendulum_design.is_osculating and has_isochronous_parabolas(pendulum_design.scene):
+        files += figures.save(isochronous_figure(pendulum_design.scene), "pendulum_design_parabolas")
+    return files
+
+
+def _design_hartnell(given: GivenInputs, figures: FigureFiles) -> tuple[console.CommandResult, tuple[str, ...]]:
+    from governor_mechanism.studies.hartnell.design import design_hartnell
+    from governor_mechanism.studies.hartnell.inputs import DEFAULT_INPUTS
+    from governor_mechanism.studies.hartnell.simulation import simulate_design
+
+    hartnell_design = design_hartnell(given.replace(DEFAULT_INPUTS))
+    with console.show_status("simulating"):
+        simulated = simulate_design(hartnell_design)
+    comment = (
+        "A Hartnell governor with the spring of `design hartnell`: exact statics, with the weight of the balls.\n"
+        "The dashpot and the steps of the speed are not part of the design."
+    )
+    files = [_write_scene(hartnell_design.scene_document, comment, figures.folder / "hartnell_design.toml")]
+    if figures.formats:
+        from governor_mechanism.render.figures.hartnell_design import hartnell_figure
+
+        with console.show_status("drawing"):
+            files += figures.save(hartnell_figure(hartnell_design), "hartnell_design")
+    values = {"design": hartnell_design.as_json(), "simulated": simulated.as_json()}
+    text = [hartnell_design, f"\n{simulated}"]
+    return console.CommandResult(text=text, values=values, files=files, ok=simulated.ok), hartnell_design.warnings

@@ -16,12 +16,14 @@ import typer
 import governor_mechanism as gm
 from governor_mechanism.cli import console
 from governor_mechanism.cli.changed_scene import Changes, load_changed
+from governor_mechanism.cli.compare import compare
 from governor_mechanism.cli.crosscheck import crosscheck
 from governor_mechanism.cli.design import design
 from governor_mechanism.cli.regulation import regulation_app
 from governor_mechanism.cli.run import run
 from governor_mechanism.cli.scenes import describe, init, models, schema
 from governor_mechanism.cli.studies import accuracy, effects, hard_cases, sweep, valve_gears
+from governor_mechanism.render.figure_files import FigureFiles
 
 if TYPE_CHECKING:
     from governor_mechanism.cli.summary import EquilibriaReport
@@ -96,8 +98,8 @@ def equilibria(
         typer.Option("--linearise", help="Instead: eigenvalues and modes with all dampers, about each equilibrium or steady rotation."),
     ] = False,
     limit: Annotated[str | None, typer.Option(help='Instead: the value of a key at which stability ends, "KEY=LOW:HIGH".')] = None,
-    out: console.FigureFolder = console.RESULTS_FOLDER,
-    no_figure: console.NoFigure = False,
+    *,
+    figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Find all equilibria at a speed and their stability; draw the speed curve and the controlling force."""
@@ -109,13 +111,13 @@ def equilibria(
     if linearise or limit is not None:
         with console.show_status("linearising"):
             return report_linearisation(loaded_scene, spindle_speed, limit)
-    console.prepare_folder(out)
+    console.prepare_folder(figures.folder)
     report = report_equilibria(loaded_scene, spindle_speed, resistance, against, working_range, speed_change)
-    files = [] if no_figure or report.curve is None else _write_speed_curve_figures(report, report.curve, out)
+    files = _write_speed_curve_figures(report, report.curve, figures) if figures.formats and report.curve else []
     return console.CommandResult(text=[report.scene.title, *report.lines()], values=report.as_json(), files=files)
 
 
-def _write_speed_curve_figures(report: EquilibriaReport, curve: SpeedCurve, out: Path) -> list[Path]:
+def _write_speed_curve_figures(report: EquilibriaReport, curve: SpeedCurve, figures: FigureFiles) -> list[Path]:
     """Draw the speed curve, the controlling force if there are balls, and Zehnder's plate for the governors that it covers."""
     from governor_mechanism.render.figures.controlling_force import controlling_force_figure
     from governor_mechanism.render.figures.parabolic.isochronous_data import has_isochronous_parabolas
@@ -124,16 +126,16 @@ def _write_speed_curve_figures(report: EquilibriaReport, curve: SpeedCurve, out:
 
     scene, stem = report.scene, Path(report.scene.source).stem
     points = [equilibrium for equilibrium, _ in report.points]
-    files = [speed_curve_figure(scene, curve, points).save_png(out / f"{stem}_characteristic.png")]
+    files = figures.save(speed_curve_figure(scene, curve, points), f"{stem}_characteristic")
     forces = report.controlling_force.curve if report.controlling_force else None
     if forces is not None:
-        files.append(controlling_force_figure(scene, forces, points).save_png(out / f"{stem}_controlling_force.png"))
+        files += figures.save(controlling_force_figure(scene, forces, points), f"{stem}_controlling_force")
     if has_isochronous_parabolas(scene):
-        files.append(isochronous_figure(scene).save_png(out / f"{stem}_parabolas.png"))
+        files += figures.save(isochronous_figure(scene), f"{stem}_parabolas")
     return files
 
 
-for command in (models, init, describe, schema, run, crosscheck, equilibria, accuracy, effects, sweep, hard_cases, valve_gears):
+for command in (models, init, describe, schema, run, compare, crosscheck, equilibria, accuracy, effects, sweep, hard_cases, valve_gears):
     app.command(short_help=console.first_sentence(command))(console.guarded_command(command))
 # Inputs of a design may be options of their own; `design` answers a misspelt one.
 _ANY_OPTIONS = {"allow_extra_args": True, "ignore_unknown_options": True}

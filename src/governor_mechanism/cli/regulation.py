@@ -14,6 +14,7 @@ import typer
 import governor_mechanism as gm
 from governor_mechanism.cli import console
 from governor_mechanism.cli.changed_scene import Changes, load_changed
+from governor_mechanism.render.figure_files import FigureFiles
 
 if TYPE_CHECKING:
     from governor_mechanism.types import FloatArray
@@ -21,46 +22,38 @@ if TYPE_CHECKING:
 StudiedScene = Annotated[str, typer.Argument(metavar="[SCENE]", help="A scene file or a shipped scene; by default the one of the study.")]
 
 
-def cyclic(
-    scene: StudiedScene = "", out: console.FigureFolder = console.RESULTS_FOLDER, as_json: console.AsJson = False
-) -> console.CommandResult:
+def cyclic(scene: StudiedScene = "", *, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
     """Find the amplitude of the cyclic sleeve motion against the speed fluctuation."""
     from governor_mechanism.render.figures.regulation import cyclic_figure
     from governor_mechanism.studies.regulation.cyclic_irregularity import FLUCTUATION_RATIOS, study_cyclic_motion
 
-    return _study("cyclic", [scene or "porter_cyclic"], study_cyclic_motion, FLUCTUATION_RATIOS, _of_first(cyclic_figure), out)
+    return _study("cyclic", [scene or "porter_cyclic"], study_cyclic_motion, FLUCTUATION_RATIOS, _of_first(cyclic_figure), figures)
 
 
-def clearance(
-    scene: StudiedScene = "", out: console.FigureFolder = console.RESULTS_FOLDER, as_json: console.AsJson = False
-) -> console.CommandResult:
+def clearance(scene: StudiedScene = "", *, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
     """Find the amplitude of the cyclic sleeve motion against the clearance."""
     from governor_mechanism.render.figures.regulation import clearance_figure
     from governor_mechanism.studies.regulation.cyclic_irregularity import CLEARANCES, study_clearance
 
     scenes = [scene] if scene else ["porter_clearance", "watt_clearance"]
-    return _study("clearance", scenes, study_clearance, CLEARANCES, clearance_figure, out)
+    return _study("clearance", scenes, study_clearance, CLEARANCES, clearance_figure, figures)
 
 
-def settling(
-    scene: StudiedScene = "", out: console.FigureFolder = console.RESULTS_FOLDER, as_json: console.AsJson = False
-) -> console.CommandResult:
+def settling(scene: StudiedScene = "", *, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
     """Find the settling time against the damping."""
     from governor_mechanism.render.figures.regulation import settling_figure
     from governor_mechanism.studies.regulation.settling_time import DAMPING_COEFFICIENTS, study_settling
 
     scenes = [scene or "porter_load_step"]
-    return _study("settling", scenes, study_settling, DAMPING_COEFFICIENTS, _of_first(settling_figure), out)
+    return _study("settling", scenes, study_settling, DAMPING_COEFFICIENTS, _of_first(settling_figure), figures)
 
 
-def jump(
-    scene: StudiedScene = "", out: console.FigureFolder = console.RESULTS_FOLDER, as_json: console.AsJson = False
-) -> console.CommandResult:
+def jump(scene: StudiedScene = "", *, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
     """Find the delay of the jump at a fold against the ramp rate of the speed."""
     from governor_mechanism.render.figures.regulation import fold_jump_figure
     from governor_mechanism.studies.regulation.fold_jump import RAMP_RATES, study_fold_jump
 
-    return _study("jump", [scene or "watt_improved"], study_fold_jump, RAMP_RATES, _of_first(fold_jump_figure), out)
+    return _study("jump", [scene or "watt_improved"], study_fold_jump, RAMP_RATES, _of_first(fold_jump_figure), figures)
 
 
 def _of_first(draw_figure: Callable[[Any], Any]) -> Callable[[Sequence[Any]], Any]:
@@ -69,18 +62,23 @@ def _of_first(draw_figure: Callable[[Any], Any]) -> Callable[[Sequence[Any]], An
 
 
 def _study(
-    name: str, scenes: Sequence[str], make_study: Callable[..., Any], values: FloatArray, draw_figure: Callable[..., Any], out: Path
+    name: str,
+    scenes: Sequence[str],
+    make_study: Callable[..., Any],
+    values: FloatArray,
+    draw_figure: Callable[..., Any],
+    figures: FigureFiles,
 ) -> console.CommandResult:
     """Make a study of the governor of each scene, and draw all results."""
     from governor_mechanism.engines.rotating_part import rotating_part_alone
 
-    console.prepare_folder(out)
-    path = out / f"{name}.png"
+    console.prepare_folder(figures.folder)
     with console.show_status("running"):
         results = [make_study(rotating_part_alone(gm.load(scene)), values) for scene in scenes]
-        draw_figure(results).save_png(path)
+        files = figures.save(draw_figure(results), name) if figures.formats else []
     conclusions = [result.conclusion for result in results]
-    return console.CommandResult(text=conclusions, values={"study": name, "conclusions": conclusions}, files=[path])
+    record = {"study": name, "conclusions": conclusions, "results": [result.as_json() for result in results]}
+    return console.CommandResult(text=conclusions, values=record, files=files)
 
 
 def loop(
@@ -93,24 +91,24 @@ def loop(
     ramp: Annotated[str, typer.Option(help='How long the change lasts, for example "3 s"; 0 is a step.')] = "0 s",
     engine: Annotated[str, typer.Option(help="Name of an engine; auto uses the engine of the scene.")] = "auto",
     accuracy: console.Accuracy = None,
-    out: console.FigureFolder = console.RESULTS_FOLDER,
-    no_figure: console.NoFigure = False,
+    *,
+    figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Change the load of a governed engine: droop, overshoot, settling time, and whether it hunts.
 
     The run starts in the equilibrium under the first load. The exit status is 1 if the speed does not settle.
     """
-    console.prepare_folder(out)
+    console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)
     with console.show_status("simulating"):
         study = gm.load_change_study(loaded, load_step, at=at, ramp=ramp, engine=engine, accuracy=accuracy)
     stem = f"{Path(loaded.source).stem or 'scene'}_loop"
-    files = [study.save_json(out / f"{stem}.json")]
-    if not no_figure:
+    files = [study.save_json(figures.folder / f"{stem}.json")]
+    if figures.formats:
         from governor_mechanism.render.figures.load_change import load_change_figure
 
-        files.append(load_change_figure(study).save_png(out / f"{stem}.png"))
+        files += figures.save(load_change_figure(study), stem)
     return console.CommandResult(text=[study.title, study], values=study.as_json(), files=files, ok=study.ok)
 
 
@@ -123,39 +121,37 @@ def stability_map(
     ] = None,
     border_points: Annotated[int, typer.Option(help="Number of points at which the border is located by simulation; 0 for none.")] = 8,
     workers: Annotated[int, typer.Option(help="Largest number of processes. The result does not depend on it.")] = 2,
-    out: console.FigureFolder = console.RESULTS_FOLDER,
-    no_figure: console.NoFigure = False,
+    *,
+    figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Map where a governed engine is stable and where it hunts, over two parameters.
 
     By eigenvalues with the mean torque, with Vyshnegradskii's limit over them, and by the simulated border under the cyclic torque.
     """
-    console.prepare_folder(out)
+    console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)
     with console.show_progress_bar("map") as progress:
         study = gm.stability_map(loaded, vary or (), border_points=border_points, workers=workers, progress=progress)
     stem = f"{Path(loaded.source).stem or 'scene'}_map"
-    files = [study.save_json(out / f"{stem}.json")]
-    if not no_figure:
+    files = [study.save_json(figures.folder / f"{stem}.json")]
+    if figures.formats:
         from governor_mechanism.render.figures.stability_map import stability_map_figure
 
-        files.append(stability_map_figure(study).save_png(out / f"{stem}.png"))
+        files += figures.save(stability_map_figure(study), stem)
     return console.CommandResult(text=[study.title, study], values=study.as_json(), files=files)
 
 
-def rules(
-    out: console.FigureFolder = console.RESULTS_FOLDER, no_figure: console.NoFigure = False, as_json: console.AsJson = False
-) -> console.CommandResult:
+def rules(*, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
     """Test the papers' rules about governing on the simulated engine: what each says, what the simulation shows, and whether it holds."""
-    console.prepare_folder(out)
+    console.prepare_folder(figures.folder)
     with console.show_progress_bar("rules") as progress:
         study = gm.paper_rules(progress)
-    files = [study.save_json(out / "paper_rules.json")]
-    if not no_figure:
+    files = [study.save_json(figures.folder / "paper_rules.json")]
+    if figures.formats:
         from governor_mechanism.render.figures.paper_rules import paper_rules_figure
 
-        files.append(paper_rules_figure(study).save_png(out / "paper_rules.png"))
+        files += figures.save(paper_rules_figure(study), "paper_rules")
     return console.CommandResult(text=[study], values=study.as_json(), files=files)
 
 

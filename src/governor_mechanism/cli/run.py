@@ -18,6 +18,7 @@ import governor_mechanism as gm
 from governor_mechanism.cli import console
 from governor_mechanism.cli.changed_scene import Changes, load_changed
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.units.quantities import number_or_text
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ class FilmFormat(StrEnum):
 
     GIF = "gif"
     MP4 = "mp4"
+    HTML = "html"
 
 
 def run(
@@ -46,8 +48,9 @@ def run(
     accuracy: console.Accuracy = None,
     seconds: Annotated[str | None, typer.Option(help='Duration, for example "2 s"; by default the one of the scene.')] = None,
     max_steps: Annotated[int | None, typer.Option(min=1, help="Largest number of steps of one run of the engine.")] = None,
-    out: Annotated[Path, typer.Option(help="Folder for the results.")] = console.RESULTS_FOLDER,
-    film: Annotated[FilmFormat, typer.Option(help="File format of the film; mp4 needs the extra 'video'.")] = FilmFormat.GIF,
+    film: Annotated[
+        FilmFormat, typer.Option(help="File format of the film; mp4 needs the extra 'video', html is an interactive page.")
+    ] = FilmFormat.GIF,
     no_film: Annotated[bool, typer.Option("--no-film", help="Write no film.")] = False,
     fps: Annotated[
         float | None, typer.Option(min=1, max=MAX_FRAME_RATE, help="Frames per second of film. [25; 12.5 for an engine room]")
@@ -56,6 +59,8 @@ def run(
         str | None, typer.Option(help="Height of the film in pixels, as 720 or 720x720; its width follows from what it shows. [480]")
     ] = None,
     title: Annotated[str | None, typer.Option(help="Title of film, figures and record; by default the one of the scene.")] = None,
+    *,
+    figures: FigureFiles,
     verbose: Annotated[bool, typer.Option("--verbose", help="Print final readings, events, losses, cost and valve timing too.")] = False,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
@@ -65,13 +70,13 @@ def run(
         from governor_mechanism.render.film.writer import require_video_writer
 
         require_video_writer()
-    console.prepare_folder(out)
+    console.prepare_folder(figures.folder)
     duration = None if seconds is None else number_or_text(seconds)
     loaded = load_changed(scene, changes, run__duration=duration, title=title)
     selected_engine = engine if max_steps is None else _limit_steps(engine, loaded, accuracy, max_steps)
     with console.show_status("simulating"):
         result = gm.run(loaded, engine=selected_engine, accuracy=accuracy)
-    files = _write_results(result, out, Path(loaded.source).stem or "scene", None if no_film else film, film_options)
+    files = _write_results(result, figures, Path(loaded.source).stem or "scene", None if no_film else film, film_options)
     if not result.outcome.ok and not as_json:
         console.print_to_stderr(result.message)
     return _report(result, files, verbose=verbose, as_json=as_json)
@@ -146,7 +151,9 @@ def _format_gears(scene: Scene) -> str:
     return gm.valve_gears([scene], 5).gears[0].format_events()
 
 
-def _write_results(result: Trajectory, out: Path, stem: str, film: FilmFormat | None, film_options: Mapping[str, Any]) -> list[Path]:
+def _write_results(
+    result: Trajectory, figures: FigureFiles, stem: str, film: FilmFormat | None, film_options: Mapping[str, Any]
+) -> list[Path]:
     """Write all results of a run or none, with a progress bar for the film; nothing for a run that ends before its first reported time."""
     from governor_mechanism.render.results_folder import save_run
 
@@ -154,4 +161,16 @@ def _write_results(result: Trajectory, out: Path, stem: str, film: FilmFormat | 
         return []
     kind = None if film is None else film.value
     with console.show_progress_bar("film") if film else nullcontext() as progress:
-        return list(save_run(result, out, name=stem, film=kind, film_options=film_options, progress=progress))
+        return list(
+            save_run(
+                result,
+                figures.folder,
+                name=stem,
+                figures=bool(figures.formats),
+                figure_formats=figures.formats,
+                theme=figures.theme,
+                film=kind,
+                film_options=film_options,
+                progress=progress,
+            )
+        )

@@ -13,6 +13,7 @@ import typer
 import governor_mechanism as gm
 from governor_mechanism.cli import console
 from governor_mechanism.cli.changed_scene import Changes, load_changed
+from governor_mechanism.render.figure_files import FigureFiles
 
 
 def accuracy(
@@ -22,8 +23,8 @@ def accuracy(
         float | None, typer.Option("--for", help="Print the fastest setting for this error, relative to the scale of each reading.")
     ] = None,
     longest: Annotated[float, typer.Option(help="Maximum time of one setting in seconds; the reference may take longer.")] = 1.0,
-    out: console.FigureFolder = console.RESULTS_FOLDER,
-    no_figure: console.NoFigure = False,
+    *,
+    figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Measure error and time of every engine at every setting; write a figure, a table (CSV) and a record (JSON)."""
@@ -31,19 +32,19 @@ def accuracy(
 
     if wanted is not None:
         validate_target_error(wanted)
-    console.prepare_folder(out)
+    console.prepare_folder(figures.folder)
     loaded_scene = load_changed(scene, changes)
     with console.show_progress_bar("accuracy") as progress:
         study = gm.accuracy_study(loaded_scene, longest, progress)
     stem = f"{Path(loaded_scene.source).stem or 'scene'}_accuracy"
-    files = [study.save_csv(out / f"{stem}.csv"), study.save_json(out / f"{stem}.json")]
+    files = [study.save_csv(figures.folder / f"{stem}.csv"), study.save_json(figures.folder / f"{stem}.json")]
     is_measurable = wanted is None or wanted >= study.reference.resolvable_error
     is_reached = wanted is None or (is_measurable and study.cheapest_for(wanted) is not None)
     advice = None if wanted is None else study.advice(wanted) if is_measurable else study.unresolvable_message(wanted)
-    if not no_figure:
+    if figures.formats:
         from governor_mechanism.render.figures.work_precision import work_precision_figure
 
-        files.append(work_precision_figure(study, wanted if is_measurable else None).save_png(out / f"{stem}.png"))
+        files += figures.save(work_precision_figure(study, wanted if is_measurable else None), f"{stem}")
     values = study.as_json() | ({} if wanted is None else {"for": wanted, "advice": advice, "reached": is_reached})
     return console.CommandResult(text=[study, *([advice] if advice else [])], values=values, files=files, ok=is_reached)
 
@@ -53,20 +54,20 @@ def effects(
     changes: Changes = None,
     engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
     accuracy: Annotated[float | None, typer.Option(help="Accuracy relative to the scale of each reading.")] = None,
-    out: console.FigureFolder = console.RESULTS_FOLDER,
-    no_figure: console.NoFigure = False,
+    *,
+    figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Show what each effect of a scene changes, what it costs, and which effects can be left out."""
-    console.prepare_folder(out)
+    console.prepare_folder(figures.folder)
     loaded_scene = load_changed(scene, changes)
     with console.show_progress_bar("effects") as progress:
         study = gm.effects_study(loaded_scene, engine, accuracy, progress)
     files = []
-    if not no_figure:
+    if figures.formats:
         from governor_mechanism.render.figures.effect_ablation import effect_ablation_figure
 
-        files.append(effect_ablation_figure(study).save_png(out / f"{Path(loaded_scene.source).stem or 'scene'}_effects.png"))
+        files += figures.save(effect_ablation_figure(study), f"{Path(loaded_scene.source).stem or 'scene'}_effects")
     return console.CommandResult(text=[study], values=study.as_json(), files=files)
 
 
@@ -82,7 +83,8 @@ def sweep(
     quantity: Annotated[
         list[str] | None,
         typer.Option(
-            help='A number to take from each run: "max arm_angle", "rate of arm_angle", "duration", ... Repeatable. [leading coordinate]'
+            help='A number to take from each run: "settled arm_angle", "amplitude of ...", "frequency of ...", "mean ...", '
+            '"max rate of ...", "duration", ... Repeatable. [what characterises the motion; printed with the reason]'
         ),
     ] = None,
     engine: Annotated[str, typer.Option(help="The engine of all rows; auto uses the engine of the scene.")] = "auto",
@@ -92,18 +94,21 @@ def sweep(
     cluster: Annotated[
         str | None, typer.Option(help="Address of the scheduler of a cluster (dask.distributed) that computes the rows: tcp://host:8786.")
     ] = None,
-    out: Annotated[
-        Path, typer.Option(help="Folder for table, record and figure. An interrupted sweep continues from there.")
-    ] = console.RESULTS_FOLDER,
-    no_figure: console.NoFigure = False,
+    *,
+    figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
-    """Run a scene at a grid or list of values of its keys. The same command continues an interrupted sweep."""
+    """Run a scene at a grid or list of values of its keys. The same command continues an interrupted sweep.
+
+    Words before a reading: final, min, max, span, mean, settled, amplitude of, frequency of; of an angle that turns also mean speed of and
+    speed fluctuation of. A row that leaves the range, does not settle or does not oscillate is a result, and counted. The exit status is 0
+    if every row has a result, and 1 if a row cannot be run, misses its accuracy or fails.
+    """
     from governor_mechanism.studies.sweep.checkpoint import count_journal_rows, journal_path
 
-    console.prepare_folder(out)
+    console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)
-    journal_file = journal_path(out, loaded.source)
+    journal_file = journal_path(figures.folder, loaded.source)
     n_rows = 0
     try:
         with console.show_progress_bar("sweep") as show_progress:
@@ -114,7 +119,7 @@ def sweep(
                 if show_progress is not None:
                     show_progress(done, total)
 
-            where: dict[str, Any] = {"workers": workers, "cluster": cluster, "out": out, "progress": report}
+            where: dict[str, Any] = {"workers": workers, "cluster": cluster, "out": figures.folder, "progress": report}
             result = gm.sweep(loaded, vary, quantity or None, engine=engine, accuracy=accuracy, certify=certify, **where)
     except KeyboardInterrupt:
         if journal_file.exists():
@@ -122,32 +127,32 @@ def sweep(
             console.print_to_stderr(f"{n_kept} of {n_rows} rows are in {journal_file}; the same command continues from there")
         raise
     files = [journal_file.with_suffix(kind) for kind in (".csv", ".json")]
-    if not no_figure:
+    if figures.formats:
         from governor_mechanism.render.figures.sweep import sweep_figure
 
-        files.append(sweep_figure(result).save_png(journal_file.with_suffix(".png")))
+        files += figures.save(sweep_figure(result), journal_file.stem)
     return console.CommandResult(text=[result], values=result.as_json() if as_json else {}, files=files, ok=result.ok)
 
 
 def hard_cases(
     case: Annotated[list[str] | None, typer.Option(help="The name of a case, for example dead-centre. Repeatable. [all cases]")] = None,
     short: Annotated[bool, typer.Option("--short", help="Run only a few values of each case.")] = False,
-    out: console.FigureFolder = console.RESULTS_FOLDER,
-    no_figure: console.NoFigure = False,
+    *,
+    figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Run the hard cases by every engine over their hard parameters; write a figure per case, a table (CSV) and a record (JSON).
 
     A run passes if its true error is within its error estimate, or if it ends with an outcome that the case names.
     """
-    console.prepare_folder(out)
+    console.prepare_folder(figures.folder)
     with console.show_progress_bar("hard cases") as progress:
         report = gm.hard_cases(case or (), short, progress)
-    files = [report.save_csv(out / "hard_cases.csv"), report.save_json(out / "hard_cases.json")]
-    if not no_figure:
+    files = [report.save_csv(figures.folder / "hard_cases.csv"), report.save_json(figures.folder / "hard_cases.json")]
+    if figures.formats:
         from governor_mechanism.render.figures.hard_cases import hard_case_figure
 
-        files += [hard_case_figure(report, one).save_png(out / f"hard_case_{one.name}.png") for one in report.cases]
+        files += [path for one in report.cases for path in figures.save(hard_case_figure(report, one), f"hard_case_{one.name}")]
     return console.CommandResult(text=[report], values=report.as_json(), files=files, ok=report.ok)
 
 
@@ -156,17 +161,17 @@ def valve_gears(
         list[str] | None, typer.Argument(metavar="[SCENE]...", help="Scenes whose [valve] names a reverser. [the shipped valve gears]")
     ] = None,
     count: Annotated[int, typer.Option(help="Number of positions from full forward to full back gear.")] = 41,
-    out: console.FigureFolder = console.RESULTS_FOLDER,
-    no_figure: console.NoFigure = False,
+    *,
+    figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Compare valve gears: lead, cut-off and travel over the range of the reversing gear; write a figure and a record (JSON)."""
-    console.prepare_folder(out)
+    console.prepare_folder(figures.folder)
     with console.show_status("reversing"):
         study = gm.valve_gears(scenes or (), count)
-    files = [study.save_json(out / "valve_gears.json")]
-    if not no_figure:
+    files = [study.save_json(figures.folder / "valve_gears.json")]
+    if figures.formats:
         from governor_mechanism.render.figures.valve_timing.valve_gears import valve_gears_figure
 
-        files.append(valve_gears_figure(study).save_png(out / "valve_gears.png"))
+        files += figures.save(valve_gears_figure(study), "valve_gears")
     return console.CommandResult(text=[study], values=study.as_json(), files=files)

@@ -12,14 +12,27 @@ FIGURE_UNITS = {"rad": ("°", 180 / math.pi), "m": ("mm", 1e3), "rad/s": ("rpm",
 """Display unit of an SI unit and the factor to it. Other units are shown unchanged."""
 
 
+_GREEK_NAMES = "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho sigma_final sigma tau upsilon phi chi psi omega"
+_GREEK_CAPITALS = frozenset({"Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Phi", "Psi", "Omega"})
+GREEK_LETTERS = {name: chr(0x3B1 + k) for k, name in enumerate(_GREEK_NAMES.split())}
+GREEK_LETTERS |= {name: GREEK_LETTERS[name.lower()].upper() for name in sorted(_GREEK_CAPITALS)}
+"""Greek letters by name; capitals only where they differ from Latin ones."""
+
+
 def display_unit_of(si_unit: str) -> tuple[str, float]:
     """Return the display unit of an SI unit and the factor to it."""
     return FIGURE_UNITS.get(si_unit, (si_unit, 1.0))
 
 
 def format_name(name: str) -> str:
-    """Return the name of a reading, part or effect as words: "governor.arm_angle" as "governor arm angle"."""
-    return name.replace(".", " ").replace("_", " ")
+    """Return the name of a reading, part or effect as words: "governor.arm_angle" as "governor arm angle", "beta" as "β"."""
+    return " ".join(GREEK_LETTERS.get(word, word) for word in name.replace(".", " ").replace("_", " ").split(" "))
+
+
+def format_label(name: str, unit: str) -> str:
+    """Return the label of an axis: "governor.arm_angle" in "°" as "Governor arm angle [deg]"."""
+    words = format_name(name)
+    return words[:1].upper() + words[1:] + (f" [{unit.replace('°', 'deg')}]" if unit else "")
 
 
 def choose_decimals(values: NDArray[np.float64]) -> int:

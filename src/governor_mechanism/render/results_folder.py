@@ -1,7 +1,7 @@
 """All files of a run in one folder."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,26 +9,29 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import write_all_or_none
 from governor_mechanism.files.results import save_csv, save_netcdf, save_summary
 from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.render.figure_files import FigureFormat, Theme, make_figure_files
 from governor_mechanism.units.arguments import FLAG, PATH, TEXT, check_arguments
 from governor_mechanism.units.quantities import format_value
 
 DEFAULT_STEM = "scene"
 """Start of the file names of a scene without a file."""
 
-FILM_KINDS = ("gif", "mp4")
+FILM_KINDS = ("gif", "mp4", "html")
 """File formats of a film."""
 
 _SAVERS = {"csv": save_csv, "nc": save_netcdf, "json": save_summary}
 """Functions that write the files without a picture, by the endings of their names."""
 
 
-@check_arguments(folder=PATH, name=TEXT, figures=FLAG, film=TEXT)
+@check_arguments(folder=PATH, name=TEXT, figures=FLAG, theme=TEXT, film=TEXT)
 def save_run(
     run: Trajectory,
     folder: str | os.PathLike[str],
     *,
     name: str | None = None,
     figures: bool = True,
+    figure_formats: Sequence[str] = (FigureFormat.PNG,),
+    theme: str = Theme.LIGHT,
     film: str | None = None,
     film_options: Mapping[str, Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -45,8 +48,12 @@ def save_run(
         Start of the names of the files; that of the scene file if None.
     figures
         Whether to draw the readings over time and the figures of the machine.
+    figure_formats
+        Formats of the figures, see `FigureFormat`.
+    theme
+        Colours of the figures, see `Theme`.
     film
-        "gif" or "mp4" for a film of a run with more than one reported time; no film if None.
+        "gif" or "mp4" for a film of a run with more than one reported time, "html" for an interactive page; none if None.
     film_options
         Options of `write_film` by name; its defaults if None.
     progress
@@ -65,6 +72,7 @@ def save_run(
     stem = name or Path(run.scene.source).stem or DEFAULT_STEM
     _check(run, stem, film)
     target = Path(folder)
+    figure_files = make_figure_files(target, figure_formats, theme)
     try:
         target.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -79,8 +87,8 @@ def save_run(
             from governor_mechanism.render.figures.registry import write_machine_figures
             from governor_mechanism.render.figures.time_series import readings_figure
 
-            written += write_machine_figures(run, target, stem)
-            written.append(readings_figure(run).save_png(target / f"{stem}.png"))
+            written += write_machine_figures(run, figure_files, stem)
+            written += figure_files.save(readings_figure(run), stem)
         for kind, save in _SAVERS.items():
             written.append(target / f"{stem}.{kind}")
             save(run, written[-1])
@@ -96,7 +104,7 @@ def _check(run: Trajectory, stem: str, film: str | None) -> None:
     if film is None:
         return
     if film not in FILM_KINDS:
-        raise MechanismError(f'film must be "gif", "mp4" or None; got {format_value(film)}')
+        raise MechanismError(f'film must be "gif", "mp4", "html" or None; got {format_value(film)}')
     if film == "mp4":
         from governor_mechanism.render.film.writer import require_video_writer
 

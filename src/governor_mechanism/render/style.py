@@ -1,4 +1,4 @@
-"""Style of the drawings: colours (Okabe-Ito, distinguishable without colour vision), strokes, and matplotlib artists for shapes."""
+"""Style of the drawings: colours (distinguishable without colour vision), strokes, and matplotlib artists for shapes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,11 +16,13 @@ from numpy.typing import NDArray
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape
 
 PAPER, INK, MUTED, RULE = "#fbfaf5", "#20262c", "#6a727a", "#d3d3cb"
-BLUE, VERMILLION, GREEN, SKY = "#0072b2", "#d55e00", "#009e73", "#56b4e9"
+BLUE, VERMILLION, GREEN, SKY = "#1371d5", "#b9500a", "#05582f", "#56b4e9"
 STEEL, LIGHT_STEEL, IRON = "#c3ccd4", "#e9edf0", "#87929c"
-GREEN_EDGES = ("#46b897", "#97d5c1")
+GREEN_EDGES = ("#4a8566", "#99b9a6")
 """Green blended with the paper colour: green edges are too rare for a palette to be chosen from them."""
-SERIES_COLOURS = (BLUE, VERMILLION, GREEN, "#7a3600")
+PURPLE = "#2d133e"
+SERIES_COLOURS = (BLUE, VERMILLION, GREEN, PURPLE)
+"""Colours of curves: each is legible as text, and no two look alike without colour vision."""
 SERIF_FONT, SANS_FONT = "STIXGeneral", "DejaVu Sans"
 
 
@@ -62,6 +64,17 @@ _STYLES = {
     "eye": ShapeStyle(fill=INK, width=0.3),
     "tracer": ShapeStyle(fill=GREEN, stroke=GREEN, width=0.3),
     "force": ShapeStyle(fill=VERMILLION, stroke=VERMILLION, width=2.2),
+    "reaction": ShapeStyle(fill=BLUE, stroke=BLUE, width=2.0),
+    "angle ray": ShapeStyle(stroke=MUTED, width=0.7, dashes=(4.0, 2.5)),
+    "angle arc": ShapeStyle(stroke=BLUE, width=1.1),
+    "letter": ShapeStyle(stroke=BLUE, width=1.2),
+    "throttle lever, throttle post, gearing wheel": ShapeStyle(fill=STEEL, width=0.9),
+    "throttle rod, throttle strap, gearing shaft": ShapeStyle(fill=LIGHT_STEEL, width=0.9),
+    "throttle pipe": ShapeStyle(fill=IRON, width=0.9),
+    "throttle bore": ShapeStyle(fill="#d5e8f3", stroke="#d5e8f3", width=0.3),
+    "throttle plate": ShapeStyle(width=2.6),
+    "throttle pin, throttle slot, gearing bearing": ShapeStyle(fill=PAPER, width=0.9),
+    "throttle ground, gearing tooth, gearing hatching": ShapeStyle(width=0.6),
     "drive": ShapeStyle(fill=PAPER, stroke=VERMILLION, width=1.8),
     "pivot, stop": ShapeStyle(fill=PAPER, width=1.0),
     "struck": ShapeStyle(fill=VERMILLION, width=0.9),
@@ -82,6 +95,7 @@ _STYLES = {
     "division": ShapeStyle(stroke=MUTED, width=0.5),
     "valve circle": ShapeStyle(width=0.8),
     "projection": ShapeStyle(stroke=GREEN, width=0.9, dashes=(4.0, 2.5)),
+    "crank circle": ShapeStyle(stroke=MUTED, width=0.7, dashes=(10.0, 3.0, 2.0, 3.0)),
     "crank web": ShapeStyle(fill=LIGHT_STEEL, width=0.8),
     "eccentric": ShapeStyle(fill="#eb9a5e", stroke="#7a3600", width=0.8),
     "small rod": ShapeStyle(stroke=INK, width=1.8),
@@ -92,6 +106,8 @@ _STYLES = {
     "head end chord": ShapeStyle(stroke=VERMILLION, width=4.0),
     "crank end mark": ShapeStyle(fill=BLUE, stroke=PAPER, width=0.8),
     "head end mark": ShapeStyle(fill=VERMILLION, stroke=PAPER, width=0.8),
+    "weight section": ShapeStyle(fill="#cfe3f0", stroke="#00436a", width=1.1),
+    "weight section hatching": ShapeStyle(stroke="#7db9dc", width=0.7),
     "weight bore": ShapeStyle(fill="#e9edf0", stroke="#00436a", width=0.9),
     "coil": ShapeStyle(stroke=STEEL, width=3.0),
     "coil edge": ShapeStyle(stroke=INK, width=4.6),

@@ -9,7 +9,7 @@ import numpy as np
 
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.figures.page import DASHED, DOTTED, MM_PER_M, Page, Panel, add_legend
-from governor_mechanism.render.number_format import format_name
+from governor_mechanism.render.number_format import format_label, format_name
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SKY, VERMILLION
 from governor_mechanism.statics.controlling_force import ControllingForce
 from governor_mechanism.statics.equilibria import Equilibrium
@@ -55,11 +55,11 @@ def controlling_force_figure(scene: Scene, curve: ControllingForce, equilibria: 
     Returns
     -------
     Page
-        The figure; `save_png` writes it.
+        The figure; `save` writes it.
     """
     title = textwrap.shorten(scene.title, _MAX_TITLE_LETTERS, placeholder=" …")
     page = Page(7.6, 5.6, title, _subtitle(curve), subtitle_y=0.888)
-    panel = page.add_panel((0.10, 0.16, 0.79, 0.675), f"{format_name(curve.radius_name)} r, mm", "controlling force C of one ball, N")
+    panel = page.add_panel((0.10, 0.16, 0.79, 0.675), format_label(f"{curve.radius_name} r", "mm"), "Controlling force C of one ball [N]")
     panel.set_axisbelow("line")
     shown = _shown_part(curve)
     if not shown.any():

@@ -25,7 +25,7 @@ def effect_ablation_figure(study: EffectsStudy) -> Page:
     Returns
     -------
     Page
-        The figure; `save_png` writes it.
+        The figure; `save` writes it.
     """
     rows_height = _ROW_HEIGHT * max(len(study.rows), 1)
     height = _HEADER_HEIGHT + rows_height

@@ -39,7 +39,7 @@ def governed_engine_figure(design: GovernedEngineDesign, simulated: SimulatedDes
     Returns
     -------
     Page
-        The figure; `save_png` writes it.
+        The figure; `save` writes it.
     """
     inputs, governor = design.inputs, design.governor.governor
     arm, offset = (length * MM_PER_M for length in (governor.arm, governor.offset))
@@ -49,9 +49,9 @@ def governed_engine_figure(design: GovernedEngineDesign, simulated: SimulatedDes
         f"sleeve {governor.sleeve_mass:.4g} kg; gear {design.governor.gear_ratio:.4g}; dashpot {design.dashpot.damping:.4g} N s/m"
     ).replace(" -", " −")
     page = Page(11.0, 8.0, title, subtitle, dpi=110, subtitle_y=0.912)
-    _draw_speed(page.add_panel(_SPEED_RECT, "sleeve lift, mm", "equilibrium speed of the shaft, rpm"), design)
+    _draw_speed(page.add_panel(_SPEED_RECT, "Sleeve lift [mm]", "Equilibrium speed of the shaft [rpm]"), design)
     _draw_plane(page.add_panel(_PLANE_RECT, "$x = a/c^{1/3}$", "$y = b/c^{2/3}$"), design)
-    _draw_step(page.add_panel(_STEP_RECT, "time, s", "speed of the shaft, rpm"), design, simulated)
+    _draw_step(page.add_panel(_STEP_RECT, "Time [s]", "Speed of the shaft [rpm]"), design, simulated)
     free, resisted = simulated.cyclic.overshoot, simulated.resisted.overshoot
     page.write_footnote(
         f"load falls from the whole to the half: overshoot {free:.2%} of the change of speed, {resisted:.2%} with the resistance at the "

@@ -35,7 +35,7 @@ def hard_case_figure(report: HardCasesReport, case: HardCase) -> Page:
     Returns
     -------
     Page
-        The figure; `save_png` writes it.
+        The figure; `save` writes it.
     """
     rows = report.rows_of(case)
     engines = [name for name in _ENGINE_STYLES if any(row.engine == name for row in rows)]

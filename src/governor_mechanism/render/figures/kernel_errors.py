@@ -40,7 +40,7 @@ def kernel_errors_figure(report: KernelReport) -> Page:
     Returns
     -------
     Page
-        The figure; `save_png` writes it.
+        The figure; `save` writes it.
     """
     title = textwrap.shorten(f"kernel {report.against} against the simulation: {report.title}", _MAX_TITLE_LETTERS, placeholder=" …")
     page = Page(8.4, 6.0, title, _subtitle(report), subtitle_y=0.897)

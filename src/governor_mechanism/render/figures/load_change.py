@@ -50,7 +50,7 @@ def load_change_figure(study: LoadChangeStudy) -> Page:
         panel.axvline(begin, color=MUTED, linewidth=0.9, linestyle=DASHED)
         panel.set_xlim(0.0, float(study.run.scene.run.duration))
         panel.label("", panel.get_ylabel())
-    torque.label("time, s", torque.get_ylabel())
+    torque.label("Time [s]", torque.get_ylabel())
     page.write_footnote(_footnote(study, governed))
     return page
 
@@ -58,7 +58,7 @@ def load_change_figure(study: LoadChangeStudy) -> Page:
 _HALO = {"facecolor": PAPER, "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
 """Ground of a note above curves."""
 
-_PANELS = ((0.635, "speed of the shaft, rpm"), (0.36, "sleeve lift, mm"), (0.085, "torque, N m"))
+_PANELS = ((0.635, "Speed of the shaft [rpm]"), (0.36, "Sleeve lift [mm]"), (0.085, "Torque [N m]"))
 """Lower edge and label of each panel."""
 
 

@@ -1,4 +1,4 @@
-"""Common parts of all figures: pages with titles and notes, framed plates in the style of old engravings, panels, PNG files."""
+"""Common parts of all figures: pages with titles and notes, framed plates in the style of old engravings, panels, files."""
 
 import io
 import os
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -21,8 +22,17 @@ from numpy.typing import ArrayLike
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.render.figure_files import FigureFormat, Theme
 from governor_mechanism.render.style import INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT
+from governor_mechanism.render.theme import themed
 from governor_mechanism.types import FloatArray
+
+_METADATA_WITHOUT_DATE: Mapping[str, Mapping[str, None]] = {
+    FigureFormat.PNG: {"Software": None},
+    FigureFormat.SVG: {"Date": None, "Creator": None},
+    FigureFormat.PDF: {"CreationDate": None, "Creator": None, "Producer": None},
+}
+"""Metadata that are left out, by the format of a file: equal figures give equal files."""
 
 FIGURE_DPI = 100
 """Resolution of figures, dots per inch."""
@@ -129,25 +139,45 @@ class Page(Figure):
         """Write a small text at a position in fractions of the page."""
         return self.text(x, y, text, **{"color": MUTED, "fontsize": size, "fontfamily": SANS_FONT, "parse_math": False, **style})
 
-    def save_png(self, path: str | os.PathLike[str]) -> Path:
-        """Write the page as a PNG and return its path; an exception leaves no file behind.
+    def save(self, path: str | os.PathLike[str], theme: str = Theme.LIGHT) -> Path:
+        """Write the page as PNG, SVG or PDF; an exception leaves no file behind.
 
-        Raises MechanismError unless the name ends in .png.
+        Parameters
+        ----------
+        path
+            The file; its name ends in .png, .svg or .pdf. SVG and PDF hold vectors, and their texts as outlines.
+        theme
+            "light", "dark", or "transparent" (without the paper).
+
+        Returns
+        -------
+        Path
+            The path. Equal figures give equal files.
+
+        Raises
+        ------
+        MechanismError
+            If the name has another ending, or there is no such theme.
         """
         target = Path(path)
-        if target.suffix.lower() != ".png":
-            raise MechanismError(f"a figure's name must end in .png; got {target.name!r}")
-        with atomic_write(target) as temporary:
-            # Without the program name in the metadata, equal figures give equal files.
-            canvas: Any = FigureCanvasAgg(self)
-            canvas.print_png(str(temporary), metadata={"Software": None})
+        file_format = target.suffix.lower().removeprefix(".")
+        if file_format not in _METADATA_WITHOUT_DATE:
+            endings = ", ".join(f".{name}" for name in _METADATA_WITHOUT_DATE)
+            raise MechanismError(f"a figure's name must end in one of {endings}; got {target.name!r}")
+        if theme not in set(Theme):
+            raise MechanismError(f"a figure's theme must be one of {', '.join(Theme)}; got {theme!r}")
+        with atomic_write(target) as temporary, themed(self, Theme(theme)), rc_context({"svg.hashsalt": "figure"}):
+            FigureCanvasAgg(self)
+            metadata = _METADATA_WITHOUT_DATE[file_format]
+            # matplotlib would choose the canvas by the ending of the temporary name
+            self.savefig(temporary, format=file_format, dpi=self.dpi, facecolor="auto", metadata=metadata)
         return target
 
     def _repr_png_(self) -> bytes:
         """Return the page as a PNG, which a notebook shows."""
         stream = io.BytesIO()
-        canvas: Any = FigureCanvasAgg(self)
-        canvas.print_png(stream)
+        FigureCanvasAgg(self)
+        self.savefig(stream, format="png", dpi=self.dpi, facecolor="auto")
         return stream.getvalue()
 
 

@@ -63,7 +63,7 @@ def paper_rules_figure(rules: PaperRules) -> Page:
 
 def _draw_shaking(panel: Panel, check: ShakingCheck) -> None:
     """Draw the motion of the sleeve against insensitivity over fluctuation of speed."""
-    panel.label("insensitivity δ / fluctuation of speed ε", "sleeve, mm per turn")
+    panel.label("insensitivity δ / fluctuation of speed ε", "Sleeve [mm per turn]")
     amplitudes = MM_PER_M * check.amplitudes
     panel.plot(check.ratios, amplitudes, "o-", color=BLUE, linewidth=1.5, markersize=4.5)
     panel.set(xlim=(0.0, float(check.ratios.max())), ylim=(-0.04 * amplitudes.max(), 1.08 * amplitudes.max()))
@@ -76,7 +76,7 @@ def _draw_shaking(panel: Panel, check: ShakingCheck) -> None:
 
 def _draw_oil_brake(panel: Panel, check: OilBrakeCheck) -> None:
     """Draw motion and rate of recovery against the dashpot, each over its largest value."""
-    panel.label("dashpot at the sleeve, N s/m", "relative to the largest")
+    panel.label("Dashpot at the sleeve [N s/m]", "relative to the largest")
     panel.plot(check.dampings, check.amplitudes / check.amplitudes.max(), "o-", color=BLUE, markersize=4.5, label="sleeve motion per turn")
     rates = check.decay_rates / check.decay_rates.max()
     panel.plot(check.dampings, rates, "s--", color=VERMILLION, markersize=4.5, label="rate of recovery")
@@ -88,7 +88,7 @@ def _draw_oil_brake(panel: Panel, check: OilBrakeCheck) -> None:
 
 def _draw_clearance(panel: Panel, check: ClearanceCheck) -> None:
     """Draw the motion of the sleeve over that without clearance."""
-    panel.label("clearance, mm", "sleeve / without clearance")
+    panel.label("Clearance [mm]", "sleeve / without clearance")
     panel.axhline(1.0, color=MUTED, linewidth=0.9, linestyle=DASHED)
     for name, colour in zip(check.amplitudes, SERIES_COLOURS, strict=False):
         panel.plot(MM_PER_M * check.clearances[1:], check.relative_motion(name)[1:], "o-", color=colour, markersize=4.5, label=name)
@@ -101,7 +101,7 @@ def _draw_clearance(panel: Panel, check: ClearanceCheck) -> None:
 
 def _draw_dead_band(panel: Panel, check: DeadBandCheck) -> None:
     """Draw two runs that come to rest in the band of speeds."""
-    panel.label("time, s", "speed, % from equilibrium")
+    panel.label("Time [s]", "Speed [% from equilibrium]")
     low, high = (100 * end for end in check.band)
     panel.axhspan(low, high, color=SKY, alpha=0.18, linewidth=0)
     for (times, deviations), colour, load in zip(
@@ -124,7 +124,7 @@ def _draw_dead_band(panel: Panel, check: DeadBandCheck) -> None:
 
 def _draw_force(panel: Panel, check: RegulatingForceCheck) -> None:
     """Draw the measured bands over K / S."""
-    panel.label("friction K at the sleeve, N", "dead band of speed, %")
+    panel.label("Friction K at the sleeve [N]", "Dead band of speed [%]")
     for k, (name, colour) in enumerate((("Porter", BLUE), ("Hartung", VERMILLION))):
         force = check.sleeve_forces[k]
         panel.plot(check.frictions, 100 * check.frictions / force, color=colour, linewidth=1.1)
@@ -141,7 +141,7 @@ def _draw_force(panel: Panel, check: RegulatingForceCheck) -> None:
 
 def _draw_damping(panel: Panel, check: DashpotCheck) -> None:
     """Draw the settling time against the dashpot."""
-    panel.label("dashpot at the sleeve, N s/m", "settling time, s")
+    panel.label("Dashpot at the sleeve [N s/m]", "Settling time [s]")
     settled = np.isfinite(check.settling_times)
     panel.plot(check.dampings[settled], check.settling_times[settled], "o-", color=BLUE, linewidth=1.4, markersize=4)
     damping, time = check.best
@@ -156,7 +156,7 @@ def _draw_damping(panel: Panel, check: DashpotCheck) -> None:
 
 def _draw_dry_friction(panel: Panel, check: DryFrictionCheck) -> None:
     """Draw a run that friction stops, and one that it does not."""
-    panel.label("time, s", "sleeve, mm from equilibrium")
+    panel.label("Time [s]", "Sleeve [mm from equilibrium]")
     middle = float(np.mean([lifts[-1] for _, _, lifts in check.histories[:1]]))
     for (ratio, times, lifts), colour in zip(reversed(check.histories), (VERMILLION, BLUE), strict=True):
         start = MM_PER_M * ratio * check.predicted_limits[0]
@@ -170,7 +170,7 @@ def _draw_dry_friction(panel: Panel, check: DryFrictionCheck) -> None:
 
 def _draw_droop(panel: Panel, check: DroopCheck) -> None:
     """Draw the growth rate against the droop."""
-    panel.label("droop over the travel of the throttle, %", "growth rate, 1/s")
+    panel.label("Droop over the travel of the throttle [%]", "growth rate, 1/s")
     panel.axhline(0.0, color=INK, linewidth=0.9)
     for rates, damping, colour in zip(check.growth_rates, check.dampings, SERIES_COLOURS, strict=False):
         panel.plot(100 * check.droops, rates, "o-", color=colour, markersize=4, linewidth=1.3, label=f"{damping:g} N s/m")

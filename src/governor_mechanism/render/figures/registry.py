@@ -4,11 +4,12 @@ from pathlib import Path
 
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.observables.valve_motion import has_valve_events
+from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.figures.page import Plate
 from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
 
 
-def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path]:
+def write_machine_figures(run: Trajectory, figure_files: FigureFiles, stem: str) -> list[Path]:
     """Write the additional figures of a run's machine as <stem>_<figure>.png.
 
     A mechanism with a valve has Zeuner's diagram, and one that is reversed the diagrams of all its gears. A slide valve with a finite
@@ -20,8 +21,8 @@ def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path
     ----------
     run
         Finished run.
-    folder
-        Folder of the files.
+    figure_files
+        Folder, formats and theme of the files.
     stem
         Start of the file names.
 
@@ -59,11 +60,11 @@ def write_machine_figures(run: Trajectory, folder: Path, stem: str) -> list[Path
 
         if not engine_plate.engine_plate_refusal(run):
             plates["engine"] = engine_plate.draw_engine_plate(run)
-    files = [plate.save_png(folder / f"{stem}_{name}.png") for name, plate in plates.items()]
+    files = [path for name, plate in plates.items() for path in figure_files.save(plate, f"{stem}_{name}")]
     if part is None and len(run.times) > 1 and find_governed_engine(run.scene):
         from governor_mechanism.render.film.still import write_still
 
-        files.append(write_still(run, folder / f"{stem}_engine_room.png"))
+        files.append(write_still(run, figure_files.folder / f"{stem}_engine_room.png"))
     return files
 
 

@@ -25,7 +25,7 @@ _ZERO_PLOTTED_AT = 0.1
 def cyclic_figure(study: CyclicMotionStudy) -> Page:
     """Draw the sleeve amplitude against speed fluctuation over insensitivity band."""
     page = Page(*_PAGE_SIZE, "The sleeve moves when the speed fluctuation exceeds the insensitivity band", study.title)
-    panel = _add_panel(page, _PANEL_RECT, "speed fluctuation / insensitivity band", "sleeve stroke in a turn, mm")
+    panel = _add_panel(page, _PANEL_RECT, "speed fluctuation / insensitivity band", "Sleeve stroke in a turn [mm]")
     order = np.argsort(study.fluctuation_ratios)
     fluctuation_ratios, amplitudes = study.fluctuation_ratios[order], study.amplitudes[order] * MM_PER_M
     panel.axvspan(0.0, study.threshold, color=SKY, alpha=0.18, linewidth=0)
@@ -67,7 +67,7 @@ def clearance_figure(studies: Sequence[ClearanceStudy]) -> Page:
                 f"{study.title!r} has no sleeve motion without clearance, the reference of the figure; increase the speed fluctuation"
             )
     page = Page(*_PAGE_SIZE, "Small clearance does not stop cyclic sleeve motion", "large clearance does, if the balls can swing within it")
-    labels = "clearance between links and sleeve, mm", "sleeve stroke / stroke without clearance"
+    labels = "Clearance between links and sleeve [mm]", "sleeve stroke / stroke without clearance"
     panel = _add_panel(page, (0.11, 0.19, 0.85, 0.64), *labels)
     for study, colour in zip(studies, SERIES_COLOURS, strict=False):
         order = np.argsort(study.clearances)
@@ -91,7 +91,7 @@ def clearance_figure(studies: Sequence[ClearanceStudy]) -> Page:
 def settling_figure(study: SettlingStudy) -> Page:
     """Draw the settling time against the dashpot coefficient with the shortest time marked."""
     page = Page(*_PAGE_SIZE, "Dashpot with the shortest settling time", study.title)
-    panel = _add_panel(page, _PANEL_RECT, "dashpot coefficient at the sleeve, N s/m", "settling time, s")
+    panel = _add_panel(page, _PANEL_RECT, "Dashpot coefficient at the sleeve [N s/m]", "Settling time [s]")
     settled = np.isfinite(study.settling_times)
     times = study.settling_times[settled]
     panel.plot(study.damping_coefficients[settled], times, "o-", color=BLUE, linewidth=1.4, markersize=3.5)
@@ -110,8 +110,8 @@ def settling_figure(study: SettlingStudy) -> Page:
 def fold_jump_figure(study: FoldJumpStudy) -> Page:
     """Draw the passage speed and its delay against the rate of the speed ramp."""
     page = Page(*_PAGE_SIZE, "A faster change of speed delays the jump", study.title)
-    left = _add_panel(page, (0.105, 0.15, 0.36, 0.66), "rate of the speed ramp, rad/s²", "passage speed, rad/s")
-    right = _add_panel(page, (0.60, 0.15, 0.36, 0.66), "rate of the speed ramp, rad/s²", "delay, rad/s")
+    left = _add_panel(page, (0.105, 0.15, 0.36, 0.66), "Rate of the speed ramp [rad/s²]", "Passage speed [rad/s]")
+    right = _add_panel(page, (0.60, 0.15, 0.36, 0.66), "Rate of the speed ramp [rad/s²]", "Delay [rad/s]")
     order = np.argsort(study.ramp_rates)
     rates, rising_delay = study.ramp_rates[order], study.rising_delay[order]
     up, down = f"up: exponent {study.rising_exponent}", f"down: exponent {study.falling_exponent}"

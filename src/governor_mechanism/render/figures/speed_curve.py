@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.figures.page import Page, Panel, add_legend
-from governor_mechanism.render.number_format import display_unit_of
+from governor_mechanism.render.number_format import display_unit_of, format_label
 from governor_mechanism.render.style import BLUE, INK, PAPER, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.statics.equilibria import Equilibrium
 from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
@@ -33,12 +33,12 @@ def speed_curve_figure(scene: Scene, curve: SpeedCurve, equilibria: Sequence[Equ
     Returns
     -------
     Page
-        The figure; `save_png` writes it.
+        The figure; `save` writes it.
     """
     unit, factor = display_unit_of("rad" if _is_angle(scene, curve.coordinate_name) else "m")
     page = Page(7.2, 5.0, scene.title)
-    x_label = f"{curve.coordinate_name.replace('_', ' ')}, {unit.replace('°', 'deg')}"
-    panel = page.add_panel((0.11, 0.13, 0.85, 0.72), x_label, "equilibrium speed, rpm")
+    x_label = format_label(curve.coordinate_name, unit)
+    panel = page.add_panel((0.11, 0.13, 0.85, 0.72), x_label, "Equilibrium speed [rpm]")
     panel.set_axisbelow("line")
     low, high = _speed_limits(curve)
     _draw_curve(panel, curve, factor)

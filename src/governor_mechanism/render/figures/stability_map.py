@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.colors import TwoSlopeNorm
 
 from governor_mechanism.render.figures.page import DASHED, Page, Panel, add_legend
+from governor_mechanism.render.number_format import format_label
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, VERMILLION
 from governor_mechanism.studies.regulation.stability_map import StabilityMap
 from governor_mechanism.studies.sweep.parameters import SweepAxis
@@ -46,8 +47,7 @@ def stability_map_figure(study: StabilityMap) -> Page:
 def _label(axis: SweepAxis) -> str:
     """Return the name of a parameter with its unit."""
     words = [word for word in axis.key.split(".") if word not in ("part", "dimensions", "effects")]
-    unit = axis.display_unit[1].replace("^2", "²")
-    return " ".join(words).replace("_", " ") + (f", {unit}" if unit else "")
+    return format_label(" ".join(words), axis.display_unit[1].replace("^2", "²"))
 
 
 def _draw_map(page: Page, panel: Panel, study: StabilityMap, colour_bar: tuple[float, float, float, float]) -> None:

@@ -1,7 +1,8 @@
-"""Figure of all readings of a run over time."""
+"""Figures of a run over time: its readings, and what is zero in an exact run."""
 
 import math
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from governor_mechanism.render.figures.page import (
     format_plain_ticks,
     use_plain_decades,
 )
-from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_name, format_rounded_up
+from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_label, format_name, format_rounded_up
 from governor_mechanism.render.shown_readings import ShownReading, chosen_readings, shown_readings
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.types import FloatArray
@@ -37,8 +38,8 @@ _MAX_FOOTER_LETTERS = 140
 
 _MAX_EVENT_LINES = 30
 """Largest number of events with a line each."""
-_RUG_HEIGHT_RATIO = 0.09
-"""Height of the rug ticks, as a fraction of the plot."""
+_HEADER_HEIGHT, _STRIP_BORDER_HEIGHT, _STRIP_ROW_HEIGHT, _EVENT_NAME_WIDTH = 0.75, 0.1, 0.2, 0.85
+"""Height above the plots without further lines, of the strip of events without its rows and of a row, and width of their names, inches."""
 _MAX_NAMED_KINDS = 6
 """Largest number of event kinds in the legend."""
 
@@ -54,60 +55,129 @@ _OTHER_EVENT_STYLE = (MUTED, (0, (5, 2, 1, 2)))
 
 
 def readings_figure(run: Trajectory, chosen: Sequence[str] = ()) -> Page:
-    """Draw every reading over time, in everyday units, with the joint gap and the energy drift below; or chosen readings alone.
+    """Draw every reading over time, in everyday units, or chosen readings alone.
 
-    Events such as impacts against stops are marked in the plots: few by a line each, many by a rug of ticks.
+    What stays constant stands in a line of its own instead of a panel, unless it is chosen. Few events, such as impacts against stops, are
+    marked by a line each through the panels; many by a tick each in a strip below, with a row for each kind. Turning points are seen in the
+    curves.
 
     Parameters
     ----------
     run
         Finished run with at least one reported time.
     chosen
-        Names of readings, or "rate of ..." for their rates; all readings, joint gap and energy drift if empty.
+        Names of readings, or "rate of ..." for their rates; all readings if empty.
 
     Returns
     -------
     Page
-        The figure; `save_png` writes it.
+        The figure; `save` writes it.
 
     Raises
     ------
     MechanismError
         If the run has no reported time, or no such reading.
     """
+    _check_times(run)
+    readings = chosen_readings(run, chosen) if chosen else shown_readings(run)
+    constants = {} if chosen else {name: one for name, one in readings.items() if _is_constant(one)}
+    moving = {name: one for name, one in readings.items() if name not in constants} or readings
+    events = [event for event in run.events if event.kind != EventKind.TURNING_POINT and run.times[0] <= event.time <= run.times[-1]]
+    strip = _times_by_style(events) if len(events) > _MAX_EVENT_LINES else {}
+    n_columns = 1 if len(moving) == 1 else 2
+    n_rows = math.ceil(len(moving) / n_columns)
+    panel_heights = [_ONLY_PLOT_HEIGHT if len(moving) == 1 else _ROW_HEIGHT] * n_rows
+    strip_heights = [_STRIP_BORDER_HEIGHT + _STRIP_ROW_HEIGHT * len(strip)] if strip else []
+    has_legend = bool(events) and not strip
+    header = _HEADER_HEIGHT + _LEGEND_HEIGHT * has_legend + _LEGEND_HEIGHT * (len(moving) < len(readings))
+    height = sum(panel_heights) + sum(strip_heights) + _BORDER_HEIGHT + header - _HEADER_HEIGHT
+    page = Page(_FIGURE_WIDTH, height)
+    margins = {"left": 0.075, "right": 0.975, "top": 1 - header / height, "bottom": 0.75 / height}
+    grid = page.add_gridspec(n_rows + len(strip_heights), n_columns, hspace=0.62, wspace=0.17, **margins)
+    grid.set_height_ratios([*panel_heights, *strip_heights])
+    for k, (name, reading) in enumerate(moving.items()):
+        row, column = divmod(k, n_columns)
+        cell = grid[row, column:] if k == len(moving) - 1 else grid[row, column]  # the last one fills its row
+        panel = _plot_reading(page, cell, run.times, name, reading)
+        if not strip:
+            _draw_event_markers(panel, events)
+        if row == n_rows - 1:
+            _label_time(panel)
+    if strip:
+        _draw_event_strip(page, grid[n_rows, :], run.times, strip)
+    line_height = height - 0.55
+    if len(moving) < len(readings):
+        _write_constants(page, constants, line_height / height)
+        line_height -= _LEGEND_HEIGHT
+    if has_legend:
+        _draw_event_legend(page, events, line_height / height)
+    _write_closing_lines(page, run, height)
+    return page
+
+
+def diagnostics_figure(run: Trajectory) -> Page:
+    """Draw what is zero in an exact run: the widest joint gap, and the change of the energy that is not explained by work and losses.
+
+    Parameters
+    ----------
+    run
+        Finished run with at least one reported time.
+
+    Returns
+    -------
+    Page
+        The figure; `save` writes it.
+
+    Raises
+    ------
+    MechanismError
+        If the run has no reported time.
+    """
+    _check_times(run)
+    height = 2 * _ROW_HEIGHT + _BORDER_HEIGHT
+    page = Page(_FIGURE_WIDTH, height)
+    grid = page.add_gridspec(2, 1, hspace=0.62, left=0.075, right=0.975, top=1 - _HEADER_HEIGHT / height, bottom=0.75 / height)
+    drift = np.abs(run.energy.jacobi - run.energy.jacobi[0]) / run.energy.scale
+    unit, factor = display_unit_of("m")
+    size_in_units = max(part.mechanism.length_scale for part in run.scene.parts) * factor
+    _plot_error(page, grid[0, 0], run.times, run.joint_gap * factor, f"Widest joint gap [{unit}]", size_in_units)
+    _label_time(_plot_error(page, grid[1, 0], run.times, drift, "Energy drift, relative to the energy scale", 1.0))
+    _write_closing_lines(page, run, height)
+    return page
+
+
+def _check_times(run: Trajectory) -> None:
     if not len(run.times):
         raise MechanismError(f"the run has no reported time, so there is nothing to plot; its message: {run.message}")
-    readings = chosen_readings(run, chosen) if chosen else shown_readings(run)
-    n_columns = 1 if len(readings) == 1 else 2
-    reading_rows = math.ceil(len(readings) / n_columns)
-    events = [event for event in run.events if run.times[0] <= event.time <= run.times[-1]]
-    rows = reading_rows if chosen else reading_rows + 1
-    header_height = 0.75 + (_LEGEND_HEIGHT if events else 0.0)
-    height = (_ONLY_PLOT_HEIGHT if chosen and len(readings) == 1 else rows * _ROW_HEIGHT) + _BORDER_HEIGHT + header_height - 0.75
-    page = Page(_FIGURE_WIDTH, height)
-    margins = {"left": 0.075, "right": 0.975, "top": 1 - header_height / height, "bottom": 0.75 / height}
-    grid = page.add_gridspec(rows, n_columns, hspace=0.62, wspace=0.17, **margins)
-    for k, (name, reading) in enumerate(readings.items()):
-        panel = _plot_reading(page, grid[divmod(k, n_columns)], run.times, name, reading)
-        _draw_event_markers(panel, events)
-        if chosen and k + n_columns >= len(readings):
-            _label_time(panel)
-    if events:
-        _draw_event_legend(page, events, 1 - 0.55 / height)
-    if not chosen:
-        _plot_checks(page, grid[rows - 1, 0], grid[rows - 1, 1], run)
+
+
+def _is_constant(reading: ShownReading) -> bool:
+    return bool(np.ptp(reading.values) <= READING_NOISE_RATIO * reading.scale)
+
+
+def _write_constants(page: Page, constants: Mapping[str, ShownReading], height: float) -> None:
+    """Write the readings that stay constant, with their values, in a line at a height, as a fraction of the figure."""
+    values = []
+    for name, reading in constants.items():
+        unit, factor = display_unit_of(reading.unit)
+        values.append(f"{format_name(name)} {reading.values[0] * factor:.6g} {unit}".rstrip())
+    text = textwrap.shorten("constant: " + ", ".join(values), _MAX_FOOTER_LETTERS, placeholder=" …")
+    page.write_footnote(text, y=height, size=8.5, va="center")
+
+
+def _write_closing_lines(page: Page, run: Trajectory, height: float) -> None:
+    """Write the title of the scene above, and outcome and accuracy below, on a page of a height, inches."""
     page.write_title(run.scene.title, y=1 - 0.27 / height)
     lines, is_failure = format_closing_lines(run, _MAX_FOOTER_LETTERS)
     for text, y in zip(lines, (0.16,) if len(lines) == 1 else (0.26, 0.10), strict=True):
         page.write_footnote(text, y=y / height, size=8.5, va="center", color=VERMILLION if is_failure else MUTED)
-    return page
 
 
 def _plot_reading(page: Page, cell: SubplotSpec, times: FloatArray, name: str, reading: ShownReading) -> Panel:
     """Plot one reading with its error estimate."""
     unit, factor = display_unit_of(reading.unit)
     unit = unit.replace("°", "deg")
-    panel = _add_panel(page, cell, f"{format_name(name)}, {unit}" if unit else format_name(name))
+    panel = _add_panel(page, cell, format_label(name, unit))
     panel.plot(times, reading.values * factor, color=GREEN if name.rpartition(".")[2].startswith("spindle") else BLUE, linewidth=1.3)
     panel.set_ylim(axis_limits_for(reading.values * factor, READING_NOISE_RATIO * reading.scale * factor))
     format_plain_ticks(panel.yaxis, panel.get_ylim())
@@ -116,28 +186,18 @@ def _plot_reading(page: Page, cell: SubplotSpec, times: FloatArray, name: str, r
     return panel
 
 
-def _plot_checks(page: Page, left: SubplotSpec, right: SubplotSpec, run: Trajectory) -> None:
-    """Plot the joint gap and the energy drift of a run."""
-    drift = np.abs(run.energy.jacobi - run.energy.jacobi[0]) / run.energy.scale
-    unit, factor = display_unit_of("m")
-    size_in_units = max(part.mechanism.length_scale for part in run.scene.parts) * factor
-    _plot_error(page, left, run.times, run.joint_gap * factor, f"widest joint gap, {unit}", size_in_units)
-    _plot_error(page, right, run.times, drift, "energy drift, of the energy scale", 1.0)
-
-
 def _label_time(panel: Panel) -> None:
-    panel.label("time, s", color=MUTED, fontsize=8, fontfamily=SANS_FONT)
+    panel.label("Time [s]", color=MUTED, fontsize=8, fontfamily=SANS_FONT)
 
 
-def _plot_error(page: Page, cell: SubplotSpec, times: FloatArray, values: FloatArray, heading: str, reference_scale: float) -> None:
+def _plot_error(page: Page, cell: SubplotSpec, times: FloatArray, values: FloatArray, heading: str, reference_scale: float) -> Panel:
     """Plot a quantity that is zero in an exact run on a logarithmic axis; below 4 machine epsilons of the reference scale it is zero."""
     panel = _add_panel(page, cell, heading)
-    _label_time(panel)
     if values.max() <= 4 * np.finfo(float).eps * reference_scale:
         panel.set(xlim=(times[0], max(times[-1], times[0] + 1e-9)), yticks=[])
         note = panel.write_note("zero to rounding", (0.5, 0.5), xycoords="axes fraction", fontsize=9, ha="center", va="center")
         note.set(color=MUTED, backgroundcolor=PAPER)
-        return
+        return panel
     panel.set_yscale("log")
     panel.plot(times, np.maximum(values, _MIN_PLOTTED_ERROR), color=VERMILLION, linewidth=0.9)
     low, high = (10.0 ** math.floor(math.log10(max(v, _MIN_PLOTTED_ERROR))) for v in (np.percentile(values, 5), values.max()))
@@ -146,6 +206,7 @@ def _plot_error(page: Page, cell: SubplotSpec, times: FloatArray, values: FloatA
     panel.yaxis.set_minor_locator(NullLocator())
     use_plain_decades(panel.yaxis)  # powers of ten as formulas take longer than the rest of the figure
     _write_side_note(panel, f"at most {format_rounded_up(float(values.max()))}")
+    return panel
 
 
 def _write_side_note(panel: Panel, text: str) -> None:
@@ -161,11 +222,24 @@ def _add_panel(page: Page, cell: SubplotSpec, heading: str) -> Panel:
 
 
 def _draw_event_markers(panel: Panel, events: Sequence[Event]) -> None:
-    """Draw a marker at the time of each event."""
-    height = 1.0 if len(events) <= _MAX_EVENT_LINES else _RUG_HEIGHT_RATIO
+    """Draw a line at the time of each event."""
     for (label, colour, dashes), times in _times_by_style(events).items():
-        lines = panel.vlines(times, 0.0, height, transform=panel.get_xaxis_transform(), colors=colour)
+        lines = panel.vlines(times, 0.0, 1.0, transform=panel.get_xaxis_transform(), colors=colour)
         lines.set(linewidth=0.8, zorder=1, linestyle=dashes, gid=label)
+
+
+def _draw_event_strip(page: Page, cell: SubplotSpec, times: FloatArray, strip: Mapping[tuple[str, str, Any], Sequence[float]]) -> None:
+    """Draw a tick at the time of each event, in a row for each kind, whose name and number stand before it."""
+    place = cell.get_position(page)
+    left = place.x0 + _EVENT_NAME_WIDTH / _FIGURE_WIDTH
+    panel = page.add_panel((left, place.y0, place.x1 - left, place.height), grid="x")
+    for row, ((name, colour, _), event_times) in enumerate(strip.items()):
+        panel.vlines(event_times, row - 0.36, row + 0.36, colors=colour, linewidth=1.0).set_gid(name)
+    labels = [f"{name} ({len(event_times)})" for (name, _, _), event_times in strip.items()]
+    panel.set_yticks(range(len(strip)), labels)
+    panel.tick_params(axis="y", length=0.0)
+    panel.set(xlim=(times[0], times[-1]), ylim=(len(strip) - 0.4, -0.6))
+    _label_time(panel)
 
 
 def _draw_event_legend(page: Page, events: Sequence[Event], height: float) -> None:
@@ -180,10 +254,7 @@ def _draw_event_legend(page: Page, events: Sequence[Event], height: float) -> No
 
 
 def _times_by_style(events: Sequence[Event]) -> dict[tuple[str, str, Any], list[float]]:
-    """Return the times, s, of the events by label, colour and dashes: those of the kind, and of each named crossing its own.
-
-    Many events have solid lines.
-    """
+    """Return the times, s, of the events by label, colour and dashes: those of the kind, and of each named crossing its own."""
     names = list(dict.fromkeys(event.subject for event in events if event.kind == EventKind.CROSSING))
     times: dict[tuple[str, str, Any], list[float]] = {}
     for event in events:
@@ -191,6 +262,6 @@ def _times_by_style(events: Sequence[Event]) -> dict[tuple[str, str, Any], list[
             style = event.subject, SERIES_COLOURS[names.index(event.subject) % len(SERIES_COLOURS)], "solid"
         else:
             colour, dashes = _EVENT_STYLES.get(event.kind, _OTHER_EVENT_STYLE)
-            style = event.kind.value, colour, dashes if len(events) <= _MAX_EVENT_LINES else "solid"
+            style = event.kind.value, colour, dashes
         times.setdefault(style, []).append(event.time)
     return times

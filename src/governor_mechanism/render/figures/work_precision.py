@@ -8,7 +8,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from matplotlib.transforms import Bbox
 
 from governor_mechanism.render.figures.page import FIGURE_DPI, Page, Panel, use_plain_decades
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, RULE, SKY, VERMILLION
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PURPLE, RULE, SKY, VERMILLION
 from governor_mechanism.studies.work_precision.results import AccuracyStudy, EngineVariant, WorkPrecisionPoint, format_wall_time
 from governor_mechanism.types import FloatArray
 
@@ -27,7 +27,7 @@ _LABEL_DISTANCE_PIXELS, _RING_RADIUS_PIXELS = 10.0, 9.0
 _VARIANT_STYLES = {
     "reduced": (GREEN, "o"),
     "multibody": (BLUE, "s"),
-    "impulse extrapolated": ("#7a3600", "^"),
+    "impulse extrapolated": (PURPLE, "^"),
     "impulse staggered": (VERMILLION, "D"),
     "impulse plain": (MUTED, "v"),
 }
@@ -47,7 +47,7 @@ def work_precision_figure(study: AccuracyStudy, requested_error: float | None = 
     Returns
     -------
     Page
-        The figure; `save_png` writes it.
+        The figure; `save` writes it.
     """
     page = Page(8.4, 5.6)
     panel = _add_panel(page, study, requested_error)

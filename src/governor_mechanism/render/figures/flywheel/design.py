@@ -57,18 +57,18 @@ def draw_flywheel_plate(design: FlywheelDesign, simulated: Sequence[SimulatedWhe
     Returns
     -------
     Plate
-        The figure; `save_png` writes it.
+        The figure; `save` writes it.
     """
     fourth_caption = _WORK_CAPTION if comparison is None else _BRACKET_CAPTION
     captions = {**_CAPTIONS, _FOURTH_CAPTION_POSITION: fourth_caption}
     title = "Flywheel of an air-expansion engine"
     plate = Plate("Redtenbacher’s flywheel", title, "after Die Luftexpansions-Maschine, Mannheim 1853", captions)
-    _draw_forces(plate.add_plate_panel(_FORCE_RECT, "crank angle $\\varphi$, deg", "tangential force, kN"), design)
-    for rect, draw, label in zip(_INDICATOR_RECTS, (_draw_expansion, _draw_pump), ("pressure, bar", " "), strict=True):
+    _draw_forces(plate.add_plate_panel(_FORCE_RECT, "Crank angle $\\varphi$ [deg]", "Tangential force [kN]"), design)
+    for rect, draw, label in zip(_INDICATOR_RECTS, (_draw_expansion, _draw_pump), ("Pressure [bar]", " "), strict=True):
         draw(plate.add_plate_panel(rect, "piston travel, % of stroke", label), design.engine)
-    _draw_speeds(plate.add_plate_panel(_SPEED_RECT, "crank angle $\\varphi$, deg", "shaft speed, rad/s"), design, simulated)
+    _draw_speeds(plate.add_plate_panel(_SPEED_RECT, "Crank angle $\\varphi$ [deg]", "Shaft speed [rad/s]"), design, simulated)
     if comparison is None:
-        _draw_stored_work(plate.add_plate_panel(_FOURTH_RECT, "crank angle $\\varphi$, deg", "stored work $E/ApL$"), design)
+        _draw_stored_work(plate.add_plate_panel(_FOURTH_RECT, "Crank angle $\\varphi$ [deg]", "stored work $E/ApL$"), design)
     else:
         _write_terms(plate.add_plate_panel(_FOURTH_RECT), comparison)
     plate.write_dimensions(_dimensions_text(design))

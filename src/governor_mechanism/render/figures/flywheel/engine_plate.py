@@ -60,14 +60,14 @@ def draw_engine_plate(run: Trajectory) -> Plate:
     Returns
     -------
     Plate
-        The figure; `save_png` writes it.
+        The figure; `save` writes it.
     """
     plate = Plate("Engine and flywheel", run.scene.title, f"engine {run.cost.engine}", _CAPTIONS)
-    _draw_forces(plate.add_plate_panel(_FORCE_RECT, "crank angle $\\varphi$, deg", "tangential force, kN"), run)
-    for rect, (name, colour, gases), label in zip(_INDICATOR_RECTS, _cylinders(run), ("pressure, bar", " "), strict=False):
+    _draw_forces(plate.add_plate_panel(_FORCE_RECT, "Crank angle $\\varphi$ [deg]", "Tangential force [kN]"), run)
+    for rect, (name, colour, gases), label in zip(_INDICATOR_RECTS, _cylinders(run), ("Pressure [bar]", " "), strict=False):
         _draw_indicator(plate.add_plate_panel(rect, "piston travel, % of stroke", label), run, name, colour, gases)
     _draw_over_turns(
-        plate.add_plate_panel(_SPEED_RECT, "turns of the crank", "shaft speed, rad/s"), run, run.readings["shaft_speed"], GREEN
+        plate.add_plate_panel(_SPEED_RECT, "turns of the crank", "Shaft speed [rad/s]"), run, run.readings["shaft_speed"], GREEN
     )
     work = run.readings["stored_work"] / _J_PER_KJ
     _draw_over_turns(plate.add_plate_panel(_WORK_RECT, "turns of the crank", "stored work, kJ"), run, work, BLUE)

@@ -30,12 +30,12 @@ def spring_lines_figure(design: HartungDesign, *, with_printed_points: bool = Fa
     Returns
     -------
     Page
-        The figure; `save_png` writes it.
+        The figure; `save` writes it.
     """
     layout, inputs = design.layout, design.inputs
     slow, fast = (f"{speed * 30 / math.pi:.4g} rpm" for speed in (inputs.slow_speed, inputs.fast_speed))
     page = _new_page("Astatic spring forces", f"and the effective spring from {slow} inside to {fast} outside")
-    panel = page.add_panel((0.11, 0.15, 0.85, 0.66), "radius of the weights' centres, mm", "force of each spring, kgf")
+    panel = page.add_panel((0.11, 0.15, 0.85, 0.66), "Radius of the weights' centres [mm]", "Force of each spring [kgf]")
     for forces, colour, text in (
         (layout.fast_forces, VERMILLION, f"equilibrium at {fast}"),
         (layout.slow_forces, BLUE, f"equilibrium at {slow}"),
@@ -62,11 +62,11 @@ def sleeve_force_figure(design: HartungDesign) -> Page:
     Returns
     -------
     Page
-        The figure; `save_png` writes it.
+        The figure; `save` writes it.
     """
     layouts = [(angle, build_hartung_layout(design.inputs, math.radians(angle))) for angle in _shown_angles(design)]
     page = _new_page("Uniformity of the static sleeve force", "each angle with straight spring lines through both speeds")
-    panel = page.add_panel((0.09, 0.15, 0.40, 0.66), "lever angle (outward), deg", "static sleeve force S, kgf")
+    panel = page.add_panel((0.09, 0.15, 0.40, 0.66), "Lever angle (outward) [deg]", "Static sleeve force S [kgf]")
     enlarged = page.add_panel((0.585, 0.15, 0.395, 0.66), "the most uniform ones, enlarged")
     for (angle, layout), colour in zip(layouts, (*SERIES_COLOURS, INK, MUTED), strict=False):
         best = abs(math.radians(angle) - design.best_angle) < math.radians(0.01)

@@ -57,13 +57,13 @@ def isochronous_figure(scene: Scene) -> Plate:
     Returns
     -------
     Plate
-        The figure; `save_png` writes it.
+        The figure; `save` writes it.
     """
     data = IsochronousPlateData(scene)
     plate = Plate("The isochronous parabolas and the governor’s circle", scene.title, _SOURCE, _CAPTIONS)
-    family_labels = "distance from the spindle axis, mm", "height above the vertex, mm"
+    family_labels = "Distance from the spindle axis [mm]", "Height above the vertex [mm]"
     _draw_parabola_family(plate.add_plate_panel(_FAMILY_RECT, *family_labels), data)
-    deviation_labels = "change of the arm angle, deg", "change of the equilibrium speed, %"
+    deviation_labels = "Change of the arm angle [deg]", "Change of the equilibrium speed [%]"
     _draw_speed_deviations(plate.add_plate_panel(_DEVIATION_RECT, *deviation_labels), data)
     _write_dimensions(plate, data)
     _write_verdicts(plate)

@@ -43,9 +43,9 @@ def draw_marks_plate(data: EccentricDiagram) -> Plate:
         raise MechanismError("Marks' construction needs a finite eccentric_rod; an infinite one has no error term")
     plate = Plate("Marks’ construction of the error term", data.timing.title, data.source, _CAPTIONS)
     _draw_error_construction(plate.add_plate_panel(_CONSTRUCTION_RECT), data)
-    error_labels = "theoretical displacement $\\xi_0 = r\\,\\sin(\\omega+\\delta)$, mm", "deviation from the exact error, µm"
+    error_labels = "Theoretical displacement $\\xi_0 = r\\,\\sin(\\omega+\\delta)$ [mm]", "Deviation from the exact error [µm]"
     _draw_approximation_errors(plate.add_plate_panel(_ERRORS_RECT, *error_labels), data)
-    ellipse_labels = "piston travel from the crank end, % of the stroke", "valve’s displacement $\\xi$, mm"
+    ellipse_labels = "Piston travel from the crank end [% of the stroke]", "Valve’s displacement $\\xi$ [mm]"
     _draw_valve_ellipse(plate.add_plate_panel(_ELLIPSE_RECT, *ellipse_labels), data)
     _draw_reuleaux_diagram(plate.add_plate_panel(_REULEAUX_RECT), data)
     plate.write_dimensions(

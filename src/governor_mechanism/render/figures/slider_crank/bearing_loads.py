@@ -53,14 +53,14 @@ def bearing_loads_figure(run: Trajectory) -> Plate:
     exact = bearing_loads(crank_train, crank_angle=crank_angles, crank_rate=speed, gravity=run.scene.gravity)
     first_turn = run.readings["crank_angle"] <= run.scene.part.dimensions["crank_start"] + math.tau
     plate = Plate("Bearing loads of a slider crank", run.scene.title, "from inertia and weight, at constant crank speed", _CAPTIONS)
-    force_labels = "force along the line of the crosshead, kN", "force across it, kN"
+    force_labels = "Force along the line of the crosshead [kN]", "Force across it [kN]"
     _draw_force_loci(plate.add_plate_panel(_FORCES_RECT, *force_labels), run, exact, first_turn)
     _draw_engine(plate.add_plate_panel(_ENGINE_RECT), crank_train, exact)
     angles = np.degrees(run.readings["crank_angle"][first_turn] % math.tau)
     drive, guide = run.reactions["drive"].moment[first_turn], run.reactions["crosshead guide"].force[first_turn, 1]
-    degrees, angle_label = np.degrees(crank_angles), "crank angle from the outer dead centre, deg"
-    _draw_load_curve(plate.add_plate_panel(_TORQUE_RECT, angle_label, "torque, N m"), (angles, drive), (degrees, exact.torque))
-    guide_panel = plate.add_plate_panel(_GUIDE_RECT, angle_label, "force upward, kN")
+    degrees, angle_label = np.degrees(crank_angles), "Crank angle from the outer dead centre [deg]"
+    _draw_load_curve(plate.add_plate_panel(_TORQUE_RECT, angle_label, "Torque [N m]"), (angles, drive), (degrees, exact.torque))
+    guide_panel = plate.add_plate_panel(_GUIDE_RECT, angle_label, "Force upward [kN]")
     _draw_load_curve(guide_panel, (angles, guide * _KILO_PER_UNIT), (degrees, exact.guide * _KILO_PER_UNIT))
     plate.write_dimensions(
         f"crank $R$ = {crank_train.crank * 1e3:.4g} mm, {crank_train.crank_mass:.4g} kg at {crank_train.crank_centre * 1e3:.4g} mm;  rod "

@@ -36,12 +36,12 @@ def draw_die_path_plate(title: str, paths: Sequence[DiePaths], own_suspension: s
     reach = 1.3 * max(float(np.max(np.abs(one.displacements))) for one in paths) * MM_PER_M
     height = 1.06 * max(float(np.max(np.abs(one.offsets))) for one in paths) * MM_PER_M
     for k, one in enumerate(paths):
-        panel = plate.add_panel((_LEFT + k * (width + _GAP), _BOTTOM, width, _HEIGHT), "valve displacement, mm", label_size=10.5)
+        panel = plate.add_panel((_LEFT + k * (width + _GAP), _BOTTOM, width, _HEIGHT), "Valve displacement [mm]", label_size=10.5)
         panel.set(xlim=(-reach, reach), ylim=(-height, height))
         if k:
             panel.tick_params(labelleft=False)
         else:
-            panel.label("valve displacement, mm", "position of the die along the arc, mm", size=10.5)
+            panel.label("Valve displacement [mm]", "Position of the die along the arc [mm]", size=10.5)
         number = PAPER_SUSPENSIONS.get(one.suspension, "")
         own = " (this gear)" if one.suspension == own_suspension else ""
         panel.write_heading(f"{number + '.  ' if number else ''}{one.suspension.capitalize()}{own}", y=1.035, size=12.5)

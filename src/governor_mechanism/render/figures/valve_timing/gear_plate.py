@@ -44,14 +44,14 @@ def draw_gear_plate(gear: ValveGear) -> Plate:
     plate = Plate("The valve in every gear", gear.title, _SOURCE, _CAPTIONS)
     _draw_polar_curves(plate.add_plate_panel(_POLAR_RECT), gear)
     curves = (
-        ("lead, mm", MM_PER_M * gear.leads),
-        ("cut-off, %", 100.0 * gear.cut_offs),
-        ("travel, mm", MM_PER_M * gear.travel[:, np.newaxis]),
+        ("Lead [mm]", MM_PER_M * gear.leads),
+        ("Cut-off [%]", 100.0 * gear.cut_offs),
+        ("Travel [mm]", MM_PER_M * gear.travel[:, np.newaxis]),
     )
     panels = [plate.add_panel(rect, "", label, label_size=10.5) for rect, (label, _) in zip(_CURVE_RECTS, curves, strict=True)]
     for panel, (_, values) in zip(panels, curves, strict=True):
         _draw_against_gear(panel, gear.positions, values)
-    panels[-1].label("gear: 1 full forward, 0 mid, −1 full back", "travel, mm", size=10.5)
+    panels[-1].label("gear: 1 full forward, 0 mid, −1 full back", "Travel [mm]", size=10.5)
     handles = [Line2D([], [], color=colour, label=end) for end, colour in zip(CYLINDER_ENDS, _END_COLOURS, strict=True)]
     add_legend(plate, {"fontfamily": SANS_FONT, "fontsize": 8.5, "color": INK}, handles=handles, loc="lower right", ncols=2,
                bbox_to_anchor=(0.972, 0.832))  # fmt: skip

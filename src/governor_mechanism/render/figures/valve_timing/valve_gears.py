@@ -25,9 +25,13 @@ _WIDEST_LINE, _NARROWEST_LINE = 4.2, 1.4
 _COUNT_WORDS = {2: "Two", 3: "Three", 4: "Four", 5: "Five", 6: "Six", 7: "Seven"}
 
 _PANELS: tuple[tuple[str, str, Callable[[ValveGear], FloatArray]], ...] = (
-    ("Lead", "mean lead of both ends, mm", lambda gear: MM_PER_M * gear.leads.mean(axis=1)),
-    ("Travel of the valve", "travel, mm", lambda gear: MM_PER_M * gear.travel),
-    ("Inequality of the ends", "cut-off at the crank end less head end, %", lambda gear: 100 * (gear.cut_offs[:, 0] - gear.cut_offs[:, 1])),
+    ("Lead", "Mean lead of both ends [mm]", lambda gear: MM_PER_M * gear.leads.mean(axis=1)),
+    ("Travel of the valve", "Travel [mm]", lambda gear: MM_PER_M * gear.travel),
+    (
+        "Inequality of the ends",
+        "Cut-off, crank end less head end [%]",
+        lambda gear: 100 * (gear.cut_offs[:, 0] - gear.cut_offs[:, 1]),
+    ),
 )
 """Heading, label of the ordinate and ordinates of each panel."""
 
@@ -72,7 +76,7 @@ def _draw_panel(
     widths: Sequence[float] | FloatArray,
 ) -> None:
     """Draw one panel: its heading and the label of its ordinate, and a line for each gear."""
-    panel = page.add_panel(rect, "mean cut-off, % of the stroke", labels[1])
+    panel = page.add_panel(rect, "Mean cut-off [% of the stroke]", labels[1])
     panel.write_heading(labels[0], y=1.04)
     for gear, colour, width in zip(gears, colours, widths, strict=True):
         cut_off, values = 100 * gear.cut_offs.mean(axis=1), ordinates(gear)

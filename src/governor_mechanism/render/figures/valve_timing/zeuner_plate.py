@@ -68,7 +68,7 @@ def draw_zeuner_plate(data: ValveDiagram) -> Plate:
     _draw_polar_diagram(plate.add_plate_panel(_POLAR_RECT), data)
     _write_event_table(plate, data)
     if data.has_piston:
-        _draw_stroke_diagram(plate.add_plate_panel(_STROKES_RECT, "stroke from the dead centre of each end, %"), data)
+        _draw_stroke_diagram(plate.add_plate_panel(_STROKES_RECT, "Stroke from the dead centre of each end [%]"), data)
     plate.write_dimensions(data.dimensions)
     return plate
 

@@ -1,0 +1,91 @@
+"""Formats and themes of figures, and the files of a figure in the chosen ones. Nothing heavy is imported here."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.pictures import Figure
+
+
+class FigureFormat(StrEnum):
+    """Format of a figure's file. SVG and PDF hold vectors, and their texts as outlines."""
+
+    PNG = "png"
+    SVG = "svg"
+    PDF = "pdf"
+
+
+class Theme(StrEnum):
+    """Colours of a figure: by day, on a dark ground, or without a ground, for slides and printed pages."""
+
+    LIGHT = "light"
+    DARK = "dark"
+    TRANSPARENT = "transparent"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FigureFiles:
+    """Where and how figures are written.
+
+    Attributes
+    ----------
+    folder
+        Folder of the files; it exists.
+    formats
+        Formats in which each figure is written.
+    theme
+        Their colours.
+    """
+
+    folder: Path
+    formats: Sequence[FigureFormat] = (FigureFormat.PNG,)
+    theme: Theme = Theme.LIGHT
+
+    def save(self, figure: Figure, stem: str) -> list[Path]:
+        """Write a figure in all formats.
+
+        Parameters
+        ----------
+        figure
+            The figure.
+        stem
+            Name of the files without their endings.
+
+        Returns
+        -------
+        list[Path]
+            The files.
+        """
+        return [figure.save(self.folder / f"{stem}.{one}", self.theme) for one in dict.fromkeys(self.formats)]
+
+
+def make_figure_files(folder: Path, formats: Sequence[str], theme: str) -> FigureFiles:
+    """Return where and how figures are written, from names of formats and of a theme.
+
+    Parameters
+    ----------
+    folder
+        Folder of the files.
+    formats
+        Names of formats.
+    theme
+        Name of a theme.
+
+    Returns
+    -------
+    FigureFiles
+        The checked description.
+
+    Raises
+    ------
+    MechanismError
+        If there is no such format or theme.
+    """
+    for one in formats:
+        if one not in set(FigureFormat):
+            raise MechanismError(f"a figure's format must be one of {', '.join(FigureFormat)}; got {one!r}")
+    if theme not in set(Theme):
+        raise MechanismError(f"a figure's theme must be one of {', '.join(Theme)}; got {theme!r}")
+    return FigureFiles(folder=folder, formats=tuple(map(FigureFormat, formats)), theme=Theme(theme))

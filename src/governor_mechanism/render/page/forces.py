@@ -1,0 +1,125 @@
+"""Forces on the bodies of a part over time: weight, centrifugal force, and those of springs and dashpots. All in N."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from governor_mechanism.model.effect import OutputForce
+from governor_mechanism.model.force_elements import Damper, Spring
+from governor_mechanism.model.joints import GROUND, Point
+from governor_mechanism.model.output_variables import PointCoordinate
+from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.geometry.points import point_path
+from governor_mechanism.render.machines.machine_drawing import MachineDrawing
+from governor_mechanism.types import FloatArray
+
+MIN_FORCE_RATIO = 1e-6
+"""Largest force relative to that of all, below which a force is left out."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DrawnForce:
+    """A force on a body.
+
+    Attributes
+    ----------
+    kind
+        "weight", "centrifugal", "spring" or "damping".
+    name
+        What it is.
+    point
+        Point of the body at which it acts.
+    components
+        Components along the axes of the plane, N; shape (samples, 2).
+    """
+
+    kind: str
+    name: str
+    point: Point
+    components: FloatArray
+
+
+def find_forces(data: FrameData) -> list[DrawnForce]:
+    """Return the forces on the bodies of a part at its sample times, without those that are practically zero.
+
+    They are computed at the reported times, and are linear between these.
+    """
+    drawing = data.drawing
+    forces = [*_weights(drawing), *_centrifugal_forces(drawing), *_element_forces(drawing), *_effect_forces(drawing)]
+    largest = max((_magnitude(force) for force in forces), default=0.0)
+    shown = [force for force in forces if _magnitude(force) > MIN_FORCE_RATIO * largest]
+    return [replace(force, components=_interpolate(drawing.run.times, force.components, data.times)) for force in shown]
+
+
+def _interpolate(times: FloatArray, components: FloatArray, at: FloatArray) -> FloatArray:
+    """Return components (n, 2) at other times (m,)."""
+    return np.column_stack([np.interp(at, times, column) for column in components.T])
+
+
+def _magnitude(force: DrawnForce) -> float:
+    """Return the largest magnitude of a force, N."""
+    return float(np.hypot(*force.components.T).max(initial=0.0))
+
+
+def _weights(drawing: MachineDrawing) -> Iterator[DrawnForce]:
+    for body in drawing.part.mechanism.bodies:
+        components = np.tile([0.0, -body.mass * drawing.part.gravity], (len(drawing.poses), 1))
+        yield DrawnForce(kind="weight", name=f"weight of {body.name}", point=Point(body=body.name), components=components)
+
+
+def _centrifugal_forces(drawing: MachineDrawing) -> Iterator[DrawnForce]:
+    """Yield the centrifugal force on each body of a plane that turns, m omega^2 x at its mass centre."""
+    part, readings = drawing.part, drawing.select_entries(drawing.run.readings)
+    if not (part.turns and part.has_centrifugal and "spindle_speed" in readings):
+        return
+    for index, body in enumerate(part.mechanism.bodies):
+        force = body.mass * readings["spindle_speed"] ** 2 * drawing.poses[:, index, 0]
+        components = np.column_stack([force, np.zeros(len(force))])
+        yield DrawnForce(kind="centrifugal", name=f"centrifugal force on {body.name}", point=Point(body=body.name), components=components)
+
+
+def _element_forces(drawing: MachineDrawing) -> Iterator[DrawnForce]:
+    """Yield the forces of springs and dampers between points, on each body that moves."""
+    mechanism = drawing.part.mechanism
+    for element in mechanism.force_elements:
+        if not isinstance(element, Spring | Damper):
+            continue
+        (first, first_velocity), (second, second_velocity) = (_follow(drawing, point) for point in (element.first, element.second))
+        length = np.hypot(*(second - first).T)
+        direction = (second - first) / np.maximum(length, 1e-12)[:, None]
+        if isinstance(element, Spring):
+            kind, pull = "spring", element.stiffness * (length - element.free_length)
+        else:
+            kind, pull = "damping", element.damping * np.sum(direction * (second_velocity - first_velocity), axis=1)
+        for point, sign in ((element.first, 1.0), (element.second, -1.0)):
+            if point.body != GROUND:
+                components = sign * pull[:, None] * direction
+                yield DrawnForce(kind=kind, name=f"{element.name} on {point.body}", point=point, components=components)
+
+
+def _follow(drawing: MachineDrawing, point: Point) -> tuple[FloatArray, FloatArray]:
+    """Return positions and velocities (n, 2) of a point at the reported times."""
+    mechanism = drawing.part.mechanism
+    path = point_path(mechanism, drawing.poses, point)
+    index = mechanism.body_index(point.body)
+    if index < 0:
+        return path, np.zeros_like(path)
+    velocity, arm = drawing.select_bodies(drawing.run.velocities)[:, index], path - drawing.poses[:, index, :2]
+    return path, velocity[:, :2] + velocity[:, 2:] * np.column_stack([-arm[:, 1], arm[:, 0]])
+
+
+def _effect_forces(drawing: MachineDrawing) -> Iterator[DrawnForce]:
+    """Yield the forces of effects along readings that are a coordinate of a point."""
+    readings, rates = (drawing.select_entries(entries) for entries in (drawing.run.readings, drawing.run.rates))
+    for effect in drawing.part.output_effects:
+        reading = drawing.part.mechanism.reading(effect.reading)
+        if not isinstance(effect, OutputForce) or not isinstance(reading, PointCoordinate) or effect.reading not in rates:
+            continue
+        if reading.origin.body != GROUND or reading.point.body == GROUND:
+            continue
+        values = readings[effect.reading]
+        force = np.asarray(effect.evaluate(values, rates[effect.reading])) * np.ones(len(values))
+        components = force[:, None] * np.array([reading.direction_x, reading.direction_y])
+        kind, name = "damping" if effect.dissipates else "spring", f"{effect.key.replace('_', ' ')} on {reading.point.body}"
+        yield DrawnForce(kind=kind, name=name, point=reading.point, components=components)

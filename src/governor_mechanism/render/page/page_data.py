@@ -1,0 +1,218 @@
+"""The data of a page: outlines, tracks, modes, forces and curves, as values that JSON knows.
+
+Positions are units of the picture (`recording.PICTURE_SIZE` on its larger side), angles clockwise in `ANGLE_QUANTUM` rad; `pack_numbers`
+tells how numbers over time are written. Sample k of n stands for the time start + k (stop - start) / (n - 1).
+"""
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+
+from governor_mechanism.model.joints import Point
+from governor_mechanism.render.geometry.primitives import round_step
+from governor_mechanism.render.page.forces import DrawnForce, find_forces
+from governor_mechanism.render.page.motion import Track, TrackTable
+from governor_mechanism.render.page.packing import pack_numbers
+from governor_mechanism.render.page.part_names import name_part
+from governor_mechanism.render.page.plots import Plot, PlotCurve, choose_plots
+from governor_mechanism.render.page.recording import PICTURE_SIZE, Picture, RecordedShape, record_shapes
+from governor_mechanism.render.page.turning_shapes import HIDDEN_ROLES, SEEN_AS, find_details, find_half_thickness
+from governor_mechanism.render.page.views import PageView, ShownRun
+from governor_mechanism.types import FloatArray
+
+ANGLE_QUANTUM = 1e-4
+"""Quantum of angles, rad: at the end of a bar as long as the picture it moves the end by one unit."""
+AMPLITUDE_QUANTUM = 0.5
+"""Quantum of the amplitude of a mode, units of the picture: a few modes together round to about one unit."""
+RELATIVE_QUANTUM = 1e-4
+"""Quantum of forces and readings, relative to the largest force and to the length of the axis."""
+DIGIT_QUANTUM = 0.2
+"""Quantum of readings, relative to the last digit that is shown, where that is coarser."""
+_FORCE_LENGTH = 0.17
+"""Length of the longest force, relative to the larger side of the picture."""
+_MAX_SCALE_BAR = 0.3
+"""Longest scale bar, relative to the width of the picture."""
+_DISPLACEMENT_DECIMALS = 5
+
+
+def collect_data(shown: ShownRun, slow_down: float) -> dict[str, Any]:
+    """Return the data of a run whose seconds take `slow_down` seconds at first."""
+    return {
+        "times": {"start": float(shown.times[0]), "stop": float(shown.times[-1]), "count": len(shown.times)},
+        "slowDown": slow_down,
+        "angleQuantum": ANGLE_QUANTUM,
+        "amplitudeQuantum": AMPLITUDE_QUANTUM,
+        "views": [_collect_view(view, len(shown.times)) for view in shown.views],
+        "plots": [_collect_plot(plot) for plot in choose_plots(shown)],
+    }
+
+
+def _collect_view(view: PageView, n_samples: int) -> dict[str, Any]:
+    """Return the data of a view."""
+    picture = view.picture
+    width, height = picture.size
+    names = [body.name for body in view.data.part.mechanism.bodies] if view.shows_bodies else []
+    poses = [picture.place_poses(view.place_poses(view.data.poses[:, index])) for index in range(len(names))]
+    table = TrackTable([Track(name=name, poses=one) for name, one in zip(names, poses, strict=True)])
+    axis = float(picture.place(view.place_poses(np.zeros((1, 3)))[:, :2])[0, 0])
+    shapes = record_shapes(picture, lambda k: view.static_shapes, 1) + record_shapes(picture, view.shapes_at, n_samples)
+    shapes = [shape for shape in shapes if shape.visible.any()]
+    details = find_details(shapes)
+    collected = [_collect_shape(shape, table, view, axis, is_detail=k in details) for k, shape in enumerate(shapes)]
+    return {
+        "name": view.name,
+        "isPlane": view.has_plane,
+        "width": round(width),
+        "height": round(height),
+        "stroke": round(view.stroke, 2),
+        "axis": round(axis),
+        "slowing": view.rotation_slowing,
+        "scales": [_scale_bar(name, unit * picture.scale, width) for name, unit in view.scales.items()],
+        "spindle": pack_numbers(view.data.spindle_angle, ANGLE_QUANTUM) if view.has_outside else None,
+        "trace": _collect_trace(view, picture),
+        "shapes": collected,
+        "forces": _collect_forces(view, names, table, picture) if view.has_plane and view.shows_bodies else None,
+        "tracks": [_collect_track(track) for track in table.tracks],
+    }
+
+
+def _collect_shape(shape: RecordedShape, table: TrackTable, view: PageView, axis: float, *, is_detail: bool) -> dict[str, Any]:
+    """Return the data of a shape; keys that do not apply are left out."""
+    motion = table.describe(shape)
+    body = table.tracks[motion.track].name if motion.track is not None and view.names_bodies else ""
+    name, sentence = name_part(shape.role, view.machine, body)
+    is_in_plane_only = is_detail or shape.role in HIDDEN_ROLES
+    data: dict[str, Any] = {"role": shape.role, "kind": shape.kind}
+    optional = {
+        "name": name,
+        "sentence": sentence,
+        "text": shape.text,
+        "track": motion.track,
+        "modes": [
+            [pack_numbers(mode.amplitudes, AMPLITUDE_QUANTUM), np.round(mode.displacements, _DISPLACEMENT_DECIMALS).ravel().tolist()]
+            for mode in motion.modes
+        ],
+        "seenAs": SEEN_AS.get(shape.role) if view.has_outside else None,
+        "radius": pack_numbers(shape.radii, 1.0) if len(shape.radii) else None,
+        "hidden": list(_hidden_intervals(shape)),
+        "turns": find_half_thickness(shape, axis) if view.has_outside and not is_in_plane_only else None,
+    }
+    data |= {key: value for key, value in optional.items() if value is not None and value != [] and value != ""}
+    if view.has_outside and is_in_plane_only:
+        data["isInPlaneOnly"] = True
+    if motion.is_changing:
+        return data | {"frames": list(_collect_frames(shape))}
+    if shape.kind == "lines":
+        data["lengths"] = list(shape.outline)
+    return data | {"points": _whole_numbers(motion.points)}
+
+
+def _hidden_intervals(shape: RecordedShape) -> Iterator[list[int]]:
+    """Yield the first sample of each interval in which a shape is hidden, and the first one after it."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], shape.visible, [True]]).astype(int)))
+    yield from edges.reshape(-1, 2).tolist()
+
+
+def _collect_frames(shape: RecordedShape) -> Iterator[list[Any]]:
+    """Yield the first sample and the polylines, as lengths, x and y, of each stretch of samples with the same points."""
+    before: list[Any] = []
+    frames = shape.changing or tuple((points,) for points in shape.points)
+    for k, lines in enumerate(frames):
+        points = np.concatenate(lines) if lines else np.zeros((0, 2))
+        content = [[len(line) for line in lines], pack_numbers(points[:, 0], 1.0), pack_numbers(points[:, 1], 1.0)]
+        if content != before:
+            yield [k, *content]
+        before = content
+
+
+def _collect_track(track: Track) -> dict[str, Any]:
+    """Return the data of a track."""
+    x, y, angle = track.poses.T
+    name = {"name": track.name} if track.name else {}
+    return name | {"x": pack_numbers(x, 1.0), "y": pack_numbers(y, 1.0), "angle": pack_numbers(angle, ANGLE_QUANTUM)}
+
+
+def _collect_trace(view: PageView, picture: Picture) -> dict[str, Any] | None:
+    """Return the path that the drawing traces, if there is one."""
+    if view.trace is None or not view.has_plane:
+        return None
+    poses = np.column_stack([view.trace, np.zeros(len(view.trace))])
+    x, y, _ = picture.place_poses(view.place_poses(poses)).T
+    return {"x": pack_numbers(x, 1.0), "y": pack_numbers(y, 1.0)}
+
+
+def _collect_forces(view: PageView, bodies: list[str], table: TrackTable, picture: Picture) -> dict[str, Any] | None:
+    """Return the forces, with their common scale; None if there are none."""
+    forces = find_forces(view.data)
+    largest = max((float(np.hypot(*force.components.T).max(initial=0.0)) for force in forces), default=0.0)
+    if not largest > 0.0:
+        return None
+    quantum = RELATIVE_QUANTUM * largest
+    length = min(picture.size[0] * 2, PICTURE_SIZE) * _FORCE_LENGTH
+    return {
+        "largest": largest,
+        "quantum": quantum,
+        "unitsPerNewton": length / largest,
+        "arrows": [_collect_force(force, quantum, bodies, view, picture) for force in forces],
+    }
+
+
+def _collect_force(force: DrawnForce, quantum: float, bodies: list[str], view: PageView, picture: Picture) -> dict[str, Any]:
+    """Return the data of a force: its point in the axes of the track of its body, and its components; y points down."""
+    x, y = force.components.T
+    point: Point = force.point
+    scale = picture.scale * float(np.hypot(*np.diff(view.place_poses(np.array([[0.0, 0, 0], [1.0, 0, 0]]))[:, :2], axis=0)[0]))
+    return {
+        "kind": force.kind,
+        "name": force.name,
+        "track": bodies.index(point.body),
+        "point": [round(point.x * scale), round(-point.y * scale)],
+        "x": pack_numbers(x, quantum),
+        "y": pack_numbers(-y, quantum),
+    }
+
+
+def _scale_bar(name: str, units_per_metre: float, width: float) -> dict[str, Any]:
+    """Return a scale bar of a round length."""
+    length = round_step(_MAX_SCALE_BAR * width / units_per_metre, 2)
+    return {"label": f"{name} {length * 1e3:g} mm".strip(), "length": round(length * units_per_metre)}
+
+
+def _collect_plot(plot: Plot) -> dict[str, Any]:
+    """Return the data of a plot."""
+    low, high = plot.limits
+    quantum = max(RELATIVE_QUANTUM * (high - low), DIGIT_QUANTUM * 10.0**-plot.decimals)
+    return {
+        "name": plot.name,
+        "unit": plot.unit,
+        "decimals": plot.decimals,
+        "limits": [low, high],
+        "ticks": [float(f"{tick:.6g}") for tick in plot.ticks],
+        "isFirst": plot.is_first,
+        "curves": [_collect_curve(curve, low, quantum) for curve in plot.curves],
+    }
+
+
+def _collect_curve(curve: PlotCurve, low: float, quantum: float) -> dict[str, Any]:
+    """Return the data of a curve; its values count from the lower end of the axis."""
+    return {
+        "name": curve.name,
+        "series": curve.series,
+        "first": curve.first,
+        "count": len(curve.values),
+        "quantum": quantum,
+        "values": pack_numbers(curve.values - low, quantum),
+    }
+
+
+def _whole_numbers(points: FloatArray) -> list[int]:
+    """Return points (n, 2) as x, y, x, y, ... in whole units."""
+    flat: list[int] = np.rint(points).astype(int).ravel().tolist()
+    return flat
+
+
+def roles_of(data: dict[str, Any]) -> set[str]:
+    """Return the roles of all shapes of a page."""
+    shapes: Iterable[dict[str, Any]] = (shape for view in data["views"] for shape in view["shapes"])
+    return {shape["role"] for shape in shapes} | {"trace"}

@@ -1,0 +1,248 @@
+// The page: it makes the drawings and the plots, and connects them with the clock and the controls.
+
+const FORCE_NAMES = { weight: "weight", centrifugal: "centrifugal force", spring: "spring", damping: "damper" };
+const HINT = "Point at a part to see what it is.";
+/** Width over height of all drawings together from which on the plots stand below them. */
+const WIDE_ASPECT = 1.9;
+const ARROW_STEP = 1;
+const LONG_ARROW_STEP = 10;
+
+/** The element with an id. */
+function find(id) {
+  return document.getElementById(id);
+}
+
+/** The data of the page, with all channels of tracks and shapes decoded. */
+function readData() {
+  const data = JSON.parse(find("run-data").textContent);
+  for (const view of data.views) {
+    view.tracks = view.tracks.map((track) => decodeTrack(track, data.angleQuantum));
+    view.shapes = view.shapes.map((shape) => decodeShape(shape, data.amplitudeQuantum));
+  }
+  return data;
+}
+
+/** A figure with a picture and a caption. */
+function addFigure(picture, className, caption) {
+  const figure = makeNode("figure", className);
+  const words = makeNode("figcaption", "", caption);
+  figure.append(picture, words);
+  find("stage").append(figure);
+  return words;
+}
+
+/** Scale bars of a view below its picture. */
+function addScales(view, picture, words) {
+  for (const scale of view.scales) {
+    const bar = makeNode("span", "scale-bar");
+    const length = makeNode("i");
+    const width = picture.viewBox.baseVal.width;
+    const fit = () => {
+      const factor = Math.min(picture.clientWidth / width, picture.clientHeight / picture.viewBox.baseVal.height);
+      length.style.width = `${(scale.length * factor).toFixed(1)}px`;
+    };
+    new ResizeObserver(fit).observe(picture);
+    bar.append(length, makeNode("span", "", scale.label));
+    words.append(bar);
+  }
+}
+
+/** All pictures of the views, each with `update(place, rate)`. */
+function makePictures(data) {
+  const pictures = [];
+  for (const view of data.views) {
+    const drawing = view.isPlane ? makeDrawing(view, data) : null;
+    const outside = view.spindle === null ? null : makeOutside(view, data);
+    const posesAt = (place) => view.tracks.map((track) => poseAt(track, place));
+    if (drawing) {
+      const words = addFigure(drawing.picture, "plane", view.spindle === null ? view.name : "in the turning plane");
+      if (view.slowing > 1) words.append(makeNode("span", "", `one turn drawn for ${view.slowing}`));
+      addScales(view, drawing.picture, words);
+      setAspect(drawing.picture);
+    }
+    const note = outside ? addFigure(outside.picture, "outside", "from outside") : null;
+    if (outside) setAspect(outside.picture);
+    const update = (place, rate) => {
+      const poses = posesAt(place);
+      if (drawing) drawing.update(place, poses);
+      if (!outside) return;
+      const slowing = spindleSlowing(outside.fastestSpeed * rate);
+      outside.update(place, poses, slowing);
+      note.textContent = `from outside; ${slowing > 1 ? `one turn of the spindle drawn for ${slowing}` : "the spindle turns as in the run"}`;
+    };
+    pictures.push({ update, forces: drawing ? drawing.forces : null });
+  }
+  const aspects = [...document.querySelectorAll("#stage svg")].map(aspectOf);
+  find("show").classList.toggle("is-wide", aspects.reduce((sum, aspect) => sum + aspect, 0) > WIDE_ASPECT);
+  return pictures;
+}
+
+/** Plots beside the drawing and those that wait under a heading; each with `update` and `peek`. */
+function makePlots(data, onSeek) {
+  const plots = data.plots.map((plot) => {
+    const one = makePlot(plot, data, onSeek);
+    find(plot.isFirst ? "plots" : "more-plots").append(one.node);
+    return one;
+  });
+  find("more-readings").hidden = data.plots.every((plot) => plot.isFirst);
+  return plots;
+}
+
+/** Show what a part is, and mark all its shapes. */
+function markPart(name, sentence) {
+  for (const shape of document.querySelectorAll("#stage [data-name]")) shape.classList.toggle("marked", shape.dataset.name === name);
+  for (const button of document.querySelectorAll("#parts button")) button.setAttribute("aria-pressed", String(button.textContent === name));
+  find("part-name").textContent = name || HINT;
+  find("part-name").classList.toggle("is-hint", !name);
+  find("part-sentence").textContent = sentence;
+}
+
+/** The list of parts, and names of the shapes that a pointer meets. */
+function connectParts() {
+  const parts = new Map();
+  for (const shape of document.querySelectorAll("#stage [data-sentence]")) {
+    if (!parts.has(shape.dataset.name)) parts.set(shape.dataset.name, shape.dataset.sentence);
+  }
+  for (const [name, sentence] of [...parts].sort(([a], [b]) => a.localeCompare(b))) {
+    const button = makeNode("button", "", name);
+    button.type = "button";
+    button.setAttribute("aria-pressed", "false");
+    button.addEventListener("click", () => {
+      const isMarked = button.getAttribute("aria-pressed") === "true";
+      markPart(isMarked ? "" : name, isMarked ? "" : sentence);
+    });
+    const item = makeNode("li");
+    item.append(button);
+    find("parts").append(item);
+  }
+  const point = (event) => {
+    const shape = event.target.closest("[data-name]");
+    if (shape) markPart(shape.dataset.name, shape.dataset.sentence || "");
+    else if (event.type === "pointerdown") markPart("", "");
+  };
+  find("stage").addEventListener("pointerover", point);
+  find("stage").addEventListener("pointerdown", point);
+  find("stage").addEventListener("pointerleave", (event) => {
+    if (event.pointerType === "mouse") markPart("", "");
+  });
+}
+
+/** The switch of the forces, with a legend; hidden if there are none. */
+function connectForces(pictures) {
+  const groups = pictures.map((picture) => picture.forces).filter(Boolean);
+  const hasLoads = document.querySelector("#stage :is(.role-force, .role-reaction)") !== null;
+  find("forces-switch").hidden = !groups.length && !hasLoads;
+  // Applied loads belong to the drawing, and are shown at first.
+  find("forces").checked = hasLoads;
+  for (const kind of new Set(groups.flatMap((group) => group.kinds))) {
+    find("force-legend").append(makeNode("span", `key force-${kind}`, FORCE_NAMES[kind]));
+  }
+  if (hasLoads) find("force-legend").append(makeNode("span", "key force-load", "applied load"));
+  const largest = Math.max(0, ...groups.map((group) => group.largest));
+  if (largest) find("force-legend").append(makeNode("span", "", `longest arrow ${Number(largest.toPrecision(3))} N`));
+  const show = () => {
+    find("stage").classList.toggle("with-forces", find("forces").checked);
+    groups.forEach((group) => group.show(find("forces").checked));
+    find("force-legend").hidden = !find("forces").checked;
+  };
+  find("forces").addEventListener("change", show);
+  show();
+}
+
+/** The switch between light and dark; at first the page follows the system. */
+function connectTheme() {
+  const isDark = () =>
+    document.documentElement.dataset.theme === "dark" ||
+    (!document.documentElement.dataset.theme && matchMedia("(prefers-color-scheme: dark)").matches);
+  const write = () => {
+    find("theme").setAttribute("aria-pressed", String(isDark()));
+    find("theme").textContent = isDark() ? "Light" : "Dark";
+  };
+  find("theme").addEventListener("click", () => {
+    document.documentElement.dataset.theme = isDark() ? "light" : "dark";
+    write();
+  });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", write);
+  write();
+}
+
+/** Buttons, sliders and keys of the clock. */
+function connectControls(player, data) {
+  const { start, stop, count } = data.times;
+  const step = count > 1 ? (stop - start) / (count - 1) : 0;
+  const scrub = find("scrub");
+  Object.assign(scrub, { min: start, max: stop, step: "any" });
+  scrub.addEventListener("input", () => {
+    const time = Number(scrub.value);
+    player.pause();
+    player.seek(time);
+  });
+  find("play").addEventListener("click", player.toggle);
+  Object.assign(find("speed"), { min: 0, max: SPEEDS.length - 1, step: 1, value: FIRST_SPEED });
+  find("speed").addEventListener("input", () => player.setSpeed(Number(find("speed").value)));
+  const move = (steps) => {
+    player.pause();
+    player.seek(player.time + steps * step);
+  };
+  const actions = {
+    " ": player.toggle,
+    ArrowRight: (event) => move(event.shiftKey ? LONG_ARROW_STEP : ARROW_STEP),
+    ArrowLeft: (event) => move(event.shiftKey ? -LONG_ARROW_STEP : -ARROW_STEP),
+    Home: () => player.seek(start),
+    End: () => {
+      player.pause();
+      player.seek(stop);
+    },
+    "+": () => player.setSpeed(player.speedIndex + 1),
+    "=": () => player.setSpeed(player.speedIndex + 1),
+    "-": () => player.setSpeed(player.speedIndex - 1),
+    f: () => find("forces").click(),
+  };
+  document.addEventListener("keydown", (event) => {
+    const isOwnKey = event.target.id === "speed" || (event.key === " " && event.target.closest("button, summary, input[type=checkbox]"));
+    if (event.ctrlKey || event.metaKey || event.altKey || isOwnKey || !actions[event.key]) return;
+    event.preventDefault();
+    actions[event.key](event);
+  });
+}
+
+/** Make the page. */
+function startPage() {
+  const data = readData();
+  const pictures = makePictures(data);
+  const isStill = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  let player = null;
+  const seek = (time, kind) => {
+    const place = kind === "peek" ? placeOf(time, data.times) : null;
+    plots.forEach((plot) => plot.peek(place));
+    find("peeked-time").textContent = place ? `pointer at ${formatTime(time, data.times)} s` : "";
+    if (kind === "seek") player.seek(time);
+    else if (kind === "leave") refresh();
+  };
+  const plots = makePlots(data, seek);
+  const refresh = () => {
+    const place = placeOf(player.time, data.times);
+    pictures.forEach((picture) => picture.update(place, player.rate()));
+    plots.forEach((plot) => plot.node.classList.contains("peeked") || plot.update(place));
+    const time = formatTime(player.time, data.times);
+    find("time").textContent = `${time} s`;
+    find("scrub").value = player.time;
+    find("scrub").setAttribute("aria-valuetext", `${time} seconds`);
+    const rate = describeRate(player.rate());
+    find("rate").textContent = rate;
+    find("speed").value = player.speedIndex;
+    find("speed").setAttribute("aria-valuetext", rate);
+    find("play").setAttribute("aria-label", player.isPlaying ? "pause" : "play");
+    find("play").classList.toggle("is-playing", player.isPlaying);
+  };
+  player = makePlayer(data, refresh);
+  connectParts();
+  connectForces(pictures);
+  connectTheme();
+  connectControls(player, data);
+  markPart("", "");
+  refresh();
+  if (!isStill) player.play();
+}
+
+startPage();

@@ -1,0 +1,161 @@
+"""Views of a run: the elevation of each part, or the engine room of a governed engine and its governor."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.render.film.frame_data import FrameData, find_parts
+from governor_mechanism.render.film.layout import ELEVATION_RECT, fit_view
+from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Vec2
+from governor_mechanism.render.machines.engine_room import proportions as room
+from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts, find_governed_engine
+from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
+from governor_mechanism.render.machines.generic.drawing import GenericDrawing
+from governor_mechanism.render.machines.governor_parts import GovernorDrawing
+from governor_mechanism.render.number_format import format_name
+from governor_mechanism.render.page.part_names import ENGINE_ROOM
+from governor_mechanism.render.page.recording import Picture
+from governor_mechanism.types import FloatArray
+
+MAX_STROKE = 24.0
+"""Thickest stroke of width 1, units of the picture: 2 pixels in a picture of 800."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PageView:
+    """One drawing of a page.
+
+    Attributes
+    ----------
+    name, machine
+        Name of the part, empty if there is only one; name of its machine in scene files, or ENGINE_ROOM.
+    box
+        Box around the drawing at all times, in its own unit of length: m, or pixels of an engine room.
+    static_shapes
+        Shapes that do not move.
+    shapes_at
+        Moving shapes of a sample.
+    stroke_scale
+        Length in the drawing that a stroke of width 1 takes.
+    data
+        The part of the run whose bodies and forces the view shows.
+    place_poses
+        Map from poses (..., 3) of that part, m and rad, to the drawing.
+    scales
+        Names of the scale bars, with units of the drawing in a metre; empty name for the only one.
+    shows_bodies
+        Whether the bodies are drawn where they are; a diagram of a valve gear, for one, has a map of its own.
+    names_bodies
+        Whether the shapes of bodies are called by the names of these, as in a drawing of any mechanism.
+    has_plane, has_outside
+        Whether the elevation is shown, and the view from outside of a plane that turns.
+    rotation_slowing
+        Number of turns for which the drawing shows one.
+    trace
+        Path (samples, 2) that the drawing traces, or None.
+    """
+
+    name: str
+    machine: str
+    box: BoundingBox
+    static_shapes: Sequence[DrawnShape]
+    shapes_at: Callable[[int], Sequence[DrawnShape]]
+    stroke_scale: float
+    data: FrameData
+    place_poses: Callable[[FloatArray], FloatArray] = field(default=np.asarray)
+    scales: Mapping[str, float]
+    shows_bodies: bool = True
+    names_bodies: bool = False
+    has_plane: bool = True
+    has_outside: bool = False
+    rotation_slowing: int = 1
+    trace: FloatArray | None = None
+
+    @property
+    def picture(self) -> Picture:
+        """Map from the drawing to its picture."""
+        return Picture(box=self.box)
+
+    @property
+    def stroke(self) -> float:
+        """Stroke of width 1 in units of the picture: that of the films, but not thicker in a picture that fills the page."""
+        return min(self.stroke_scale * self.picture.scale, MAX_STROKE)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShownRun:
+    """What a page shows of a run at its sample times (n,) s; `governed` and `room` are those of a governed engine, or None."""
+
+    run: Trajectory
+    times: FloatArray
+    parts: Sequence[FrameData]
+    views: Sequence[PageView]
+    governed: EngineRoomParts | None = None
+    room: EngineRoomDrawing | None = None
+
+
+def show_run(run: Trajectory, part: str | None, time_span: Vec2, times: FloatArray, slow_down: float) -> ShownRun:
+    """Return what a page shows of a run, or of one part of it, at sample times (n,) s; `slow_down` is that of its film."""
+    governed = find_governed_engine(run.scene) if part is None else None
+    shown = (governed.engine, governed.governor) if governed else find_parts(run, part)
+    parts = [FrameData(run, one, time_span, times, slow_down) for one in shown]
+    if governed is None:
+        return ShownRun(run=run, times=times, parts=parts, views=[_view_part(data, len(parts) > 1) for data in parts])
+    drawing = EngineRoomDrawing(run, governed, parts[0].drawing, parts[1].drawing)
+    governor = _view_part(parts[1], True, has_plane=False)
+    return ShownRun(
+        run=run, times=times, parts=parts, views=[_view_room(drawing, parts[1], times), governor], governed=governed, room=drawing
+    )
+
+
+def _view_part(data: FrameData, is_one_of_many: bool, *, has_plane: bool = True) -> PageView:
+    """Return the view of one part."""
+    drawing, box = data.drawing, data.drawing.bounds
+
+    def shapes_at(k: int) -> Sequence[DrawnShape]:
+        return tuple(drawing.moving_shapes(data.poses[k], float(data.times[k])))
+
+    return PageView(
+        name=format_name(data.part.name) if is_one_of_many else "",
+        machine=data.part.machine,
+        box=box,
+        static_shapes=drawing.static_shapes,
+        shapes_at=shapes_at,
+        stroke_scale=1.0 / fit_view(box, ELEVATION_RECT).scale,
+        data=data,
+        scales={"": 1.0},
+        shows_bodies=isinstance(drawing, GovernorDrawing | GenericDrawing),
+        names_bodies=isinstance(drawing, GenericDrawing),
+        has_plane=has_plane,
+        has_outside=data.part.turns and "spindle_speed" in data.readings,
+        trace=drawing.traced_path(data.poses),
+    )
+
+
+def _view_room(drawing: EngineRoomDrawing, governor: FrameData, times: FloatArray) -> PageView:
+    """Return the view of an engine room; its bodies are those of the governor."""
+    state_at = drawing.states(times, governor.poses)
+    placement = drawing.governor.placement
+
+    def shapes_at(k: int) -> Sequence[DrawnShape]:
+        return tuple(drawing.moving_shapes(state_at(k)))
+
+    def place_poses(poses: FloatArray) -> FloatArray:
+        x, y, angle = (poses[..., column] for column in range(3))
+        return np.stack([placement.x + placement.scale * x, placement.y + placement.scale * y, angle], axis=-1)
+
+    return PageView(
+        name="",
+        machine=ENGINE_ROOM,
+        box=(0.0, room.WIDTH, 0.0, room.HEIGHT),
+        static_shapes=tuple(drawing.background_shapes()),
+        shapes_at=shapes_at,
+        stroke_scale=1.0,
+        data=governor,
+        place_poses=place_poses,
+        shows_bodies=isinstance(governor.drawing, GovernorDrawing | GenericDrawing),
+        rotation_slowing=drawing.rotation_slowing(times),
+        scales={drawing.engine.scaled: drawing.engine.pixels_per_metre, "governor": drawing.governor.pixels_per_metre},
+    )

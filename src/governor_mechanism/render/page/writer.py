@@ -1,0 +1,85 @@
+"""A run as one interactive HTML file, which needs neither a network nor a server."""
+
+import json
+from html import escape
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.render.geometry.primitives import Vec2
+from governor_mechanism.render.page import colours, facts
+from governor_mechanism.render.page.page_data import collect_data, roles_of
+from governor_mechanism.render.page.page_files import read_page_file
+from governor_mechanism.render.page.sampling import choose_sample_times
+from governor_mechanism.render.page.views import show_run
+
+SCRIPTS = ("decoding", "geometry", "drawing", "outside", "forces", "plots", "player", "page")
+"""Files of the script, in their order."""
+
+
+def write_page(run: Trajectory, path: Path, *, part: str | None, time_span: Vec2, slow_down: float) -> Path:
+    """Write a run as one interactive HTML file.
+
+    Parameters
+    ----------
+    run
+        Run with at least one reported time.
+    path
+        Path of the file.
+    part
+        Name of the part to show; all parts if None.
+    time_span
+        Start and end of the shown part of the run, s.
+    slow_down
+        Seconds of film per second of the run, at first.
+
+    Returns
+    -------
+    Path
+        Path of the file. No file is left behind if an exception is raised.
+
+    Raises
+    ------
+    MechanismError
+        If there is no such part, or the file cannot be written.
+    """
+    text = make_page(run, part=part, time_span=time_span, slow_down=slow_down)
+    with atomic_write(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return path
+
+
+def make_page(run: Trajectory, *, part: str | None, time_span: Vec2, slow_down: float) -> str:
+    """Return a run as one interactive HTML document; the arguments are those of `write_page`."""
+    times = choose_sample_times(run, time_span, slow_down)
+    data = collect_data(show_run(run, part, time_span, times, slow_down), slow_down)
+    dimensions = _format_list(facts.list_dimensions(run.scene))
+    return Template(read_page_file("page.html")).substitute(
+        title=escape(run.scene.title),
+        caption=escape(facts.read_caption(run.scene)),
+        style="\n".join([colours.colour_rules(), colours.role_rules(roles_of(data)), colours.series_rules(), read_page_file("page.css")]),
+        effects=_format_list(facts.list_effects(run.scene)) or "<p>The scene lists no effect: the motion is prescribed.</p>",
+        dimensions=dimensions,
+        no_dimensions="" if dimensions else " hidden",
+        accuracy=_format_list(facts.describe_accuracy(run, times)),
+        data=_embed_json(data),
+        script="\n".join(read_page_file(f"script/{name}.js") for name in SCRIPTS),
+    )
+
+
+def _format_list(rows: Any) -> str:
+    """Return names and texts as an HTML list of terms; empty without any."""
+    items = "".join(f"<div><dt>{escape(name)}</dt><dd>{escape(_raise_exponents(text))}</dd></div>" for name, text in rows)
+    return f"<dl>{items}</dl>" if items else ""
+
+
+def _raise_exponents(text: str) -> str:
+    """Return a text with raised exponents of units."""
+    return text.replace("^2", "²").replace("^3", "³")
+
+
+def _embed_json(data: dict[str, Any]) -> str:
+    """Return data as JSON that may stand in a script element: no text in it can end the element."""
+    return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
