@@ -8,12 +8,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import governor_mechanism as gm
+from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.figures import regulation as figures
 from governor_mechanism.render.figures.effect_ablation import effect_ablation_figure
 from governor_mechanism.render.figures.flywheel.design import draw_flywheel_plate
+from governor_mechanism.render.figures.hartnell_design import hartnell_figure
 from governor_mechanism.render.figures.parabolic.isochronous_plate import isochronous_figure
 from governor_mechanism.render.figures.registry import write_machine_figures
 from governor_mechanism.render.figures.speed_curve import speed_curve_figure
+from governor_mechanism.render.figures.sweep import sweep_figure
 from governor_mechanism.render.figures.time_series import readings_figure
 from governor_mechanism.render.figures.valve_timing.valve_gears import valve_gears_figure
 from governor_mechanism.render.figures.work_precision import work_precision_figure
@@ -52,6 +55,10 @@ WORK_PRECISION_SCENES = ("porter", "watt_improved", "hartung_dubois", "slide_val
 REQUESTED_ERROR = 1e-6
 """Error marked in the work-precision diagrams."""
 
+SWEEP_SCENE, SWEEP_DAMPING = "porter_dashpot", "200 N s/m"
+SWEEP_KEYS = ("spindle.speed=90rpm:160rpm:36", "dimensions.sleeve_mass=5kg:40kg:36")
+"""Scene of the sweep, its dashpot, and the varied keys."""
+
 CHARACTERISTIC_SCENES = {"porter": 40.0, "watt_improved": None, "parabolic": None}
 """Scenes of the speed-curve figures, with the resistance (N) at the sleeve for the shaded insensitivity band."""
 
@@ -63,33 +70,36 @@ def main() -> None:
         run.raise_if_failed()
         start, stop = FILM_INTERVALS.get(name, (0.0, min(4.0, run.times[-1])))
         gm.film(run, FOLDER / f"{name}.gif", start=start, stop=min(stop, run.times[-1]))
-        readings_figure(run).save_png(FOLDER / f"{name}.png")
-        write_machine_figures(run, FOLDER, name)
+        readings_figure(run).save(FOLDER / f"{name}.png")
+        write_machine_figures(run, FigureFiles(folder=FOLDER), name)
         print(f"{name}: {run.message}")
     for name, resistance in CHARACTERISTIC_SCENES.items():
         scene = gm.load(name)
         curve = gm.speed_curve(scene, resistance=resistance)
-        speed_curve_figure(scene, curve, gm.equilibria(scene)).save_png(FOLDER / f"{name}_characteristic.png")
+        speed_curve_figure(scene, curve, gm.equilibria(scene)).save(FOLDER / f"{name}_characteristic.png")
     names, titles = DAMPING_PAIR
     gm.film([gm.run(name) for name in names], FOLDER / "porter_cyclic_pair.gif", titles=titles, stop=4.0)
     for name in ABLATION_SCENES:
-        effect_ablation_figure(gm.effects_study(name)).save_png(FOLDER / f"{name}_effects.png")
+        effect_ablation_figure(gm.effects_study(name)).save(FOLDER / f"{name}_effects.png")
     _write_regulation_figures()
     for name in WORK_PRECISION_SCENES:
-        work_precision_figure(gm.accuracy_study(gm.load(name)), REQUESTED_ERROR).save_png(FOLDER / f"{name}_accuracy.png")
-    valve_gears_figure(gm.valve_gears()).save_png(FOLDER / "valve_gears.png")
-    isochronous_figure(gm.load("watt_improved")).save_png(FOLDER / "watt_improved_parabolas.png")
+        work_precision_figure(gm.accuracy_study(gm.load(name)), REQUESTED_ERROR).save(FOLDER / f"{name}_accuracy.png")
+    swept_scene = gm.load(SWEEP_SCENE).replace({"effects.dashpot.sleeve": SWEEP_DAMPING})
+    sweep_figure(gm.sweep(swept_scene, SWEEP_KEYS)).save(FOLDER / "sweep.png")
+    valve_gears_figure(gm.valve_gears()).save(FOLDER / "valve_gears.png")
+    isochronous_figure(gm.load("watt_improved")).save(FOLDER / "watt_improved_parabolas.png")
+    hartnell_figure(gm.design_hartnell()).save(FOLDER / "hartnell_design.png")
     flywheel, comparison = gm.design_flywheel(), compare_with_paper()
-    draw_flywheel_plate(flywheel, simulate_wheels(flywheel, comparison), comparison).save_png(FOLDER / "flywheel_design.png")
+    draw_flywheel_plate(flywheel, simulate_wheels(flywheel, comparison), comparison).save(FOLDER / "flywheel_design.png")
 
 
 def _write_regulation_figures() -> None:
     """Write the figures of the regulation studies."""
-    figures.cyclic_figure(study_cyclic_motion(gm.load("porter_cyclic"), FLUCTUATION_RATIOS)).save_png(FOLDER / "cyclic.png")
+    figures.cyclic_figure(study_cyclic_motion(gm.load("porter_cyclic"), FLUCTUATION_RATIOS)).save(FOLDER / "cyclic.png")
     clearance_studies = [study_clearance(gm.load(name), CLEARANCES) for name in ("porter_clearance", "watt_clearance")]
-    figures.clearance_figure(clearance_studies).save_png(FOLDER / "clearance.png")
-    figures.settling_figure(study_settling(gm.load("porter_load_step"), DAMPING_COEFFICIENTS)).save_png(FOLDER / "settling.png")
-    figures.fold_jump_figure(study_fold_jump(gm.load("watt_improved"), RAMP_RATES)).save_png(FOLDER / "jump.png")
+    figures.clearance_figure(clearance_studies).save(FOLDER / "clearance.png")
+    figures.settling_figure(study_settling(gm.load("porter_load_step"), DAMPING_COEFFICIENTS)).save(FOLDER / "settling.png")
+    figures.fold_jump_figure(study_fold_jump(gm.load("watt_improved"), RAMP_RATES)).save(FOLDER / "jump.png")
 
 
 if __name__ == "__main__":

@@ -64,22 +64,33 @@ ONLY = {
     "joblib": {"studies"},
     "xarray": {"files", "types.py"},
     "pandas": {"files", "types.py"},
+    "ipywidgets": {"notebook"},
 }
 """The only folders and files that import a package."""
 
 
 DELEGATIONS = {
-    "model.trajectory": {f"Trajectory.{name}" for name in ("to_xarray", "to_dataframe", "plot", "film", "save", "_repr_html_")},
+    "model.trajectory": {
+        *(f"Trajectory.{name}" for name in ("to_xarray", "to_dataframe", "plot", "plot_diagnostics", "film", "save", "_repr_html_")),
+        "Energy._repr_html_",
+        "Reaction._repr_html_",
+    },
+    "model.exported_result": {f"ExportedResult.{name}" for name in ("as_json", "to_dataframe", "save_json", "save_csv")},
     "model.scene": {f"Scene.{name}" for name in ("from_dict", "replace", "to_toml", "describe", "_repr_html_")},
-    "model.mechanism": {"Mechanism.build"},
-    "mechanics.kinematics.kinematic_analysis": {"Kinematics.to_dataframe"},
-    "statics.speed_curve": {"SpeedCurve.to_dataframe", "SpeedCurve.save_json", "SpeedCurve._repr_html_"},
-    "statics.controlling_force": {"ControllingForce.to_dataframe"},
+    "model.mechanism": {"Mechanism.build", "Mechanism._repr_html_"},
+    "mechanics.kinematics.kinematic_analysis": {"Kinematics.to_dataframe", "Kinematics._repr_html_"},
+    "statics.speed_curve": {*(f"SpeedCurve.{name}" for name in ("to_dataframe", "_repr_html_")), "InsensitivityBand._repr_html_"},
+    "statics.controlling_force": {"ControllingForce.to_dataframe", "ControllingForce._repr_html_"},
+    "statics.equilibria": {"Equilibrium._repr_html_"},
+    "statics.linearisation": {"Linearisation.to_dataframe", "Linearisation._repr_html_"},
+    "statics.stability_limit": {"StabilityLimit._repr_html_"},
+    "scenes.described_scene": {"SceneDescription._repr_html_"},
+    "studies.kernel_compilation": {"KernelCompilation._repr_html_"},
 }
 """Methods that hand on to a function of a later folder, by module. They alone import upwards, and do nothing else."""
 
-DELEGATED_TYPES = {"model.scene": {"SceneDescription"}, "model.mechanism": {"MechanismBuilder"}}
-"""What such methods return, by module: a type checker alone imports it upwards."""
+DELEGATED_TYPES = {"model.scene": {"described_scene"}, "model.mechanism": {"mechanism_builder"}}
+"""Modules with what such methods return: a type checker alone imports them upwards, and otherwise who reads an annotation."""
 
 
 @cache

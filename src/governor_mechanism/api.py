@@ -124,7 +124,10 @@ def run(
     --------
     >>> import governor_mechanism as gm
     >>> run = gm.run("porter", accuracy=1e-8)
-    >>> angle = run.readings["arm_angle"]
+    >>> run.outcome.ok, run.error_estimate <= 1e-8
+    (True, True)
+    >>> round(float(run.readings["arm_angle"].max()), 4)  # rad
+    0.6981
     """
     from governor_mechanism.engines import select_engine
 
@@ -156,8 +159,11 @@ def open_run(path: str | Path) -> gm.Trajectory:
     Examples
     --------
     >>> import governor_mechanism as gm
-    >>> files = gm.run("porter").save("results")  # doctest: +SKIP
-    >>> gm.open_run("results").readings["arm_angle"]  # doctest: +SKIP
+    >>> run = gm.run("porter", times=[0.0, 0.5, 1.0])
+    >>> [file.suffix for file in run.save("results", figures=False)]
+    ['.csv', '.nc', '.json']
+    >>> bool((gm.open_run("results").readings["arm_angle"] == run.readings["arm_angle"]).all())
+    True
     """
     from governor_mechanism.files.saved_run import open_saved_run
 
@@ -241,7 +247,8 @@ def crosscheck(
     --------
     >>> import math
     >>> import governor_mechanism as gm
-    >>> print(gm.crosscheck("porter"))  # doctest: +SKIP
+    >>> gm.crosscheck("slider_crank").passed
+    True
     >>> def lift(arm_angle, arm):
     ...     return 2 * arm * (1 - math.cos(arm_angle))
     >>> gm.crosscheck("porter", lift, "sleeve_lift", over={"arm_angle": "15 deg:45 deg:5"}).passed
@@ -276,6 +283,57 @@ def _varied_keys(scene: gm.Scene, vary: Mapping[str, Any] | Sequence[str]) -> tu
         if not axis.is_numeric:
             raise MechanismError(f"{axis.key} takes words; a kernel is compared over keys of numbers")
     return tuple(VariedKey(key=axis.key, values=tuple(float(value) for value in axis.values), unit=axis.unit) for axis in axes)
+
+
+@check_arguments(accuracy=NUMBER, against=TEXT, between=BY_NAME)
+def compare(
+    *scenes: gm.SceneSource,
+    engine: str | gm.Engine = "auto",
+    accuracy: float | None = None,
+    resistance: float | str | None = None,
+    against: str = "sleeve_lift",
+    between: Mapping[str, Sequence[float | str]] | None = None,
+) -> gm.Comparison:
+    """Run two to six scenes, governors or others, and set their statics and readings side by side.
+
+    Each is a scene, the path of a file, or the name of a shipped scene.
+
+    Parameters
+    ----------
+    engine
+        Name of an engine, or an engine with its own settings; "auto" takes that of each scene.
+    accuracy
+        Accuracy of all runs, relative to the scale of each reading; that of each scene if None.
+    resistance
+        Resistance along the reading of the sleeve for the insensitivity, N or N m, or text with a unit; None for none.
+    against
+        Name of the reading of the sleeve.
+    between
+        Working range: two values of one reading, as {"sleeve_lift": ("20 mm", "60 mm")}. None for the stops of each scene, or else for what
+        its run covers.
+
+    Returns
+    -------
+    Comparison
+        Names, rows, statics and runs; it prints as a table. `gm.film(comparison.runs, path)` shows the runs side by side.
+
+    Raises
+    ------
+    MechanismError
+        If a scene or an argument is wrong, or there are too few or too many scenes.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> print(gm.compare("porter", "watt"))
+    porter vs watt
+    ...
+    """
+    from governor_mechanism.studies.comparison.comparison import compare_scenes
+    from governor_mechanism.studies.comparison.statics import StaticsQuestion
+
+    question = StaticsQuestion(resistance=resistance, against=against, between=between)
+    return compare_scenes([_as_scene(scene) for scene in scenes], question, engine=engine, accuracy=accuracy)
 
 
 @check_arguments(over=TEXT, values=NUMBERS, rate=NUMBER, acceleration=NUMBER)
@@ -488,7 +546,8 @@ def equilibria(scene: gm.SceneSource, spindle_speed: float | str | None = None) 
     Examples
     --------
     >>> import governor_mechanism as gm
-    >>> [equilibrium.stable for equilibrium in gm.equilibria("watt_improved", spindle_speed=6.4)]  # doctest: +SKIP
+    >>> [equilibrium.stable for equilibrium in gm.equilibria("watt_improved", spindle_speed=6.4)]
+    [False, True]
     """
     from governor_mechanism.statics.equilibria import find_equilibria
 
@@ -523,7 +582,8 @@ def linearise(scene: gm.SceneSource, spindle_speed: float | str | None = None, *
     Examples
     --------
     >>> import governor_mechanism as gm
-    >>> gm.linearise("porter_dashpot").modes[0].damping_ratio  # doctest: +SKIP
+    >>> round(gm.linearise("porter_dashpot").modes[0].damping_ratio, 3)
+    0.132
     """
     from governor_mechanism.engines.initial_state import initial_state
     from governor_mechanism.statics.linearisation import linearise_from_start, linearise_scene, poses_at
@@ -563,7 +623,9 @@ def stability_limit(scene: gm.SceneSource, key: str, low: float | str, high: flo
     Examples
     --------
     >>> import governor_mechanism as gm
-    >>> gm.stability_limit("engine.toml", "effects.dashpot.sleeve", 0.0, 100.0).value  # doctest: +SKIP
+    >>> limit = gm.stability_limit("governed_engine_mean_torque", "part.governor.effects.dashpot.sleeve", 5.0, 100.0)
+    >>> round(limit.value, 1), limit.stable_below  # N s/m
+    (19.3, False)
     """
     from governor_mechanism.scenes.changed_document import parse_scene_with
     from governor_mechanism.statics.stability_limit import find_stability_limit
@@ -607,7 +669,11 @@ def accuracy_study(scene: gm.SceneSource, longest: float = 1.0, progress: gm.Pro
     Examples
     --------
     >>> import governor_mechanism as gm
-    >>> print(gm.accuracy_study("porter").advice(1e-6))  # doctest: +SKIP
+    >>> scene = gm.load("porter").replace({"run.duration": "0.1 s"})
+    >>> study = gm.accuracy_study(scene, longest=0.01)
+    >>> [variant.name for variant in study.variants]
+    ['reduced', 'multibody', 'impulse extrapolated', 'impulse staggered', 'impulse plain']
+    >>> advice = study.advice(1e-6)  # the fastest of them, and the times of the others
     """
     from governor_mechanism.studies.work_precision.study import run_accuracy_study
 
@@ -646,11 +712,50 @@ def effects_study(
     Examples
     --------
     >>> import governor_mechanism as gm
-    >>> print(gm.effects_study("porter"))  # doctest: +SKIP
+    >>> print(gm.effects_study(gm.load("porter").replace({"run.duration": "0.1 s"})))
+    Porter governor, open arms: engine reduced, ...
     """
     from governor_mechanism.studies.effect_ablation import run_effects_study
 
     return run_effects_study(_as_scene(scene), engine, accuracy, progress)
+
+
+def explore(scene: gm.SceneSource, *keys: str) -> gm.Exploration:
+    """Show a scene in a notebook with sliders: curve and drawing follow while a dimension is dragged.
+
+    Of a governor, the spindle speed has a slider, its equilibria are marked on the speed curve, and the drawing shows the stable one. Of
+    another mechanism with one degree of freedom it is the leading coordinate, or the time of its drivers, and a reading is drawn over it.
+
+    The arguments after the scene are names of dimensions or dotted keys, also with a range, as "arm", "arm=200 mm:400 mm" or
+    "effects.spring.sleeve.rate"; the first dimensions of the machine if there are none. Without a range, a slider goes from half to
+    double the value, as far as the geometry allows.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+
+    Returns
+    -------
+    Exploration
+        The view. In a script, `set` does what a slider does; `scene` is the changed scene, `equilibrium` the shown state.
+
+    Raises
+    ------
+    MechanismError
+        If the extra `notebook` is not installed, a key is wrong, or the scene has neither a speed curve nor one degree of freedom.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> view = gm.explore("porter", "arm", "sleeve_mass=10 kg:40 kg")
+    >>> view.set("arm", "320 mm")
+    >>> view.scene.part.dimensions["arm"], view.equilibrium.stable
+    (0.32, True)
+    """
+    from governor_mechanism.notebook.exploring.exploration import explore_scene
+
+    return explore_scene(_as_scene(scene), keys)
 
 
 @check_arguments(short=FLAG, progress=FUNCTION)
@@ -699,7 +804,7 @@ def sweep(
     accuracy: float | None = None,
     certify: bool = False,
     workers: int = 1,
-    cluster: str | gm.Client | None = None,
+    cluster: str | gm.ClusterClient | None = None,
     out: str | Path | None = None,
     progress: gm.Progress | None = None,
 ) -> gm.Sweep:
@@ -712,8 +817,9 @@ def sweep(
     vary
         Values by key, as {"dimensions.arm": [0.2, "300 mm"]}, or as on the command line, ["dimensions.arm=200mm:400mm:50"].
     quantities
-        Names such as "max arm_angle" or "final rate of sleeve_lift" (min, max and span are over the reported times), or functions of the
-        run by name.
+        Names such as "settled arm_angle", "frequency of arm_angle" or "max rate of sleeve_lift", or functions of the run by name. The words
+        before a reading are final, min, max, span, mean, settled, amplitude of and frequency of, and of an angle that turns mean speed of
+        and speed fluctuation of. None takes what characterises the motion; `reason_of_choice` of the result says why.
     engine
         Name of an engine, or "auto".
     accuracy
@@ -733,7 +839,8 @@ def sweep(
     Returns
     -------
     Sweep
-        Rows in SI, each with its outcome, and access by `column` and `grid`. A row that cannot be run states the reason.
+        Rows in SI, each with its outcome, and access by `column` and `grid`; `endings` counts rows that ended early, did not settle or did
+        not oscillate. A row that cannot be run states the reason.
 
     Raises
     ------
@@ -743,8 +850,9 @@ def sweep(
     Examples
     --------
     >>> import governor_mechanism as gm
-    >>> table = gm.sweep("porter", {"dimensions.arm": ["280 mm", "300 mm"]}, ["max arm_angle"])  # doctest: +SKIP
-    >>> table.column("max arm_angle")  # doctest: +SKIP
+    >>> table = gm.sweep("porter", {"dimensions.arm": ["280 mm", "300 mm"]}, ["min arm_angle"])
+    >>> table.column("min arm_angle").round(3).tolist()
+    [0.329, 0.459]
     """
     from governor_mechanism.studies.sweep.cluster import row_computer
     from governor_mechanism.studies.sweep.run import make_task, run_sweep
@@ -779,7 +887,10 @@ def valve_timing(scene: gm.SceneSource) -> gm.ValveTiming:
     Examples
     --------
     >>> import governor_mechanism as gm
-    >>> print(gm.valve_timing("slide_valve_30"))  # doctest: +SKIP
+    >>> print(gm.valve_timing("slide_valve_30"))
+    Slide valve, l : r = 30
+    event ...
+    crank end admission    353.67...
     """
     from governor_mechanism.studies.valve_timing import tabulate_valve_timing
 
@@ -812,7 +923,9 @@ def valve_gears(scenes: gm.SceneSource | Sequence[gm.SceneSource] = (), count: i
     Examples
     --------
     >>> import governor_mechanism as gm
-    >>> print(gm.valve_gears(["gooch", "joy"]))  # doctest: +SKIP
+    >>> print(gm.valve_gears(["gooch", "joy"], count=3))
+    gear ...
+    Gooch's gear     +1.00 ...
     """
     from governor_mechanism.model.scene import Scene
     from governor_mechanism.studies.valve_gears import SHIPPED_GEARS, compare_valve_gears
@@ -860,7 +973,9 @@ def stability_map(
     Examples
     --------
     >>> import governor_mechanism as gm
-    >>> gm.stability_map("governed_engine").stable_share  # doctest: +SKIP
+    >>> keys = ["part.engine.dimensions.inertia=1000 kg m^2:2000 kg m^2:2", "part.governor.effects.dashpot.sleeve=20 N s/m:100 N s/m:2"]
+    >>> gm.stability_map("governed_engine_mean_torque", keys, border_points=0).stable_share
+    1.0
     """
     from governor_mechanism.studies.regulation.stability_map import map_stability
 
@@ -931,7 +1046,9 @@ def load_change_study(
     Examples
     --------
     >>> import governor_mechanism as gm
-    >>> gm.load_change_study("governed_engine_mean_torque", "100%:50%").verdict  # doctest: +SKIP
+    >>> study = gm.load_change_study("governed_engine_mean_torque", "100%:50%")
+    >>> study.verdict, round(study.droop, 4)
+    (<Verdict.SETTLES: 'settles'>, 0.0227)
     """
     from governor_mechanism.studies.regulation.load_change import parse_load_step, study_load_change
     from governor_mechanism.units.quantities import parse_quantity
@@ -1011,6 +1128,76 @@ def design_governed_engine(**inputs: float | str) -> gm.GovernedEngineDesign:
     return design(change_inputs(DEFAULT_INPUTS, inputs))
 
 
+def design_pendulum(**inputs: float | str) -> gm.PendulumDesign:
+    """Design a pendulum governor, after Watt or Porter, by Zehnder's procedure I to VIII.
+
+    The inputs that are given replace the defaults, a Porter governor for 120 to 126 rpm against 6 kgf: numbers in SI, or texts with a unit.
+    kind is "porter", "watt" or "improved-watt"; of the requirement lowest_speed, highest_speed, mass_ratio, insensitivity,
+    speed_fluctuation and resistance; of the geometry start_radius, one of arm and offset, and joint_ratio; and gravity.
+
+    Returns
+    -------
+    PendulumDesign
+        The design; it prints as text, `scene` is the governor under a rising speed, and `as_json` returns plain values.
+
+    Raises
+    ------
+    MechanismError
+        If an input is not valid, or no such governor reaches the highest speed.
+
+    References
+    ----------
+    L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> design = gm.design_pendulum(arm="300 mm")
+    >>> round(1e3 * design.sleeve_lift, 3)
+    36.128
+    """
+    from governor_mechanism.studies.design_inputs import change_inputs
+    from governor_mechanism.studies.pendulum.design import design_pendulum as design
+    from governor_mechanism.studies.pendulum.inputs import DEFAULT_INPUTS
+
+    return design(change_inputs(DEFAULT_INPUTS, inputs))
+
+
+def design_hartnell(**inputs: float | str) -> gm.HartnellDesign:
+    """Design the spring of a Hartnell governor for two speeds, by the textbooks' formula and by exact statics.
+
+    The inputs that are given replace those of a textbook example, 290 to 310 rpm over a lift of 15 mm: numbers in SI, or texts with a unit.
+    ball_mass, sleeve_mass, ball_arm, sleeve_arm, bell_crank_angle, pivot_radius (inner_radius if left out), inner_radius, one of
+    outer_radius and lift, lowest_speed, highest_speed and gravity.
+
+    Returns
+    -------
+    HartnellDesign
+        The design; it prints as text, `scene` is the governor under a rising speed, and `as_json` returns plain values.
+
+    Raises
+    ------
+    MechanismError
+        If an input is not valid, the arms do not give the lift, or no spring holds the two speeds.
+
+    References
+    ----------
+    R. S. Khurmi and J. K. Gupta, Theory of Machines, chapter 18, "Hartnell governor".
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> design = gm.design_hartnell(lift="15 mm")
+    >>> round(design.textbook.rate / 1e3, 2), round(design.exact.rate / 1e3, 2)
+    (19.75, 20.69)
+    """
+    from governor_mechanism.studies.design_inputs import change_inputs
+    from governor_mechanism.studies.hartnell.design import design_hartnell as design
+    from governor_mechanism.studies.hartnell.inputs import DEFAULT_INPUTS
+
+    return design(change_inputs(DEFAULT_INPUTS, inputs))
+
+
 def _as_rotating_part(scene: gm.SceneSource) -> gm.Scene:
     """Return a scene of the part that turns with a spindle, alone."""
     from governor_mechanism.engines.rotating_part import rotating_part_alone
@@ -1043,11 +1230,11 @@ def film(
     Parameters
     ----------
     run
-        A run, or two runs with the same reported times, which are shown side by side.
+        A run, or several, which are shown side by side; one that ends before the others rests and says so.
     path
-        Path of the file: .gif, or .mp4 with the optional dependency `video`.
+        Path of the file: .gif, .mp4 with the optional dependency `video`, or .html for an interactive page of one run.
     titles
-        Titles of two runs; those of their scenes if None.
+        Titles of several runs; those of their scenes if None.
     size
         Height of the film in pixels, and its width per run of one part; at least 320.
     frames_per_second
@@ -1055,9 +1242,9 @@ def film(
     part
         Name of the part to show; all parts if None.
     start
-        Start of the shown part of the run, s; its first time if None.
+        Start of the shown part, s; the first time of the runs if None.
     stop
-        End of the shown part of the run, s; its last time if None, or when a governed engine has settled.
+        End of the shown part, s; the last time of the runs if None, or when a governed engine has settled.
     slow_down
         Seconds of film per second of the run; chosen by the duration if None.
     progress
@@ -1076,7 +1263,8 @@ def film(
     Examples
     --------
     >>> import governor_mechanism as gm
-    >>> gm.film(gm.run("porter"), "porter.gif")  # doctest: +SKIP
+    >>> gm.film(gm.run("porter", times=[0.0, 0.1, 0.2]), "porter.gif").name
+    'porter.gif'
     """
     from governor_mechanism.render.film.writer import write_film
 

@@ -41,7 +41,7 @@ class MechanismError(GovernorMechanismError, ValueError):
     """
 
     def __init__(self, *problems: str) -> None:
-        self.problems = tuple(map(escape_control_characters, problems))
+        self.problems: tuple[str, ...] = tuple(map(escape_control_characters, problems))
         super().__init__("\n".join(self.problems))
 
 

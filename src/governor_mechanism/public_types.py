@@ -9,8 +9,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from distributed import Client as Client
-
     from governor_mechanism.building.mechanism_builder import MechanismBuilder as MechanismBuilder
     from governor_mechanism.engines import Engine as Engine
     from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics as Kinematics
@@ -20,6 +18,7 @@ if TYPE_CHECKING:
     from governor_mechanism.model.trajectory import Outcome as Outcome
     from governor_mechanism.model.trajectory import Reaction as Reaction
     from governor_mechanism.model.trajectory import Trajectory as Trajectory
+    from governor_mechanism.notebook.exploring.exploration import Exploration as Exploration
     from governor_mechanism.scenes.described_scene import SceneDescription as SceneDescription
     from governor_mechanism.scenes.library import SceneSource as SceneSource
     from governor_mechanism.statics.controlling_force import ControllingForce as ControllingForce
@@ -28,14 +27,18 @@ if TYPE_CHECKING:
     from governor_mechanism.statics.speed_curve import InsensitivityBand as InsensitivityBand
     from governor_mechanism.statics.speed_curve import SpeedCurve as SpeedCurve
     from governor_mechanism.statics.stability_limit import StabilityLimit as StabilityLimit
+    from governor_mechanism.studies.comparison.comparison import Comparison as Comparison
     from governor_mechanism.studies.effect_ablation import EffectsStudy as EffectsStudy
     from governor_mechanism.studies.flywheel.design import FlywheelDesign as FlywheelDesign
     from governor_mechanism.studies.governed_engine.results import GovernedEngineDesign as GovernedEngineDesign
     from governor_mechanism.studies.hard_cases.results import HardCasesReport as HardCasesReport
+    from governor_mechanism.studies.hartnell.results import HartnellDesign as HartnellDesign
     from governor_mechanism.studies.kernel_compilation import KernelCompilation as KernelCompilation
+    from governor_mechanism.studies.pendulum.results import PendulumDesign as PendulumDesign
     from governor_mechanism.studies.regulation.load_change import LoadChangeStudy as LoadChangeStudy
     from governor_mechanism.studies.regulation.paper_rules import PaperRules as PaperRules
     from governor_mechanism.studies.regulation.stability_map import StabilityMap as StabilityMap
+    from governor_mechanism.studies.sweep.cluster import ClusterClient as ClusterClient
     from governor_mechanism.studies.sweep.results import Sweep as Sweep
     from governor_mechanism.studies.valve_gears import ValveGears as ValveGears
     from governor_mechanism.studies.valve_timing import ValveTiming as ValveTiming
@@ -50,16 +53,20 @@ if TYPE_CHECKING:
 _MODULES = {
     "AccuracyStudy": "studies.work_precision.results",
     "CheckReport": "verification.report",
+    "ClusterClient": "studies.sweep.cluster",
+    "Comparison": "studies.comparison.comparison",
     "ControllingForce": "statics.controlling_force",
     "EffectsStudy": "studies.effect_ablation",
     "Energy": "model.trajectory",
     "Engine": "engines",
     "Equilibrium": "statics.equilibria",
+    "Exploration": "notebook.exploring.exploration",
     "FloatArray": "types",
     "FloatValues": "types",
     "FlywheelDesign": "studies.flywheel.design",
     "GovernedEngineDesign": "studies.governed_engine.results",
     "HardCasesReport": "studies.hard_cases.results",
+    "HartnellDesign": "studies.hartnell.results",
     "InputValues": "types",
     "InsensitivityBand": "statics.speed_curve",
     "KernelCompilation": "studies.kernel_compilation",
@@ -71,6 +78,7 @@ _MODULES = {
     "MechanismBuilder": "building.mechanism_builder",
     "Outcome": "model.trajectory",
     "PaperRules": "studies.regulation.paper_rules",
+    "PendulumDesign": "studies.pendulum.results",
     "Progress": "types",
     "Reaction": "model.trajectory",
     "Scene": "model.scene",
@@ -89,8 +97,6 @@ _MODULES = {
 
 def __getattr__(name: str) -> Any:
     """Return a type by its name."""
-    if name == "Client":
-        return _find_client()
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"governor_mechanism.{_MODULES[name]}"), name)
@@ -105,11 +111,3 @@ def list_types() -> list[str]:
         Names in alphabetical order.
     """
     return list(_MODULES)
-
-
-def _find_client() -> Any:
-    """Return the client of dask.distributed, an optional dependency; any type without it."""
-    try:
-        return import_module("distributed").Client
-    except ImportError:
-        return Any

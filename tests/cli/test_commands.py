@@ -414,7 +414,14 @@ def test_a_sweep_with_rows_that_ended_otherwise_ends_with_1(tmp_path):
     words = ["sweep", str(short_scene(tmp_path, **SHORT)), "--vary", "dimensions.link=100mm,300mm", "--certify"]
     result = call(*words, "--out", str(tmp_path / "out"), "--no-figure")
     assert result.exit_code == 1
-    assert "outcomes: 1 refused, 1 done" in result.stdout
+    assert "1 of 2 rows could not be run: start.arm_angle" in result.stdout
+
+
+def test_a_sweep_whose_rows_leave_the_range_ends_with_0(tmp_path):
+    words = ["sweep", str(short_scene(tmp_path, **SHORT)), "--vary", "spindle.speed=120rpm,300rpm", "--quantity", "duration"]
+    result = call(*words, "--out", str(tmp_path / "out"), "--no-figure")
+    assert result.exit_code == 0
+    assert "1 of 2 rows reached the end of the range of arm_angle: the arms are at 90 degrees" in result.stdout
 
 
 def test_every_mistake_of_a_sweep_is_told_at_once(tmp_path):

@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from governor_mechanism import public_types
+from governor_mechanism.model.exported_result import ExportedResult
+from governor_mechanism.studies.regulation.settling_time import SettlingStudy
 
 pandas = pytest.importorskip("pandas")
 
@@ -92,3 +95,80 @@ def test_valve_gears_are_a_table_of_their_positions():
     table = gears.to_dataframe()
     assert table["position"].tolist() == [1.0, 0.0, -1.0]
     np.testing.assert_array_equal(table[["crank_end_cut_off", "head_end_cut_off"]], gears.gears[0].cut_offs)
+
+
+def results_of_every_kind() -> list[object]:
+    """One result of each public function that only evaluates."""
+    band, limit = gm.insensitivity_band("porter", [0.5, 0.6], resistance="40 N"), gm.equilibria("porter")[0]
+    return [
+        gm.speed_curve("watt_improved", points=5),
+        gm.controlling_force("porter", points=5),
+        band,
+        limit,
+        gm.linearise("porter_dashpot"),
+        gm.kinematics("hartung_dubois", over="lever_angle", values=[0.0, 0.1]),
+        gm.valve_timing("slide_valve_marks"),
+        gm.design_hartnell(),
+        gm.design_flywheel(),
+    ]
+
+
+def test_every_result_is_plain_values_a_table_and_two_files(tmp_path):
+    for result in results_of_every_kind():
+        path = result.save_json(tmp_path / "result.json")
+        assert json.loads(path.read_text(encoding="utf-8")) == json.loads(json.dumps(result.as_json(), default=str))
+        table = result.to_dataframe()
+        written = pandas.read_csv(result.save_csv(tmp_path / "result.csv"), comment="#", index_col=0 if table.index.name else None)
+        assert list(written.columns) == list(table.columns)
+        assert len(written) == len(table) > 0
+        for name in table.columns:
+            if table[name].dtype.kind == "f":
+                np.testing.assert_array_equal(written[name], table[name])  # the digits that give the same float
+
+
+def test_every_public_type_of_results_can_be_exported():
+    """Of the other types runs have `save`, and scenes `to_toml`; the rest belong to them or are no results."""
+    types = {name: getattr(gm, name) for name in public_types.list_types()}
+    exported = {name for name, one in types.items() if isinstance(one, type) and issubclass(one, ExportedResult)}
+    methods = ("as_json", "to_dataframe", "save_json", "save_csv")
+    assert all(hasattr(types[name], method) for name in exported for method in methods)
+    endings = ("Study", "Design", "Report", "Curve", "Band", "Force", "Limit", "Map", "Timing", "Gears", "Rules", "Kinematics", "Sweep")
+    assert {name for name in types if name.endswith(endings)} <= exported
+    assert {"Equilibrium", "Linearisation"} <= exported
+
+
+def test_modes_are_the_rows_of_linearised_equations():
+    linearisation = gm.linearise("porter_dashpot")
+    table = linearisation.to_dataframe()
+    assert table["growth_rate"].tolist() == [mode.eigenvalue.real for mode in linearisation.modes]
+    assert linearisation.as_json()["stability"] == "stable"
+
+
+def test_a_design_is_a_row_with_the_names_of_its_values():
+    table = gm.design_hartnell().to_dataframe()
+    assert table["textbook.rate"][0] == gm.design_hartnell().textbook.rate
+    assert table["inputs.ball_mass"][0] == 2.5
+
+
+def test_a_study_is_a_table_of_its_arrays_and_what_is_not_finite_is_left_out_of_json():
+    times = np.array([np.inf, 2.5])
+    study = SettlingStudy(title="study", damping_coefficients=np.array([10.0, 20.0]), settling_times=times, best=(20.0, 2.5))
+    table = study.to_dataframe()
+    assert table.columns.tolist() == ["damping_coefficients", "settling_times"]
+    np.testing.assert_array_equal(table["settling_times"], times)
+    assert table.attrs["best"] == [20.0, 2.5]
+    assert study.as_json()["settling_times"] == [None, 2.5]
+
+
+def test_kinematics_are_read_by_the_names_of_the_crosscheck():
+    scene = gm.load("hartung_dubois")
+    motion = gm.kinematics(scene, over="lever_angle", values=[0.0, 0.1], rate=2.0)
+    assert motion["static_sleeve_force"] is motion.readings["static_sleeve_force"]
+    assert motion["rate_of_sleeve_lift"] is motion.rates["sleeve_lift"]
+    assert motion["acceleration_of_weight_radius"] is motion.reading_accelerations["weight_radius"]
+    np.testing.assert_allclose(motion["rate_of_lever_angle"], 2.0, rtol=1e-14)
+    assert all(len(motion[name]) == 2 for name in motion)
+    assert "rate_of_sleeve_lift" in motion
+    assert "rate_of_sleeve_lft" not in motion
+    with pytest.raises(KeyError, match="Did you mean 'sleeve_lift'"):
+        motion["rate_of_sleeve_lft"]

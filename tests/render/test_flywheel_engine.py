@@ -94,6 +94,6 @@ def test_the_plate_marks_the_angles_of_extreme_speed(run, tmp_path: Path):
     _, _, alpha, beta, _, _ = flywheel.CASES["closed by the load"]
     assert found["alpha"] % 180 == pytest.approx(alpha, abs=0.06)  # digits of the plate; either stroke has it
     assert found["beta"] % 180 == pytest.approx(beta, abs=0.06)
-    assert plate.save_png(tmp_path / "plate.png").read_bytes()[:4] == b"\x89PNG"
+    assert plate.save(tmp_path / "plate.png").read_bytes()[:4] == b"\x89PNG"
     short = gm.run(air_engine_scene(duration=0.5, accuracy=1e-6), engine="reduced")
     assert engine_plate_refusal(short) == "the shaft makes no complete turn"

@@ -56,7 +56,7 @@ def upright_words(figure):
 
 
 def test_the_plate_is_a_png_and_equal_for_equal_scenes(tmp_path):
-    first, second = (isochronous_figure(load_scene("watt_improved")).save_png(tmp_path / file) for file in ("a.png", "b.png"))
+    first, second = (isochronous_figure(load_scene("watt_improved")).save(tmp_path / file) for file in ("a.png", "b.png"))
     with Image.open(first) as image:
         assert image.format == "PNG"
         assert image.size == (1560, 1032)
@@ -89,7 +89,7 @@ def test_other_scenes_are_refused(tmp_path, name):
 
 def test_a_name_that_is_no_png_is_refused(tmp_path):
     with pytest.raises(MechanismError, match=r"must end in \.png; got 'a\.svg'"):
-        isochronous_figure(load_scene("watt")).save_png(tmp_path / "a.svg")
+        isochronous_figure(load_scene("watt")).save(tmp_path / "a.svg")
 
 
 def test_an_exception_leaves_no_file(tmp_path, monkeypatch):
@@ -100,7 +100,7 @@ def test_an_exception_leaves_no_file(tmp_path, monkeypatch):
 
     monkeypatch.setattr(FigureCanvasAgg, "print_png", fail)
     with pytest.raises(KeyboardInterrupt):
-        isochronous_figure(load_scene("watt")).save_png(tmp_path / "a.png")
+        isochronous_figure(load_scene("watt")).save(tmp_path / "a.png")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -218,4 +218,4 @@ def test_wrong_claims_are_struck_out(figure):
 
 def test_a_title_with_signs_of_formulas_and_many_words_is_shown_as_far_as_it_fits(tmp_path):
     scene = dataclasses.replace(load_scene("watt"), title="Watt $ governor ^_{ " + 40 * "at length ")
-    assert isochronous_figure(scene).save_png(tmp_path / "a.png").exists()
+    assert isochronous_figure(scene).save(tmp_path / "a.png").exists()

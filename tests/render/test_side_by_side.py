@@ -1,4 +1,4 @@
-"""Two runs side by side: both are shown unchanged, on one scale, with their full duration."""
+"""Runs side by side: each is shown unchanged, on one scale, with its full duration, and rests at its end."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.painters import SideBySidePainter
 from render.decoding import decode_film, paint_frames
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
@@ -81,27 +82,47 @@ def test_the_frames_of_both_move(pair_film):
     assert (shown[10][50:430, :280] != shown[10][50:430, 480:760]).any()
 
 
-def test_wrong_pairs_are_refused(tmp_path, pair):
+def test_a_shorter_run_rests_at_its_end_and_says_so(tmp_path, pair):
+    longer = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, output_interval=0.02, amplitude=5.0)
+    path = gm.film([pair[0], longer, pair[1]], tmp_path / "a.gif", frames_per_second=10)
+    shown, durations = decode_film(path)
+    assert sum(durations) == pytest.approx(2.0, abs=1e-9)
+    assert shown.shape[1:] == (480, 3 * 480, 3)
+    ended, still = shown[-5], shown[-1]
+    for left, has_ended in ((0, True), (480, False), (960, True)):
+        columns = slice(left, left + 480)
+        assert np.array_equal(ended[:, columns], still[:, columns]) == has_ended
+    data = FrameData(pair[0], pair[0].scene.part, (0.0, 2.0), np.linspace(0, 2.0, 21))
+    assert data.times.max() == data.times[-1] == pytest.approx(1.3)
+    assert data.has_ended.sum() == 7
+    texts = FramePainter(pair[0], [data], 480)._counters[0]._texts
+    assert texts[13:15] == ["1.30", "ended at 1.30"]
+
+
+def test_machines_of_unlike_size_have_scales_of_their_own(pair):
+    def painters(arm):
+        other = fake_run({**GOVERNOR_DIMENSIONS["porter"], "arm": arm, "offset": 0.0}, duration=1.3, output_interval=0.05)
+        return side_by_side([pair[0], other]).painters
+
+    scales = [painter.view.scale for painter in painters(0.6)]
+    assert scales[0] == scales[1]
+    scales = [painter.view.scale for painter in painters(3.0)]
+    assert scales[0] > 5 * scales[1]
+
+
+def test_wrong_lists_are_refused(tmp_path, pair):
     first, second = pair
-    longer = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=3.0, output_interval=0.05)
-    denser = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.3, output_interval=0.02)
     early = dataclasses.replace(
-        second, outcome=Outcome.LEFT_RANGE, **{name: getattr(second, name)[:20] for name in ("times", "poses", "velocities")}
+        second, outcome=Outcome.LEFT_RANGE, **{name: getattr(second, name)[:0] for name in ("times", "poses", "velocities")}
     )
-    for other, message in (
-        (longer, r"27 times from 0 to 1\.3 s, the second 61 times from 0 to 3 s; use the same"),
-        (denser, "66 times"),
-        (early, r"20 times from 0 to 0\.95 s and ended early"),
-        (dataclasses.replace(second, times=second.times[:0]), "the second none"),
-    ):
-        with pytest.raises(MechanismError, match=message):
-            gm.film([first, other], tmp_path / "a.gif")
     for runs, titles, message in (
-        ([first, second, second], None, "one run, or two side by side; got 3"),
+        ([first, early], None, r"run 2, .* has no reported time"),
+        ([first] * 7, None, "one run, or up to 6 side by side; got 7"),
         ([], None, "got 0"),
-        (pair, ("one",), "titles must be a list of two"),
-        (pair, "ab", "titles must be a list of two"),
-        (first, ("one", "two"), "titles are for a film of two runs"),
+        (pair, ("one",), "titles must be a list of 2"),
+        (pair, "ab", "titles must be a list of 2"),
+        (first, ("one", "two"), "titles are for a film of several runs"),
+        ([first, 5], None, "a list of several"),
     ):
         with pytest.raises(MechanismError, match=message):
             gm.film(runs, tmp_path / "a.gif", titles=titles)

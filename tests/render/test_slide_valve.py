@@ -16,6 +16,7 @@ from crank_scenes import SLIDER_CRANK_MASSES, crank_scene, valve_scene
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.observables.valve_timing import find_event_angles
+from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.figures.registry import write_machine_figures
 from governor_mechanism.render.figures.slide_valve import marks_plate as marks_construction
 from governor_mechanism.render.figures.slide_valve.eccentric_diagram import EccentricDiagram
@@ -203,7 +204,7 @@ def test_the_words_of_marks_plate_stand_clear_within_the_frame(name):
 
 def test_plates_are_png_and_equal_for_equal_scenes(tmp_path):
     runs = [MultibodyEngine().run(valve_scene(duration=0.1)) for _ in range(2)]
-    plates = [write_machine_figures(run, tmp_path, stem) for run, stem in zip(runs, ("one", "two"), strict=True)]
+    plates = [write_machine_figures(run, FigureFiles(folder=tmp_path), stem) for run, stem in zip(runs, ("one", "two"), strict=True)]
     assert [path.name for path in plates[0]] == ["one_zeuner.png", "one_marks.png"]
     for first, second in zip(*plates, strict=True):
         with Image.open(first) as image:
@@ -215,7 +216,7 @@ def test_plates_are_png_and_equal_for_equal_scenes(tmp_path):
 
 def test_what_a_plate_cannot_show_is_refused(tmp_path):
     with pytest.raises(MechanismError, match=r"must end in \.png"):
-        zeuner.draw_zeuner_plate(diagram("marks")).save_png(tmp_path / "a.jpg")
+        zeuner.draw_zeuner_plate(diagram("marks")).save(tmp_path / "a.jpg")
     with pytest.raises(MechanismError, match="needs a mechanism with a slide valve"):
         EccentricDiagram(gm.load("porter"))
     assert list(tmp_path.iterdir()) == []
@@ -275,7 +276,7 @@ def test_runs_whose_bearings_have_nothing_to_show_are_refused():
 
 def test_a_machine_brings_its_plates(tmp_path):
     def brought(run):
-        return [path.name for path in write_machine_figures(run, tmp_path, "mine") if path.exists()]
+        return [path.name for path in write_machine_figures(run, FigureFiles(folder=tmp_path), "mine") if path.exists()]
 
     engine = MultibodyEngine()
     assert brought(engine.run(valve_scene(CASES["endless"], duration=0.1))) == ["mine_zeuner.png"]

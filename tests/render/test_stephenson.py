@@ -13,6 +13,7 @@ from PIL import Image
 import governor_mechanism as gm
 from crank_scenes import link_gear_scene
 from governor_mechanism.engines import MultibodyEngine
+from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.figures.registry import write_machine_figures
 from governor_mechanism.render.figures.valve_timing.gear_plate import draw_gear_plate
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
@@ -83,7 +84,7 @@ def test_the_curve_of_the_last_turn_ends_at_the_crank(run):
 
 def test_the_plates_of_a_link_motion_are_written(tmp_path):
     run = gm.run(link_gear_scene({"suspension": "lower pin", "reverser": [[0.0, 1.0], [0.1, 0.5]]}, duration=0.1))
-    files = write_machine_figures(run, tmp_path, "gear")
+    files = write_machine_figures(run, FigureFiles(folder=tmp_path), "gear")
     assert [file.name for file in files] == ["gear_zeuner.png", "gear_gears.png", "gear_die_paths.png"]
     for file in files:
         with Image.open(file) as image:

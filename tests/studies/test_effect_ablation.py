@@ -80,10 +80,10 @@ def test_the_report_and_the_json_name_every_effect(study):
 
 
 def test_the_figure_is_written_and_refuses_other_names(study, tmp_path):
-    path = effect_ablation_figure(study).save_png(tmp_path / "effects.png")
+    path = effect_ablation_figure(study).save(tmp_path / "effects.png")
     assert path.read_bytes().startswith(b"\x89PNG")
     with pytest.raises(gm.MechanismError, match=r"end in \.png"):
-        effect_ablation_figure(study).save_png(tmp_path / "effects.gif")
+        effect_ablation_figure(study).save(tmp_path / "effects.gif")
     assert [file.name for file in tmp_path.iterdir()] == ["effects.png"]
 
 

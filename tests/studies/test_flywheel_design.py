@@ -188,4 +188,4 @@ def test_the_plate_is_drawn_of_the_paper_and_of_other_engines(tmp_path: Path):
     other = FlywheelInputs(load_pressure=None, cut_off=0.9, pump_clearance=0.01, pump_stroke=0.4, inertia=2000.0)
     other_plate = draw_flywheel_plate(design_flywheel(other), simulate_wheels(design_flywheel(other)))
     for name, plate in (("paper", paper), ("other", other_plate)):
-        assert plate.save_png(tmp_path / f"{name}.png").read_bytes()[:4] == b"\x89PNG"
+        assert plate.save(tmp_path / f"{name}.png").read_bytes()[:4] == b"\x89PNG"

@@ -195,8 +195,8 @@ def test_the_paper_prints_as_a_table() -> None:
 
 def test_the_figures_are_written(tmp_path: Path) -> None:
     design = design_hartung()
-    lines = spring_lines_figure(design, with_printed_points=True).save_png(tmp_path / "lines.png")
-    even = sleeve_force_figure(design).save_png(tmp_path / "even.png")
+    lines = spring_lines_figure(design, with_printed_points=True).save(tmp_path / "lines.png")
+    even = sleeve_force_figure(design).save(tmp_path / "even.png")
     assert lines.read_bytes()[:4] == even.read_bytes()[:4] == b"\x89PNG"
     with pytest.raises(gm.MechanismError, match=r"must end in \.png"):
-        spring_lines_figure(design).save_png(tmp_path / "lines.gif")
+        spring_lines_figure(design).save(tmp_path / "lines.gif")

@@ -234,7 +234,7 @@ def test_rules_are_written_as_text_json_and_figure(tmp_path):
     written = json.loads(rules.save_json(tmp_path / "rules.json").read_text())
     assert [one["verdict"] for one in written["rules"]] == [rule.verdict.value for rule in rules]
     assert written["rules"][5]["numbers"]["settling_times"][0] is None
-    assert paper_rules_figure(rules).save_png(tmp_path / "rules.png").read_bytes().startswith(b"\x89PNG")
+    assert paper_rules_figure(rules).save(tmp_path / "rules.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_study_tells_its_progress(monkeypatch):

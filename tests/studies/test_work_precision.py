@@ -197,10 +197,10 @@ def test_the_report_names_every_variant_and_is_written_to_files(study, tmp_path)
 
 
 def test_the_figure_is_written_and_refuses_other_names(study, tmp_path):
-    path = work_precision_figure(study, 1e-6).save_png(tmp_path / "study.png")
+    path = work_precision_figure(study, 1e-6).save(tmp_path / "study.png")
     assert path.read_bytes().startswith(b"\x89PNG")
     with pytest.raises(gm.MechanismError, match=r"end in \.png"):
-        work_precision_figure(study).save_png(tmp_path / "study.gif")
+        work_precision_figure(study).save(tmp_path / "study.gif")
     assert [file.name for file in tmp_path.iterdir()] == ["study.png"]
 
 
@@ -222,7 +222,7 @@ def test_a_driven_mechanism_is_confirmed_by_impulse(timer, tmp_path):
     assert driven.reference.confirmation_error == driven.variant("impulse extrapolated").best_point.max_error < 1e-4
     assert "only its own estimate holds" in str(driven)
     assert driven.cheapest_for(1e-6).variant == "multibody"
-    work_precision_figure(driven).save_png(tmp_path / "driven.png")
+    work_precision_figure(driven).save(tmp_path / "driven.png")
 
 
 def test_a_scene_that_no_other_engine_supports_has_no_confirmation(timer):

@@ -1,16 +1,13 @@
 """Curves over the travel of a mechanism, and its kinematics, as tables."""
 
-import os
 from dataclasses import fields
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from governor_mechanism.files.plain_values import finite_or_none, plain_value, save_json
 from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics
 from governor_mechanism.statics.controlling_force import ControllingForce
+from governor_mechanism.statics.linearisation import Linearisation
 from governor_mechanism.statics.speed_curve import SpeedCurve
 from governor_mechanism.types import DataFrame
 
@@ -45,22 +42,32 @@ def tabulate_speed_curve(curve: SpeedCurve) -> DataFrame:
     return table
 
 
-def save_speed_curve(curve: SpeedCurve, path: str | os.PathLike[str]) -> Path:
-    """Write a speed curve as a JSON file; numbers that are not finite are null.
+def tabulate_modes(linearisation: Linearisation) -> DataFrame:
+    """Return the modes of linearised equations as a table of pandas.
 
     Parameters
     ----------
-    curve
-        The curve.
-    path
-        Path of the file.
+    linearisation
+        The linearised equations.
 
     Returns
     -------
-    Path
-        The path.
+    pandas.DataFrame
+        By row: growth rate and frequency, the real and imaginary part of the eigenvalue, with its error (1/s), natural frequency (rad/s)
+        and damping ratio.
+
+    Raises
+    ------
+    MechanismError
+        If pandas is not installed.
     """
-    return save_json(_with_null({field.name: plain_value(getattr(curve, field.name)) for field in fields(curve)}), Path(path))
+    modes = linearisation.modes
+    columns: dict[str, list[float]] = {
+        "growth_rate": [mode.eigenvalue.real for mode in modes],
+        "frequency": [mode.eigenvalue.imag for mode in modes],
+    }
+    names = ("error_estimate", "natural_frequency", "damping_ratio", "is_conserved")
+    return make_data_frame(columns | {name: [getattr(mode, name) for mode in modes] for name in names})
 
 
 def tabulate_controlling_force(curve: ControllingForce) -> DataFrame:
@@ -108,12 +115,3 @@ def tabulate_kinematics(motion: Kinematics) -> DataFrame:
     columns |= {f"rate of {name}": values for name, values in motion.rates.items()}
     columns |= {f"acceleration of {name}": values for name, values in motion.reading_accelerations.items()}
     return make_data_frame(columns, index=motion.over)
-
-
-def _with_null(value: Any) -> Any:
-    """Return plain values with None for a number that is not finite."""
-    if isinstance(value, dict):
-        return {key: _with_null(one) for key, one in value.items()}
-    if isinstance(value, list):
-        return [_with_null(one) for one in value]
-    return finite_or_none(value) if isinstance(value, float) else value

@@ -4,19 +4,20 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_not_negative, require_positive
 from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Joint, RotationalDriver, TranslationalDriver
+from governor_mechanism.model.later_module import LaterModule
 from governor_mechanism.model.output_variables import DerivedReading, Limit, Reading, StallLimit
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.units.short_repr import summarise
 
 if TYPE_CHECKING:
-    from governor_mechanism.building.mechanism_builder import MechanismBuilder
+    from governor_mechanism.building import mechanism_builder
 else:
-    MechanismBuilder = Any  # a later layer, which the method below imports when it is called
+    mechanism_builder = LaterModule("building.mechanism_builder")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -167,6 +168,12 @@ class Mechanism:
         if problems:
             raise MechanismError(*problems)
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: bodies, joints and readings."""
+        from governor_mechanism.notebook.result_table import result_html
+
+        return result_html(self)
+
     def __repr__(self) -> str:
         """Return the bodies, and the numbers of joints, force elements and readings."""
         bodies = summarise({body.name: body for body in self.bodies})
@@ -181,7 +188,7 @@ class Mechanism:
         return problems + [f"reading {name!r} of the valve must be a length" for name in names if quantities.get(name) == "angle"]
 
     @staticmethod
-    def build(title: str, *, plane: str = "fixed", size: float | str | None = None) -> MechanismBuilder:
+    def build(title: str, *, plane: str = "fixed", size: float | str | None = None) -> "mechanism_builder.MechanismBuilder":
         """Return the builder of a mechanism of one's own.
 
         Parameters

@@ -7,12 +7,15 @@ from html import escape
 from pathlib import Path
 from typing import Protocol
 
+PAGE_HEIGHT = 760
+"""Height of an interactive page in a notebook, CSS pixels: drawing, plots and controls without scrolling."""
+
 
 class Figure(Protocol):
     """A figure, which a notebook shows."""
 
-    def save_png(self, path: str | os.PathLike[str]) -> Path:
-        """Write the figure as a PNG and return its path."""
+    def save(self, path: str | os.PathLike[str], theme: str = "light") -> Path:
+        """Write the figure as PNG, SVG or PDF, in the theme "light", "dark" or "transparent", and return its path."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +25,7 @@ class Film(os.PathLike[str]):
     Attributes
     ----------
     path
-        Path of the file, which ends in .gif or .mp4.
+        Path of the file, which ends in .gif, .mp4 or .html.
     """
 
     path: Path
@@ -37,6 +40,9 @@ class Film(os.PathLike[str]):
         """Return the film as HTML that holds the file itself, so that the notebook can be sent to others."""
         if not self.path.is_file():
             return f"<p>{escape(str(self.path))} is no longer there</p>"
+        if self.path.suffix.lower() == ".html":
+            page, style = escape(self.path.read_text(encoding="utf-8")), "width:100%;border:0"
+            return f'<iframe srcdoc="{page}" title="{escape(self.path.stem)}" height="{PAGE_HEIGHT}" style="{style}"></iframe>'
         content = b64encode(self.path.read_bytes()).decode()
         if self.path.suffix.lower() == ".mp4":
             return f'<video controls loop autoplay muted src="data:video/mp4;base64,{content}"></video>'

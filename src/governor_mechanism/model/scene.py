@@ -12,15 +12,16 @@ from governor_mechanism.model.coupling.coupled_system import CoupledSystem, coup
 from governor_mechanism.model.coupling.couplings import Coupling
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.events import NamedCrossing
+from governor_mechanism.model.later_module import LaterModule
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
 from governor_mechanism.model.speeds import check_crossings
 from governor_mechanism.units.short_repr import summarise
 
 if TYPE_CHECKING:
-    from governor_mechanism.scenes.described_scene import SceneDescription
+    from governor_mechanism.scenes import described_scene
 else:
-    SceneDescription = Any  # a later layer, which a method below imports when it is called
+    described_scene = LaterModule("scenes.described_scene")
 
 MAX_DURATION: Final = 1e9
 """Largest duration, s: no run lasts longer; a larger value is a mistake of units."""
@@ -165,7 +166,7 @@ class Scene:
 
         return scene_to_toml(self)
 
-    def describe(self) -> SceneDescription:
+    def describe(self) -> described_scene.SceneDescription:
         """Describe the scene in words.
 
         Returns
@@ -177,7 +178,9 @@ class Scene:
         Examples
         --------
         >>> import governor_mechanism as gm
-        >>> print(gm.load("porter").describe())  # doctest: +SKIP
+        >>> print(gm.load("porter").describe())
+        Porter governor, open arms (porter)
+        ...
         """
         from governor_mechanism.scenes.description import describe_scene
 

@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -80,6 +80,12 @@ class Energy:
 
     __repr__ = short_repr
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: a row for each quantity."""
+        from governor_mechanism.notebook.result_table import result_html
+
+        return result_html(self)
+
     @property
     def drift(self) -> float:
         """Largest change of the Jacobi integral, relative to `scale`."""
@@ -108,6 +114,12 @@ class Reaction:
     determined: NDArray[np.bool_]
 
     __repr__ = short_repr
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: a row for each quantity."""
+        from governor_mechanism.notebook.result_table import result_html
+
+        return result_html(self)
 
     @property
     def magnitude(self) -> FloatArray:
@@ -372,10 +384,10 @@ class Trajectory:
         return tabulate_run(self, rates=rates)
 
     def plot(self, *readings: str) -> Figure:
-        """Draw readings over time, in everyday units; a notebook shows the figure, and `save_png` writes it.
+        """Draw readings over time, in everyday units; a notebook shows the figure, and `save` writes it as PNG, SVG or PDF.
 
-        The arguments are names of readings, or "rate of ..." for a rate. Without any, all readings are drawn, with joint gap and energy
-        drift.
+        The arguments are names of readings, or "rate of ..." for a rate. Without any, all readings are drawn; those that stay constant
+        have a line of text.
 
         Returns
         -------
@@ -390,6 +402,23 @@ class Trajectory:
         from governor_mechanism.render.figures.time_series import readings_figure
 
         return readings_figure(self, readings)
+
+    def plot_diagnostics(self) -> Figure:
+        """Draw the joint gap and the energy drift over time, which are zero in an exact run; `save` writes the figure.
+
+        Returns
+        -------
+        Figure
+            The figure.
+
+        Raises
+        ------
+        MechanismError
+            If the run has no reported time.
+        """
+        from governor_mechanism.render.figures.time_series import diagnostics_figure
+
+        return diagnostics_figure(self)
 
     def film(
         self,
@@ -408,7 +437,7 @@ class Trajectory:
         Parameters
         ----------
         path
-            Path of the file: .gif, or .mp4 with the optional dependency `video`.
+            Path of the file: .gif, .mp4 with the optional dependency `video`, or .html for an interactive page.
         size
             Height of the film in pixels; at least 320.
         frames_per_second
@@ -454,10 +483,12 @@ class Trajectory:
         *,
         name: str | None = None,
         figures: bool = True,
+        figure_formats: Sequence[str] = ("png",),
+        theme: str = "light",
         film: str | None = None,
         progress: Callable[[int, int], None] | None = None,
     ) -> tuple[Path, ...]:
-        """Write readings (CSV), all arrays (netCDF), a record (JSON) and figures (PNG) into a folder: all files or none.
+        """Write readings (CSV), all arrays (netCDF), a record (JSON) and figures into a folder: all files or none.
 
         `gm.open_run(folder)` reads the run back.
 
@@ -469,8 +500,12 @@ class Trajectory:
             Start of the names of the files; that of the scene if None.
         figures
             Whether to draw the figures.
+        figure_formats
+            Formats of the figures: "png", "svg", "pdf".
+        theme
+            Colours of the figures: "light", "dark", or "transparent" (without the paper).
         film
-            "gif" or "mp4" for a film, too.
+            "gif" or "mp4" for a film, too, or "html" for an interactive page.
         progress
             Called with the numbers of frames done and of all.
 
@@ -486,7 +521,7 @@ class Trajectory:
         """
         from governor_mechanism.render.results_folder import save_run
 
-        return save_run(self, folder, name=name, figures=figures, film=film, progress=progress)
+        return save_run(self, folder, name=name, figures=figures, figure_formats=figure_formats, theme=theme, film=film, progress=progress)
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: outcome, accuracy, and a row for each reading."""

@@ -147,6 +147,12 @@ class SceneDescription:
     engines: tuple[EngineAnswer, ...]
     problem: str = ""
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the text that is printed."""
+        from governor_mechanism.notebook.result_table import printed_html
+
+        return printed_html(self)
+
     def __repr__(self) -> str:
         """Return the text, which an interactive session shows."""
         return str(self)

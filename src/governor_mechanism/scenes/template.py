@@ -30,6 +30,8 @@ GOVERNED_ENGINE: Final = "governed-engine"
 _EXAMPLES: Final = {
     "pendulum_governor": "porter",
     "parabolic_governor": "parabolic",
+    "proell": "proell",
+    "hartnell": "hartnell",
     "hartung": "hartung_dubois",
     "slide_valve": "slide_valve_30",
     "slider_crank": "slider_crank",

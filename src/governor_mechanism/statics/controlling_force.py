@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
+from governor_mechanism.model.exported_result import ExportedResult
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics import equilibrium_speed
 from governor_mechanism.statics.ball_radius import BallRadius, find_ball_radius
@@ -50,7 +51,7 @@ N_QUADRATURE_NODES = 64
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ControllingForce:
+class ControllingForce(ExportedResult):
     """Controlling force of one ball at positions of a governor; arrays of shape (n,).
 
     Attributes
@@ -121,6 +122,12 @@ class ControllingForce:
     high_end_message: str
 
     __repr__ = short_repr
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: a row for each quantity."""
+        from governor_mechanism.notebook.result_table import result_html
+
+        return result_html(self)
 
     def to_dataframe(self) -> DataFrame:
         """Return a table of pandas: all quantities along the travel, SI, by the leading coordinate.

@@ -12,6 +12,7 @@ from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
 from governor_mechanism.mechanics.kinematics.range_of_motion import find_runs
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
+from governor_mechanism.model.exported_result import ExportedResult
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.model.named_values import name_values
 from governor_mechanism.model.part import MAX_SPINDLE_SPEED
@@ -48,7 +49,7 @@ MAX_EQUILIBRIUM_ITERATIONS = 60
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Equilibrium:
+class Equilibrium(ExportedResult):
     """An equilibrium at a given spindle speed.
 
     Attributes
@@ -87,6 +88,12 @@ class Equilibrium:
     poses: FloatArray
 
     __repr__ = short_repr
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: a row for each quantity."""
+        from governor_mechanism.notebook.result_table import result_html
+
+        return result_html(self)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "readings", name_values("reading", self.readings))

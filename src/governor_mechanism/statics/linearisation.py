@@ -3,11 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output_value
+from governor_mechanism.model.exported_result import ExportedResult
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
@@ -17,7 +19,7 @@ from governor_mechanism.statics.first_order_system import ComplexArray, FirstOrd
 from governor_mechanism.statics.modes import Mode, format_modes, format_rate
 from governor_mechanism.statics.scene_dynamics import SceneDynamics
 from governor_mechanism.statics.steady_state import SteadyState, find_steady_state
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import DataFrame, FloatArray
 from governor_mechanism.units.quantities import format_quantity, format_reading_name, parse_quantity
 from governor_mechanism.units.short_repr import short_repr
 
@@ -88,7 +90,7 @@ class StateSpace:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Linearisation(FirstOrderSystem):
+class Linearisation(FirstOrderSystem, ExportedResult):
     """Linearised equations of a scene about a steady state, in first-order form.
 
     Attributes
@@ -111,6 +113,31 @@ class Linearisation(FirstOrderSystem):
     _state: SteadyState = field(repr=False)
 
     __repr__ = short_repr
+
+    exported_properties: ClassVar[tuple[str, ...]] = ("stability", "stable", "error_estimate", "matrix", "eigenvalues", "modes")
+
+    def to_dataframe(self) -> DataFrame:
+        """Return a table of pandas: a row for each mode, with its eigenvalue, frequency and damping ratio, SI.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        from governor_mechanism.files.curve_tables import tabulate_modes
+
+        return tabulate_modes(self)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the text that is printed."""
+        from governor_mechanism.notebook.result_table import printed_html
+
+        return printed_html(self)
 
     def __str__(self) -> str:
         """Return the steady state and its stability, a table of the modes, and the notes."""

@@ -6,17 +6,16 @@ spindle of inertia J0 adds w^2 J'^2 / ((J0 + J) I). A resistance W along a readi
 2 (V' - W |s'|) / J' and 2 (V' + W |s'|) / J'.
 """
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
+from governor_mechanism.model.exported_result import ExportedResult
 from governor_mechanism.model.named_values import name_values
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics import equilibrium_speed
@@ -34,7 +33,7 @@ ZERO_SPEED_TOLERANCE = 1e-10
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class InsensitivityBand:
+class InsensitivityBand(ExportedResult):
     """Spindle speeds between which a resistance along a reading keeps the mechanism in equilibrium; shape (n,).
 
     Attributes
@@ -60,9 +59,15 @@ class InsensitivityBand:
 
     __repr__ = short_repr
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: a row for each quantity."""
+        from governor_mechanism.notebook.result_table import result_html
+
+        return result_html(self)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SpeedCurve:
+class SpeedCurve(ExportedResult):
     """Equilibrium speed over the travel; arrays of shape (n,).
 
     Attributes
@@ -134,23 +139,6 @@ class SpeedCurve:
         from governor_mechanism.files.curve_tables import tabulate_speed_curve
 
         return tabulate_speed_curve(self)
-
-    def save_json(self, path: str | os.PathLike[str]) -> Path:
-        """Write all numbers as a JSON file, in SI; those that are not finite are null.
-
-        Parameters
-        ----------
-        path
-            Path of the file.
-
-        Returns
-        -------
-        Path
-            The path.
-        """
-        from governor_mechanism.files.curve_tables import save_speed_curve
-
-        return save_speed_curve(self, path)
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: travel, speeds, folds and poles."""

@@ -1,6 +1,6 @@
 """Inputs of a design: a frozen dataclass whose fields have kinds of quantity, and its changes by text such as "wire=14 mm"."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field, fields, replace
 from typing import Any, TypeVar
 
@@ -32,8 +32,27 @@ def design_input(kind: str, default: _Value, *, word_for_none: str = "") -> _Val
     return field(default=default, metadata={"kind": kind, "word_for_none": word_for_none})
 
 
+def design_word(default: str, words: Sequence[str]) -> str:
+    """Return the field of an input that is one of some words, for a dataclass.
+
+    Parameters
+    ----------
+    default
+        Its default.
+    words
+        The words that are allowed.
+
+    Returns
+    -------
+    str
+        The field.
+    """
+    word: str = field(default=default, metadata={"kind": "", "words": tuple(map(str, words)), "word_for_none": ""})
+    return word
+
+
 def input_kinds(inputs: Any) -> dict[str, str]:
-    """Return the kind of quantity of each input.
+    """Return the kind of quantity of each input that is a quantity.
 
     Parameters
     ----------
@@ -45,7 +64,7 @@ def input_kinds(inputs: Any) -> dict[str, str]:
     dict[str, str]
         Kinds by name.
     """
-    return {one.name: one.metadata["kind"] for one in fields(inputs)}
+    return {one.name: one.metadata["kind"] for one in fields(inputs) if one.metadata["kind"]}
 
 
 def change_inputs(defaults: _Inputs, changes: Mapping[str, object], prefix: str = "") -> _Inputs:
@@ -71,17 +90,27 @@ def change_inputs(defaults: _Inputs, changes: Mapping[str, object], prefix: str 
         With one sentence per change that is not valid.
     """
     known = {one.name: one.metadata for one in fields(defaults)}
-    values: dict[str, float | None] = {}
+    values: dict[str, float | str | None] = {}
     collector = ProblemCollector()
     for name, value in changes.items():
         with collector.at(""):
             if name not in known:
                 raise MechanismError(f"{prefix}{name} is not an input; inputs: {', '.join(known)}.{did_you_mean(name, known)}")
+            if "words" in known[name]:
+                values[name] = _choose_word(value, known[name]["words"], f"{prefix}{name}")
+                continue
             is_none = isinstance(value, str) and bool(value) and value == known[name]["word_for_none"]
             values[name] = None if is_none else parse_quantity(value, known[name]["kind"], f"{prefix}{name}")
     collector.raise_if_failed()
     changed: _Inputs = replace(defaults, **values)
     return changed
+
+
+def _choose_word(value: object, words: Sequence[str], what: str) -> str:
+    """Return a value that is one of some words; raise MechanismError for any other."""
+    if value in words:
+        return str(value)
+    raise MechanismError(f"{what} must be one of {', '.join(words)}; found {format_value(value)}.{did_you_mean(str(value), words)}")
 
 
 def parse_assignments(defaults: _Inputs, assignments: Iterable[str], options: Mapping[str, str] | None = None) -> _Inputs:

@@ -79,6 +79,12 @@ class KernelCompilation:
 
     __repr__ = short_repr
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the text that is printed."""
+        from governor_mechanism.notebook.result_table import printed_html
+
+        return printed_html(self)
+
     @property
     def n_compiled(self) -> int:
         """Number of kernels that were compiled."""

@@ -37,5 +37,6 @@ def format_table(headers: Sequence[str], rows: Iterable[Sequence[str]], justify:
     for row in cells:
         table.add_row(*row)
     output = StringIO()
-    Console(file=output, width=100_000, color_system=None, force_terminal=False).print(table)
+    # In a notebook rich would show the table at once instead of writing it.
+    Console(file=output, width=100_000, color_system=None, force_terminal=False, force_jupyter=False).print(table)
     return "\n".join(line.rstrip() for line in output.getvalue().splitlines())

@@ -1,6 +1,6 @@
 """Kinematic analysis: positions, velocities and accelerations of a driven mechanism without integration."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -11,6 +11,7 @@ from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_reading_motions
 from governor_mechanism.mechanics.kinematics.released_drivers import release_drivers
+from governor_mechanism.model.exported_result import ExportedResult
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.named_values import name_values
 from governor_mechanism.model.scene import Scene
@@ -22,6 +23,9 @@ TIME_VARIABLE = "time"
 """Name of the independent variable of drivers."""
 
 
+RATE_PREFIX, ACCELERATION_PREFIX = "rate_of_", "acceleration_of_"
+"""What stands before a reading in the names of its time derivatives."""
+
 KEPT_STARTS = 16
 """Number of mechanisms whose start is kept: studies follow one of them again and again."""
 
@@ -30,7 +34,7 @@ MAX_REGULAR_SLOPE = 1e6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Kinematics:
+class Kinematics(ExportedResult):
     """Kinematics of a mechanism at n values of a reading, or at n times.
 
     Attributes
@@ -64,10 +68,33 @@ class Kinematics:
 
     __repr__ = short_repr
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: a row for each quantity."""
+        from governor_mechanism.notebook.result_table import result_html
+
+        return result_html(self)
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "readings", name_values("reading", self.readings))
         object.__setattr__(self, "rates", name_values("rate", self.rates))
         object.__setattr__(self, "reading_accelerations", name_values("reading", self.reading_accelerations))
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """Return a reading, "rate_of_" or "acceleration_of_" one, by the names that `crosscheck` lists; shape (n,), SI."""
+        for prefix, values in ((RATE_PREFIX, self.rates), (ACCELERATION_PREFIX, self.reading_accelerations)):
+            if name.startswith(prefix) and name not in self.readings:
+                return values[name.removeprefix(prefix)]
+        return self.readings[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield these names."""
+        yield from self.readings
+        yield from (f"{RATE_PREFIX}{name}" for name in self.rates)
+        yield from (f"{ACCELERATION_PREFIX}{name}" for name in self.reading_accelerations)
+
+    def __contains__(self, name: object) -> bool:
+        """Return whether this is one of the names."""
+        return any(name == known for known in self)
 
     def to_dataframe(self) -> DataFrame:
         """Return a table of pandas: readings, rates and accelerations, SI, by the reading that drives the mechanism, or by time.

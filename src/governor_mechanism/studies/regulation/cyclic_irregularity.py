@@ -14,6 +14,7 @@ from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.events import EventKind
+from governor_mechanism.model.exported_result import ExportedResult
 from governor_mechanism.model.part import Spindle, Start
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
@@ -38,7 +39,7 @@ THRESHOLD_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class CyclicMotionStudy:
+class CyclicMotionStudy(ExportedResult):
     """Amplitude of the sleeve per turn, after a number of turns, against the speed fluctuation.
 
     Attributes
@@ -79,7 +80,7 @@ class CyclicMotionStudy:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ClearanceStudy:
+class ClearanceStudy(ExportedResult):
     """Amplitudes of sleeve and arms per turn, after a number of turns, against the clearance.
 
     Attributes

@@ -13,6 +13,7 @@ from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.events import EventKind
+from governor_mechanism.model.exported_result import ExportedResult
 from governor_mechanism.model.part import Spindle, Start
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.trajectory import Trajectory
@@ -31,7 +32,7 @@ AIRY_PRIME_FIRST_ZERO = 1.018792971647471
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FoldJumpStudy:
+class FoldJumpStudy(ExportedResult):
     """Speeds at which the arms pass the fold, against the ramp rate of the spindle speed.
 
     Attributes

@@ -12,6 +12,7 @@ from scipy.optimize import brentq, minimize_scalar
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
+from governor_mechanism.model.exported_result import ExportedResult
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
@@ -26,7 +27,7 @@ SETTLING_TOLERANCE = 0.02
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SettlingStudy:
+class SettlingStudy(ExportedResult):
     """Settling time after a change of load, against the damping of the sleeve.
 
     Attributes

@@ -63,9 +63,13 @@ class DashpotCheck(RuleCheck):
         Dashpot, N s/m, times, s, and lift of the sleeve, m, of some runs.
     """
 
-    title: ClassVar = "damping"
-    source: ClassVar = "I. A. Vyshnegradskii (1877), after L. S. Pontryagin, Ordinary Differential Equations, section 27; L. Zehnder (1877)"
-    statement: ClassVar = "'No friction, no governor', that of a dashpot; set right, it brings the new steady state in the shortest time."
+    title: ClassVar[str] = "damping"
+    source: ClassVar[str] = (
+        "I. A. Vyshnegradskii (1877), after L. S. Pontryagin, Ordinary Differential Equations, section 27; L. Zehnder (1877)"
+    )
+    statement: ClassVar[str] = (
+        "'No friction, no governor', that of a dashpot; set right, it brings the new steady state in the shortest time."
+    )
 
     dampings: FloatArray
     settling_times: FloatArray

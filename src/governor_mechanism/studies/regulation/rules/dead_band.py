@@ -73,9 +73,9 @@ class DeadBandCheck(RuleCheck):
         Times, s, and speeds over the equilibrium speed, minus 1, of the runs from the lowest and the highest load.
     """
 
-    title: ClassVar = "dead band of speed"
-    source: ClassVar = "L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14"
-    statement: ClassVar = (
+    title: ClassVar[str] = "dead band of speed"
+    source: ClassVar[str] = "L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14"
+    statement: ClassVar[str] = (
         "Under a resistance W the speeds at which the sleeve rises and falls lie delta = W / (P + Q) apart, over the mean speed."
     )
 
@@ -131,9 +131,9 @@ class RegulatingForceCheck(RuleCheck):
         Difference of the speeds at which the sleeve rises and falls, over the equilibrium speed; shape (2, n).
     """
 
-    title: ClassVar = "force of the governor"
-    source: ClassVar = "Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), p. 618"
-    statement: ClassVar = (
+    title: ClassVar[str] = "force of the governor"
+    source: ClassVar[str] = "Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), p. 618"
+    statement: ClassVar[str] = (
         "A governor moves against K = epsilon S: to answer to small changes of speed it needs a large force S on its sleeve."
     )
 

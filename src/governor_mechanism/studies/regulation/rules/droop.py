@@ -81,9 +81,9 @@ class DroopCheck(RuleCheck):
         Growth rate of the equations linearised about its last steady state, 1/s.
     """
 
-    title: ClassVar = "droop"
-    source: ClassVar = "L. Zehnder (1877) after L. Kargl; I. A. Vyshnegradskii (1877), after L. S. Pontryagin, section 27"
-    statement: ClassVar = (
+    title: ClassVar[str] = "droop"
+    source: ClassVar[str] = "L. Zehnder (1877) after L. Kargl; I. A. Vyshnegradskii (1877), after L. S. Pontryagin, section 27"
+    statement: ClassVar[str] = (
         "An astatic governor, which has the same speed in every position, cannot regulate: 'no non-uniformity, no governor'."
     )
 

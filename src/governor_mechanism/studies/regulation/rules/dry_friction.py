@@ -62,9 +62,11 @@ class DryFrictionCheck(RuleCheck):
         Displacement over that of harmonic balance, times, s, and lift of the sleeve, m, of runs without dashpot.
     """
 
-    title: ClassVar = "dry friction instead of a dashpot"
-    source: ClassVar = "I. A. Vyshnegradskii (1877), after L. S. Pontryagin, Ordinary Differential Equations, section 27"
-    statement: ClassVar = "'No friction, no governor': does the dry friction at the sleeve do, where the theory means that of a dashpot?"
+    title: ClassVar[str] = "dry friction instead of a dashpot"
+    source: ClassVar[str] = "I. A. Vyshnegradskii (1877), after L. S. Pontryagin, Ordinary Differential Equations, section 27"
+    statement: ClassVar[str] = (
+        "'No friction, no governor': does the dry friction at the sleeve do, where the theory means that of a dashpot?"
+    )
 
     friction: float
     dampings: FloatArray

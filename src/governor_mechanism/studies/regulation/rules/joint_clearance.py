@@ -55,9 +55,9 @@ class ClearanceCheck(RuleCheck):
         Largest motion of the sleeve in one of the last turns, m, by the name of the governor; shape (n,) each.
     """
 
-    title: ClassVar = "clearance against shaking"
-    source: ClassVar = "L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14"
-    statement: ClassVar = "Some clearance in the joints keeps the small irregularities of the engine away from the governor."
+    title: ClassVar[str] = "clearance against shaking"
+    source: ClassVar[str] = "L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14"
+    statement: ClassVar[str] = "Some clearance in the joints keeps the small irregularities of the engine away from the governor."
 
     clearances: FloatArray
     amplitudes: Mapping[str, FloatArray]

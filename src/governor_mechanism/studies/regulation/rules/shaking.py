@@ -54,9 +54,9 @@ class ShakingCheck(RuleCheck):
         Ratio from which on the sleeve rests, by the moment of inertia of the flywheel, kg m2.
     """
 
-    title: ClassVar = "insensitivity at least the fluctuation of speed"
-    source: ClassVar = "L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14"
-    statement: ClassVar = (
+    title: ClassVar[str] = "insensitivity at least the fluctuation of speed"
+    source: ClassVar[str] = "L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14"
+    statement: ClassVar[str] = (
         "A governor that is more sensitive than the flywheel (delta < epsilon) leaves its position at every turn: it shakes."
     )
 
@@ -105,9 +105,9 @@ class OilBrakeCheck(RuleCheck):
         Ratio of insensitivity to fluctuation from which on the sleeve rests, with the weakest and the strongest dashpot.
     """
 
-    title: ClassVar = "an oil brake against shaking"
-    source: ClassVar = "L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14"
-    statement: ClassVar = "An oil brake reduces the shaking of every governor to a minimum without making it less sensitive."
+    title: ClassVar[str] = "an oil brake against shaking"
+    source: ClassVar[str] = "L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14"
+    statement: ClassVar[str] = "An oil brake reduces the shaking of every governor to a minimum without making it less sensitive."
 
     dampings: FloatArray
     amplitudes: FloatArray

@@ -1,0 +1,379 @@
+"""Pages show the shapes of the films where the run has them, at its times, and need nothing but their one file."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import html
+import json
+import re
+import shutil
+import subprocess
+from importlib import resources
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import governor_mechanism as gm
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.pictures import Film
+from governor_mechanism.render.film.writer import write_film
+from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon
+from governor_mechanism.render.page.colours import colour_rules, darken, role_rules, series_rules
+from governor_mechanism.render.page.forces import find_forces
+from governor_mechanism.render.page.motion import TOLERANCE, TrackTable, move_points
+from governor_mechanism.render.page.packing import pack_numbers
+from governor_mechanism.render.page.page_data import ANGLE_QUANTUM, RELATIVE_QUANTUM, collect_data
+from governor_mechanism.render.page.part_names import MACHINE_NAMES, PART_NAMES, SAME_AS
+from governor_mechanism.render.page.recording import Picture, RecordedShape, align_outlines, record_shapes
+from governor_mechanism.render.page.sampling import MAX_ROTATION, SAMPLE_RATE, choose_sample_times
+from governor_mechanism.render.page.turning_shapes import find_details
+from governor_mechanism.render.page.views import show_run
+from governor_mechanism.render.page.writer import SCRIPTS, make_page
+from governor_mechanism.render.style import FILM_COLOURS, INK, MUTED, PAPER, ROLE_STYLES, SERIES_COLOURS, parse_rgb
+from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
+
+MEAN_ANGLE, AMPLITUDE, RATE, SPEED = np.radians(40.0), np.radians(8.0), 2 * np.pi / 1.7, 4 * np.pi
+"""Motion of `fake_run`: angles in rad, its circular frequency and the mean speed of the spindle in rad/s."""
+MAX_PAGE_SIZE = 400_000
+
+
+@pytest.fixture(scope="module")
+def porter():
+    return fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0)
+
+
+@pytest.fixture(scope="module")
+def shown(porter):
+    return show_run(porter, None, (0.0, 2.0), choose_sample_times(porter, (0.0, 2.0), 1.0), 1.0)
+
+
+@pytest.fixture(scope="module")
+def data(shown):
+    return json.loads(json.dumps(collect_data(shown, 1.0)))
+
+
+@pytest.fixture(scope="module")
+def page(porter):
+    return make_page(porter, part=None, time_span=(0.0, 2.0), slow_down=1.0)
+
+
+def unpack(packed, count):
+    """Integers of a channel, decoded independently: bits of all groups of a number in a row."""
+    if isinstance(packed, int):
+        return np.full(count, packed)
+    codes, bits = [], ""
+    for byte in base64.b64decode(packed):
+        bits = f"{byte & 0x7F:07b}{bits}"
+        if byte < 0x80:
+            codes.append(int(bits, 2))
+            bits = ""
+    return np.cumsum([-(code // 2) - 1 if code % 2 else code // 2 for code in codes])
+
+
+def test_numbers_come_back_within_half_a_quantum():
+    generator = np.random.default_rng(5)
+    for scale in (1e-3, 1.0, 1e6):
+        values = scale * np.cumsum(generator.standard_normal(300))
+        restored = 1e-2 * unpack(pack_numbers(values, 1e-2), 300)
+        assert np.abs(restored - values).max() <= 0.5e-2 * (1 + 1e-9)
+    assert pack_numbers(np.full(7, 3.04), 0.1) == 30
+    assert list(unpack(pack_numbers(np.array([5.0, 5.0, -70.0]), 1.0), 3)) == [5, 5, -70]
+
+
+def place(data, view, index, count):
+    """Poses (samples, 3) of a track of the page."""
+    track = data["views"][view]["tracks"][index]
+    return np.column_stack([unpack(track["x"], count), unpack(track["y"], count), ANGLE_QUANTUM * unpack(track["angle"], count)])
+
+
+def points_of(data, shape, k):
+    """Points of a shape of the page at sample k, in units of the picture."""
+    count = data["times"]["count"]
+    if "frames" in shape:
+        _, lengths, x, y = [frame for frame in shape["frames"] if frame[0] <= k][-1]
+        return np.column_stack([unpack(x, sum(lengths)), unpack(y, sum(lengths))])
+    points = np.array(shape["points"], dtype=float).reshape(-1, 2)
+    for amplitudes, displacements in shape.get("modes", []):
+        points = points + data["amplitudeQuantum"] * unpack(amplitudes, count)[k] * np.array(displacements).reshape(-1, 2)
+    return move_points(place(data, 0, shape["track"], count)[k : k + 1], points)[0] if "track" in shape else points
+
+
+def test_the_balls_stand_where_the_arms_hold_them(data, shown):
+    """The positions follow from the angle alone; a page rounds them to a ten-thousandth of its picture."""
+    times = np.linspace(0.0, 2.0, data["times"]["count"])
+    angle = MEAN_ANGLE + AMPLITUDE * np.sin(RATE * times)
+    expected = np.column_stack([0.04 + 0.3 * np.sin(angle), -0.3 * np.cos(angle)])
+    picture = shown.views[0].picture
+    balls = [shape for shape in data["views"][0]["shapes"] if shape["role"] == "ball"]
+    assert len(balls) == 2
+    for shape, side in zip(balls, (-1.0, 1.0), strict=True):
+        drawn = np.array([points_of(data, shape, k)[0] for k in range(len(times))])
+        # One unit of rounding, half for the track and half for the outline; the cubic between reported times is exact to 1e-8.
+        assert_allclose(drawn, picture.place(expected * [side, 1.0]), atol=1.01)
+        assert_allclose(unpack(shape["radius"], 1)[0] / picture.scale, shown.parts[0].drawing.ball_radius, atol=1 / picture.scale)
+
+
+def test_every_shape_of_the_film_is_on_the_page(data, shown):
+    """Nothing is drawn anew: at each sample every point is that of the film's primitive, within the rounding of outline and motion."""
+    view, picture = shown.views[0], shown.views[0].picture
+    n_static = len(view.static_shapes)
+    for k in (0, 7, data["times"]["count"] - 1):
+        primitives = [*view.static_shapes, *view.shapes_at(k)]
+        assert len(primitives) == len(data["views"][0]["shapes"])
+        for index, (primitive, shape) in enumerate(zip(primitives, data["views"][0]["shapes"], strict=True)):
+            expected = picture.place(np.array(primitive_points(primitive)))
+            # A turn of half a quantum of the angle moves the far end of the longest part by half a unit.
+            assert_allclose(points_of(data, shape, k if index >= n_static else 0), expected, atol=TOLERANCE + 1.5, err_msg=shape["role"])
+            assert shape["role"] == primitive.role
+
+
+def primitive_points(primitive):
+    match primitive:
+        case Polygon(_, points):
+            return points
+        case Lines(_, lines):
+            return [point for line in lines for point in line]
+        case _:
+            return [(primitive.x, primitive.y)]
+
+
+def test_samples_are_equally_spaced_and_close_enough(porter):
+    times = choose_sample_times(porter, (0.5, 1.5), 1.0)
+    assert (times[0], times[-1]) == (0.5, 1.5)
+    assert_allclose(np.diff(times), times[1] - times[0], rtol=1e-9)
+    fastest = max(np.abs(porter.velocities[..., 2]).max(), porter.readings["spindle_speed"].max())
+    assert times[1] - times[0] <= min(1 / SAMPLE_RATE, MAX_ROTATION / fastest)
+    assert list(choose_sample_times(porter, (1.0, 1.0), 1.0)) == [1.0]
+
+
+def test_the_spindle_has_turned_by_the_integral_of_its_speed(data):
+    count = data["times"]["count"]
+    times = np.linspace(0.0, 2.0, count)
+    expected = SPEED * (times + 0.03 * (1 - np.cos(0.5 * RATE * times)) / (0.5 * RATE))
+    # The trapezoids of `fake_run` every 10 ms are good to 1e-5 rad; half a quantum is 5e-5.
+    assert_allclose(ANGLE_QUANTUM * unpack(data["views"][0]["spindle"], count), expected, atol=1e-4)
+
+
+def test_forces_are_weight_and_centrifugal_force(data):
+    forces, count = data["views"][0]["forces"], data["times"]["count"]
+    times = np.linspace(0.0, 2.0, count)
+    arrows = {arrow["name"]: [forces["quantum"] * unpack(arrow[axis], count) for axis in "xy"] for arrow in forces["arrows"]}
+    radius = 0.04 + 0.3 * np.sin(MEAN_ANGLE + AMPLITUDE * np.sin(RATE * times))
+    speed = SPEED * (1 + 0.03 * np.sin(0.5 * RATE * times))
+    tolerance = RELATIVE_QUANTUM * forces["largest"]
+    # Between reported times, 10 ms apart, the force is a straight line: (RATE * 10 ms)^2 / 8 of its changes.
+    assert_allclose(arrows["centrifugal force on right ball"][0], 5.0 * speed**2 * radius, atol=tolerance + 0.05)
+    assert_allclose(arrows["centrifugal force on left ball"][0], -5.0 * speed**2 * radius, atol=tolerance + 0.05)
+    assert_allclose(arrows["weight of sleeve"], [[0.0] * count, [20.0 * 9.81] * count], atol=tolerance)
+    assert "centrifugal force on sleeve" not in arrows
+
+
+def test_from_outside_the_governor_turns_and_its_frame_does_not(data, shown):
+    shapes = data["views"][0]["shapes"]
+    turning = {shape["role"] for shape in shapes if "turns" in shape}
+    assert turning == {"frame", "sleeve", "link", "arm", "ball", "pivot"}  # of the sleeve only the lugs, which are beside the axis
+    assert {shape["role"] for shape in shapes if shape.get("isInPlaneOnly")} == {"ball shine"}
+    ball = next(shape for shape in shapes if shape["role"] == "ball")
+    assert ball["turns"] == pytest.approx(unpack(ball["radius"], 1)[0], abs=0.5)
+
+
+def test_an_enlarged_detail_is_no_part_of_the_machine():
+    def shape(role, kind, points):
+        rows = np.array([points], dtype=float)
+        return RecordedShape(role=role, kind=kind, outline=(len(points),), points=rows, visible=np.array([True]), radii=np.zeros(0))
+
+    lens = shape("lens", "polygon", [(0, 100), (50, 100), (50, 200), (0, 200)])
+    inside, beside = shape("link", "polygon", [(10, 110), (20, 190)]), shape("link", "polygon", [(40, 110), (70, 190)])
+    caption, other_text = shape("scale", "text", [(0, 90)]), shape("scale", "text", [(0, 40)])
+    assert find_details([lens, inside, beside, caption, other_text]) == {0, 1, 3}
+
+
+def test_a_reading_that_is_infinite_at_times_is_bridged(porter):
+    """A static force is infinite at a turning point of its reading: such values would be no JSON."""
+    force = np.where(np.arange(len(porter.times)) % 50 == 20, np.inf, 100.0 + porter.times)
+    readings = {**porter.readings, "static_force": force, "never": np.full(len(force), np.nan)}
+    run = dataclasses.replace(porter, readings=readings, units={**porter.units, "static_force": "N", "never": "N"})
+    shown = show_run(run, None, (0.0, 2.0), run.times, 1.0)
+    plots = {plot["name"]: plot for plot in json.loads(json.dumps(collect_data(shown, 1.0), allow_nan=False))["plots"]}
+    curve = plots["static force"]["curves"][0]
+    values = plots["static force"]["limits"][0] + curve["quantum"] * unpack(curve["values"], curve["count"])
+    assert_allclose(values, 100.0 + run.times, atol=curve["quantum"])
+    assert "never" not in plots
+
+
+def test_a_spring_pulls_with_the_force_that_the_run_reports():
+    run = gm.run(gm.load("hartung_dubois").replace({"run.duration": "1.5 s"}))
+    forces = find_forces(show_run(run, None, (0.0, 1.5), run.times, 1.0).parts[0])
+    springs = [force for force in forces if force.kind == "spring"]
+    assert len(springs) == 2
+    for force in springs:
+        # Poses and readings are good to 1e-6 of their scales, which the stiffness turns into some thousandths of a newton.
+        assert_allclose(np.hypot(*force.components.T), run.readings["spring_force"], atol=0.05)
+
+
+def test_readings_are_those_of_the_run(data, porter):
+    plot = next(plot for plot in data["plots"] if plot["name"] == "arm angle")
+    curve, times = plot["curves"][0], np.linspace(0.0, 2.0, data["times"]["count"])
+    values = plot["limits"][0] + curve["quantum"] * unpack(curve["values"], curve["count"])
+    assert plot["unit"] == "°"
+    assert_allclose(values, np.degrees(np.interp(times, porter.times, porter.readings["arm_angle"])), atol=curve["quantum"])
+    assert curve["quantum"] < 0.5 * 10.0 ** -plot["decimals"]
+    assert {plot["name"] for plot in data["plots"]} >= {"sleeve lift", "spindle speed", "ball radius"}
+
+
+def shapes_in_motion(n_samples=40):
+    """A crank, a spring between a fixed and a moving point, a lamp that goes out, and a curve that grows; by sample."""
+    square = np.array([[0.1, -0.05], [0.3, -0.05], [0.3, 0.05], [0.1, 0.05]])
+
+    def shapes_at(k):
+        c, s = np.cos(0.3 * k), np.sin(0.3 * k)
+        crank = [(float(c * x - s * y), float(s * x + c * y)) for x, y in square]
+        end = 0.5 + 0.2 * s
+        zigzag = tuple((float(end * j / 6), 0.8 + 0.02 * (-1) ** j) for j in range(7))
+        growing = tuple((0.01 * j, 0.9) for j in range(k + 2))
+        return (
+            Polygon("arm", tuple(crank)),
+            Lines("spring", (zigzag,)),
+            Circle("mark", 0.0, 0.5, 0.02 if k < 10 else 0.0),
+            Lines("trace", (growing,)),
+        )
+
+    return Picture(box=(-1.0, 1.0, -1.0, 1.0)), shapes_at, n_samples
+
+
+def test_shapes_are_told_apart_by_their_motion():
+    arguments = shapes_in_motion()
+    picture, n_samples = arguments[0], arguments[2]
+    table, shapes = TrackTable(), record_shapes(*arguments)
+    crank, spring, lamp, curve = map(table.describe, shapes)
+    assert crank.track == 0
+    assert_allclose(move_points(table.tracks[0].poses, crank.points), shapes[0].points, atol=TOLERANCE)
+    # The fixed point of the crank is found: its track only turns.
+    assert_allclose(table.tracks[0].poses[:, :2] - picture.place(np.zeros(2)), 0.0, atol=1e-6)
+    assert len(spring.modes) == 1
+    assert lamp.track is None
+    assert list(shapes[2].visible) == [k < 10 for k in range(n_samples)]
+    assert curve.is_changing
+    assert [sum(map(len, lines)) for lines in shapes[3].changing] == [k + 2 for k in range(n_samples)]
+
+
+def test_an_outline_may_begin_anywhere():
+    """A bar whose outline begins at its left end keeps its points though its ends change sides twice in a turn."""
+    corners = np.array([[0.0, -0.1], [1.0, -0.1], [1.0, 0.1], [0.0, 0.1]])
+    angles = 0.2 * np.arange(60)
+    turned = move_points(np.column_stack([0 * angles, 0 * angles, angles]), corners)
+    leftmost = turned[..., 0].argmin(axis=1)
+    drawn = np.stack([np.roll(points, -first, axis=0) for points, first in zip(turned, leftmost, strict=True)])
+    assert len(set(leftmost)) == 4
+    assert_allclose(align_outlines(drawn), np.roll(turned, -leftmost[0], axis=1))
+
+
+def test_a_page_is_one_file_that_asks_for_nothing(page):
+    addresses = set(re.findall(r"https?://[^\s\"'<>)]*", page))
+    assert addresses <= {"http://www.w3.org/2000/svg"}
+    assert set(re.findall(r"(?:src|href)=\"([^\"]*)\"", page)) <= {"data:,"}
+    assert "@import" not in page
+    assert "url(" not in re.sub(r"url\(#", "", page)
+    assert "default-src 'none'" in page
+    assert len(page.encode()) < MAX_PAGE_SIZE
+
+
+def test_a_title_cannot_break_out_of_the_page(porter):
+    title = '</script><script>alert(1)</script> & "Co" <!--'
+    text = make_page(
+        dataclasses.replace(porter, scene=dataclasses.replace(porter.scene, title=title)), part=None, time_span=(0.0, 0.1), slow_down=1.0
+    )
+    assert "alert(1)</script>" not in text
+    assert html.escape(title) in text
+
+
+def test_a_page_says_what_the_scene_lists(page):
+    for word in ("gravity", "9.81 m/s²", "centrifugal", "ball mass", "5 kg", "reduced", "accurate to 4e-07"):
+        assert word in page
+
+
+def test_the_script_finds_every_element_of_the_page(page):
+    script = "\n".join(read(f"script/{name}.js") for name in SCRIPTS)
+    ids = set(re.findall(r'find\("([\w-]+)"\)', script))
+    assert ids
+    assert ids <= set(re.findall(r'id="([\w-]+)"', read("page.html")))
+
+
+def test_every_colour_has_a_counterpart_on_a_dark_ground():
+    declared = set(re.findall(r"--c-(\w{6})", colour_rules()))
+    assert {colour[1:] for colour in FILM_COLOURS} <= declared
+    used = set(re.findall(r"var\(--c-(\w{6})\)", role_rules(set(ROLE_STYLES)) + series_rules() + read("page.css") + read("gallery.css")))
+    assert used <= declared
+
+
+def test_names_are_those_of_roles():
+    assert {*PART_NAMES, *SAME_AS, *(role for names in MACHINE_NAMES.values() for role in names)} <= set(ROLE_STYLES)
+    assert set(SAME_AS.values()) <= set(PART_NAMES)
+
+
+@pytest.mark.parametrize("colour", [INK, MUTED, *SERIES_COLOURS])
+def test_words_are_legible_on_both_grounds(colour):
+    """A contrast of 4.5 : 1 is what the guidelines for accessible content (WCAG 2.2, 1.4.3) ask of words."""
+    for theme in (lambda one: one, darken):
+        light, dark = sorted((luminance(theme(one)) for one in (colour, PAPER)), reverse=True)
+        assert (light + 0.05) / (dark + 0.05) >= 4.5
+
+
+def luminance(colour):
+    """Relative luminance of a colour by the definition of WCAG."""
+    parts = [value / 255 for value in parse_rgb(colour)]
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    return float(np.dot([0.2126, 0.7152, 0.0722], linear))
+
+
+def test_two_runs_or_a_frame_rate_are_refused(porter, tmp_path):
+    for arguments, message in (
+        ({"run": [porter, porter]}, "a page shows one run"),
+        ({"run": porter, "frames_per_second": 10}, "takes no frames per second"),
+        ({"run": porter, "part": "engine"}, "no part 'engine'"),
+        ({"run": porter, "start": 3.0}, "must lie within the run"),
+    ):
+        with pytest.raises(MechanismError, match=message):
+            write_film(path=tmp_path / "a.html", **arguments)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("duration", "requested", "slow_down"), [(0.5, None, 10.0), (70.0, None, 1.0), (2.0, 5.0, 5.0)])
+def test_a_page_begins_in_true_time_or_as_asked(tmp_path, duration, requested, slow_down):
+    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=duration, output_interval=duration / 400)
+    text = write_film(run, tmp_path / "a.html", stop=0.5, slow_down=requested).read_text(encoding="utf-8")
+    assert json.loads(text.partition('id="run-data">')[2].partition("</script>")[0])["slowDown"] == slow_down
+
+
+def test_a_film_that_ends_in_html_is_a_page_and_a_notebook_shows_it(porter, tmp_path):
+    calls = []
+    path = write_film(porter, tmp_path / "a.html", stop=0.1, progress=lambda *call: calls.append(call))
+    assert calls == [(1, 1)]
+    frame = Film(path)._repr_html_()
+    assert html.unescape(re.search('srcdoc="([^"]*)"', frame)[1]) == path.read_text(encoding="utf-8")
+
+
+def read(name):
+    return resources.files("governor_mechanism.render.page").joinpath(name).read_text(encoding="utf-8")
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
+def test_the_script_decodes_and_follows_the_motion(page, data, shown, tmp_path):
+    """Between samples, too, the script has the ball on its circle."""
+    program = [read(f"script/{name}.js") for name in ("decoding", "geometry")]
+    program += [f"const data = {json.dumps(data)};", "const view = data.views[0];"]
+    program += ["view.tracks = view.tracks.map((one) => decodeTrack(one, data.angleQuantum));"]
+    program += ["const ball = decodeShape(view.shapes.filter((one) => one.role === 'ball')[1], data.amplitudeQuantum);"]
+    program += ["const at = (time) => { const place = placeOf(time, data.times);"]
+    program += ["  return placedPoints(ball, view.tracks.map((track) => poseAt(track, place)), place); };"]
+    program += ["console.log(JSON.stringify([0, 0.123, 1.017, 1.99, 2].map(at)));"]
+    (tmp_path / "a.js").write_text("\n".join(program), encoding="utf-8")
+    (tmp_path / "b.js").write_text(page.rpartition("<script>")[2].partition("</script>")[0], encoding="utf-8")
+    subprocess.run(["node", "--check", str(tmp_path / "b.js")], check=True, capture_output=True)
+    answer = subprocess.run(["node", str(tmp_path / "a.js")], check=True, capture_output=True, text=True)
+    angle = MEAN_ANGLE + AMPLITUDE * np.sin(RATE * np.array([0, 0.123, 1.017, 1.99, 2]))
+    expected = shown.views[0].picture.place(np.column_stack([0.04 + 0.3 * np.sin(angle), -0.3 * np.cos(angle)]))
+    # The cubic through samples 30 ms apart is good to 1e-5 of the amplitude, and at the ends, without a neighbour, to a thousandth.
+    assert_allclose(json.loads(answer.stdout), expected, atol=2.0)
