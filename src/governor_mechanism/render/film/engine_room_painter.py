@@ -75,7 +75,7 @@ class EngineRoomPainter(FrameCanvas):
         super().__init__(size, layout.PART_PITCH)
         self._run, self._governed, self._data = run, governed, governor
         self.room = EngineRoomDrawing(run, governed, engine.drawing, governor.drawing)
-        self._add_title_and_footer(run, run.scene.title if title is None else title, governor.times)
+        self._add_title_and_footer(run, run.scene.title if title is None else title, governor)
         self._add_caption()
         panels = [self._make_elevation(), *self._make_plots()]
         self._finish(panels, animated)

@@ -18,6 +18,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.film import layout
+from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import PixelView
 from governor_mechanism.render.film.moving_artist import MovingArtist
@@ -25,7 +26,7 @@ from governor_mechanism.render.film.moving_parts import CachedNumber, Panel
 from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
 from governor_mechanism.render.number_format import format_closing_lines
 from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION, Brush, artist_paths
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import BoolArray, FloatArray
 
 FRAME_DPI = 64
 """A power of two, so that size / DPI * DPI is exactly the size."""
@@ -35,11 +36,11 @@ FRAME_CLOSING_LINE_LENGTH = 94
 """Number of characters in the closing lines that fit at about their normal size."""
 
 
-def _format_times(times: FloatArray) -> list[str]:
-    """Format the frame times (s) with two decimals, or with more if frames follow one another faster."""
-    step = float(times[-1] - times[0]) / max(len(times) - 1, 1)
+def _format_times(times: FloatArray, has_ended: BoolArray) -> list[str]:
+    """Format the frame times (s) with two decimals, or with more if frames follow one another faster; the last one of a run that ended."""
+    step = float(times[-1] - times[0]) / max(int((~has_ended).sum()) - 1, 1)
     decimals = 2 if step >= 0.005 or step <= 0.0 else min(math.ceil(-math.log10(step)), 9)
-    return [f"{time:.{decimals}f}" for time in times]
+    return [f"{'ended at ' * bool(ended)}{time:.{decimals}f}" for time, ended in zip(times, has_ended, strict=True)]
 
 
 class FrameCanvas:
@@ -122,9 +123,10 @@ class FrameCanvas:
         self._counters.append(CachedNumber(text, texts))
         return float(number_position[0]) - max_width
 
-    def _add_title_and_footer(self, run: Trajectory, title: str, times: FloatArray) -> None:
-        """Add title, time, rules and footer."""
-        left, right = 12 - self._shift, self._add_number(_format_times(times), "s", (468, 18), 12, color=INK)
+    def _add_title_and_footer(self, run: Trajectory, title: str, frame_data: FrameData) -> None:
+        """Add title, time, rules and footer; a run that has ended before the film says so."""
+        times = _format_times(frame_data.times, frame_data.has_ended)
+        left, right = 12 - self._shift, self._add_number(times, "s", (468, 18), 12, color=INK)
         self._add_text(" ".join(title.split()), (left, 18), 15, fontfamily=SERIF_FONT, max_width=right - 24 + self._shift)
         lines, is_failure = format_closing_lines(run, FRAME_CLOSING_LINE_LENGTH)
         rule_y, line_positions = layout.CLOSING_LINE_LAYOUT[len(lines)]

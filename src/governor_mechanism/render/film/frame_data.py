@@ -16,21 +16,32 @@ from governor_mechanism.render.number_format import display_unit_of
 from governor_mechanism.render.shown_readings import shown_readings
 from governor_mechanism.types import FloatArray
 
+END_TOLERANCE = 1e-9
+"""Rounding of a frame time, relative to the shown time."""
+
+MAX_SHARED_SCALE_RATIO = 3.0
+"""Largest ratio of the sizes of machines that are shown on one scale: beside a larger one, a smaller would be too small to be seen."""
+
 
 class FrameData:
-    """One part of a run at the frame times (f,) s, all within `time_span` (s), the shown part of the run.
+    """One part of a run at the frame times (f,) s, all within `time_span` (s), the time that the film shows.
 
-    `poses` (f, bodies, 3) are those of the part, by cubic Hermite polynomials; `readings` are by plain name, with values (f,) interpolated
-    linearly; `spindle_angle` (f,) rad counts from the start and is zero without a spindle speed. `drawing` is that of the whole run.
-    A second of the run takes `slow_down` seconds of film.
+    Outside of the reported times of the run it rests in its first or its last position: `times` (f,) stay there, and `has_ended` (f,) is
+    true after the last. `poses` (f, bodies, 3) are those of the part, by cubic Hermite polynomials; `readings` are by plain name, with
+    values (f,) interpolated linearly; `spindle_angle` (f,) rad counts from the start and is zero without a spindle speed. `drawing` is that
+    of the whole run. A second of the run takes `slow_down` seconds of film.
     """
 
     def __init__(self, run: Trajectory, part: Part, time_span: Vec2, times: FloatArray, slow_down: float = 1.0) -> None:
+        # Frame times are computed, so that the last may lie beyond the end by rounding.
+        self.has_ended = times > run.times[-1] + END_TOLERANCE * max(abs(time_span[1] - time_span[0]), abs(run.times[-1]))
+        times = np.clip(times, run.times[0], run.times[-1])
         self.part, self.time_span, self.times, self.slow_down = part, time_span, times, slow_down
         self.drawing = drawing_of(run, part, slow_down)
-        self.poses = self.drawing.poses.repeat(len(times), axis=0)
         if len(run.times) > 1:
             self.poses = np.asarray(CubicHermiteSpline(run.times, self.drawing.poses, self.drawing.select_bodies(run.velocities))(times))
+        else:
+            self.poses = self.drawing.poses.repeat(len(times), axis=0)
         readings = self.drawing.select_entries(shown_readings(run))
         speed = readings["spindle_speed"].values if "spindle_speed" in readings else np.zeros(len(run.times))
         spindle_angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(run.times))])
@@ -45,6 +56,18 @@ ShownParts = Sequence[FrameData]
 def enclosing_box(column: Sequence[FrameData]) -> BoundingBox:
     """Return the smallest bounding box (m) that contains a part in several runs."""
     return enclose_boxes(data.drawing.bounds for data in column)
+
+
+def on_one_scale(column: Sequence[FrameData], shown: FrameData) -> list[FrameData]:
+    """Return those of a column that are shown on one scale with one of them: all in a like plane if of like size, else it alone."""
+
+    def size(data: FrameData) -> float:
+        left, right, bottom, top = data.drawing.bounds
+        return max(right - left, top - bottom)
+
+    alike = [data for data in column if data.part.plane == shown.part.plane]
+    sizes = [size(data) for data in alike]
+    return alike if max(sizes) <= MAX_SHARED_SCALE_RATIO * min(sizes) else [shown]
 
 
 def common_axis_limits(column: Sequence[FrameData], name: str) -> Vec2:

@@ -9,7 +9,7 @@ from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import FrameCanvas
-from governor_mechanism.render.film.frame_data import FrameData, ShownParts, common_axis_limits, enclosing_box
+from governor_mechanism.render.film.frame_data import FrameData, ShownParts, common_axis_limits, enclosing_box, on_one_scale
 from governor_mechanism.render.film.layout import PixelView, fit_view, reading_rects, shift_rect
 from governor_mechanism.render.film.moving_parts import Panel, plot_reading
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, round_step
@@ -28,7 +28,7 @@ class FramePainter(FrameCanvas):
     """Frames of one run, each part in a panel of its own.
 
     Of the `parts` of the run, only the last one can have a plan view, and all positions count from its frame. `compared` are the parts of
-    all runs that share the limits of this frame, by default those of this run alone.
+    all runs that share the limits of this frame (their scale only if they are of like size), by default those of this run alone.
     """
 
     def __init__(
@@ -45,10 +45,10 @@ class FramePainter(FrameCanvas):
         self._shown_parts = parts
         self.frame_data = frame_data = parts[-1]
         # Whether the plan of the turning plane is shown.
-        self._has_dial = frame_data.part.plane == TURNING_PLANE and "spindle_speed" in frame_data.readings
+        self._has_dial = _has_plan(frame_data)
         # By part, its data in all runs.
         self._columns = list(zip(*(compared or [parts]), strict=True))
-        self._add_title_and_footer(run, run.scene.title if title is None else title, frame_data.times)
+        self._add_title_and_footer(run, run.scene.title if title is None else title, frame_data)
         panels: list[Panel] = [self._make_elevation(data, k) for k, data in enumerate(self._shown_parts)]
         panels += self._make_reading_plots()
         if self._has_dial:
@@ -62,7 +62,8 @@ class FramePainter(FrameCanvas):
             x, y = layout.PART_NAME_POSITION
             self._add_text(format_name(frame_data.part.name), (x + shift, y), 12.5, fontfamily=SERIF_FONT, max_width=260)
             name_height = layout.PART_NAME_HEIGHT
-        self.view = fit_view(enclosing_box(self._columns[position]), shift_rect(layout.ELEVATION_RECT, shift + self._shift, name_height))
+        box = enclosing_box(on_one_scale(self._columns[position], frame_data))
+        self.view = fit_view(box, shift_rect(layout.ELEVATION_RECT, shift + self._shift, name_height))
         self._add_scale_bar(frame_data, self.view, shift)
         drawing, poses = frame_data.drawing, frame_data.poses
         path = drawing.traced_path(poses)
@@ -82,7 +83,8 @@ class FramePainter(FrameCanvas):
     def _make_plan(self) -> Panel:
         """Return the panel of the turning plane seen from above, and write its caption."""
         frame_data = self.frame_data
-        ring_radius = max(data.drawing.dial_ring_radius() for data in self._columns[-1])
+        column = [data for data in on_one_scale(self._columns[-1], frame_data) if _has_plan(data)]
+        ring_radius = max(data.drawing.dial_ring_radius() for data in column)
         half_width = 1.06 * ring_radius
         view = fit_view((-half_width, half_width, -half_width, half_width), shift_rect(layout.DIAL_RECT, self._shift))
         angle_steps = np.diff(frame_data.spindle_angle, prepend=frame_data.spindle_angle[0])
@@ -146,3 +148,8 @@ class FramePainter(FrameCanvas):
             text = f"turning plane, {text}" if text else "seen in the turning plane"
         if text:
             self._add_text(text, (right, y), 9.5, color=MUTED, ha="right")
+
+
+def _has_plan(data: FrameData) -> bool:
+    """Return whether a part has a plan view: it turns with a spindle."""
+    return data.part.plane == TURNING_PLANE and "spindle_speed" in data.readings

@@ -1,11 +1,11 @@
-"""Painters of all films: one run, two side by side, or the engine room of a governed engine."""
+"""Painters of all films: one run, several side by side, or the engine room of a governed engine."""
 
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import Protocol
 
 import numpy as np
 
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.film.engine_room_painter import EngineRoomPainter
 from governor_mechanism.render.film.frame_data import FrameData, ShownParts, find_parts
@@ -31,30 +31,30 @@ class Painter(Protocol):
 class SideBySidePainter:
     """Frames of runs side by side, with a thin rule between them; `paint(k)` returns a copy of the pixels of frame k.
 
-    `frame_data` are the shown parts of each run. Each run stands under its title or that of its scene.
+    `frame_data` are the shown parts of each run; runs with as many parts share the axes of their readings. Each run stands under its title
+    or that of its scene.
     """
 
     def __init__(self, runs: Sequence[Trajectory], titles: Sequence[str] | None, frame_data: Sequence[ShownParts], size: int) -> None:
-        if len({len(data) for data in frame_data}) > 1:
-            raise MechanismError("two runs side by side must have equally many parts; choose one part with part=..., or write two films")
         self.painters = [
-            FramePainter(run, data, size, title=title, compared=frame_data)
+            FramePainter(run, data, size, title=title, compared=[other for other in frame_data if len(other) == len(data)])
             for run, data, title in zip(runs, frame_data, titles if titles is not None else [None] * len(runs), strict=True)
         ]
         factor = size / REFERENCE_SIZE
         self._rule_rows = slice(round((HEADER_RULE_Y + 7) * factor), round(ELEVATION_RECT[3] * factor))
 
     def paint(self, k: int) -> RgbaPixels:
-        """Return frame k as opaque RGBA pixels (size, number of runs * width of one, 4)."""
+        """Return frame k as opaque RGBA pixels (size, sum of the widths, 4)."""
         return self.draw(k).copy()
 
     def draw(self, k: int) -> RgbaPixels:
         """Return frame k as `paint` does, in pixels that the next frame overwrites."""
         if len(self.painters) == 1:
             return self.painters[0].draw(k)
-        pixels = np.concatenate([painter.draw(k) for painter in self.painters], axis=1)
-        for index in range(1, len(self.painters)):
-            pixels[self._rule_rows, index * pixels.shape[1] // len(self.painters), :3] = parse_rgb(RULE)
+        frames = [painter.draw(k) for painter in self.painters]
+        pixels = np.concatenate(frames, axis=1)
+        for edge in accumulate(frame.shape[1] for frame in frames[:-1]):
+            pixels[self._rule_rows, edge, :3] = parse_rgb(RULE)
         return pixels
 
 

@@ -1,4 +1,4 @@
-"""Films of runs, rendered off-screen: GIF, or MP4 if ffmpeg is available.
+"""Films of runs, rendered off-screen: GIF, or MP4 if ffmpeg is available; or an interactive page.
 
 A second of film is a second of the run, except for very short or long runs; the caption then states how much the film is slowed or sped up.
 """
@@ -41,10 +41,14 @@ N_PALETTE_SAMPLES = 5
 """Number of frames from which the palette is chosen."""
 MIN_TRUE_TIME_DURATION, MAX_TRUE_TIME_DURATION = 1.0, 60.0
 """Range of run durations (s) that are shown in true time by default."""
+MAX_TRUE_TIME_PAGE_DURATION = 100.0
+"""Longest run (s) that a page shows in true time at first: one can go on in it at any time, and it keeps 30 moments a second."""
 MIN_FILM_DURATION, MAX_FILM_DURATION = 4.0, 20.0
 """Range of film durations (s) for all other runs."""
 MAX_SLOWED_FILM_DURATION = 3600.0
 """Longest film (s) with a requested slow-down."""
+MAX_RUNS = 6
+"""Largest number of runs side by side: six of one part are as wide as the widest screens."""
 
 
 ENGINE_ROOM_FRAME_RATE, ENGINE_ROOM_FILM_DURATION = 12.5, 10.0
@@ -65,33 +69,35 @@ def write_film(
     slow_down: float | None = None,
     progress: FilmProgress | None = None,
 ) -> Path:
-    """Write one run, or two side by side, as a film.
+    """Write one run, or several side by side, as a film.
 
     Parameters
     ----------
     run
-        A run, or two runs that report the same times. Two runs share the scale and the axes of their readings.
+        A run, or a list of up to MAX_RUNS. Runs share the axes of their readings and, if their machines are of like kind and size, their
+        scale. A run that ends before the others rests in its last position, and says when it ended.
     path
-        File that ends in .gif or .mp4; .mp4 needs imageio-ffmpeg.
+        File that ends in .gif, .mp4 or .html; .mp4 needs imageio-ffmpeg, and .html is an interactive page of one run.
     titles
-        Titles of two runs. None takes the titles of their scenes.
+        Titles of several runs. None takes the titles of their scenes.
     size
-        Height of the film in pixels, and its width per run of one part; at least 320.
+        Height of the film in pixels, and its width per run of one part; at least 320. A page fits its window.
     frames_per_second
-        Frames per second of film, 1 to 50. None is 25, and 12.5 for an engine room.
+        Frames per second of film, 1 to 50. None is 25, and 12.5 for an engine room. A page has none of its own.
     part
         Name of the part to show. None shows all parts, each in a panel of its own; an engine and the governor that it drives, and that
         controls it, are shown as one elevation of an engine room.
     start
-        Start of the shown part of the run, s. None is the first reported time.
+        Start of the shown part of the runs, s. None is the first reported time.
     stop
-        End of the shown part of the run, s. None is the last reported time; without a start, the film of an engine room ends soon
-        after the governor has settled, and says so.
+        End of the shown part of the runs, s. None is the last reported time of any; without a start, the film of an engine room ends soon
+        after the governor has settled, and says so. A page shows the whole run.
     slow_down
         Seconds of film per second of the run; 1 is true time. None is true time for runs of 1 to 60 s; shorter runs are slowed and longer
         ones sped up to a film of 4 to 20 s. The film of an engine room is sped up by a whole number to at most 10 s.
+        A page begins so, but in true time up to 100 s.
     progress
-        Called as ``progress(done, total)`` after each frame.
+        Called as ``progress(done, total)`` after each frame; once for a page.
 
     Returns
     -------
@@ -105,21 +111,27 @@ def write_film(
     """
     target = Path(path)
     suffix = target.suffix.lower()
-    if suffix not in FILM_FORMATS:
-        raise MechanismError(f"a film's name must end in .gif or .mp4; got {target.name!r}")
+    if suffix not in (*FILM_FORMATS, PAGE_SUFFIX):
+        raise MechanismError(f"a film's name must end in .gif or .mp4, or in .html for a page; got {target.name!r}")
     if suffix == ".mp4":
         require_video_writer()
-    schedule, open_encoder = FILM_FORMATS[suffix]
     runs = tuple(run) if isinstance(run, list | tuple) else (run,)
     if not all(isinstance(one, Trajectory) for one in runs):
-        raise MechanismError(f"a film shows a run, as from gm.run, or a list of two; found {format_value(run)}")
-    _check_run_pair(runs, titles)
+        raise MechanismError(f"a film shows a run, as from gm.run, or a list of several; found {format_value(run)}")
+    _check_runs(runs, titles)
+    if suffix == PAGE_SUFFIX:
+        _require_page_options(runs, frames_per_second)
     governed = find_engine_room(runs, part)
     is_engine_room = governed is not None
-    if governed and start is None and stop is None and len(runs[0].times):
+    if governed and start is None and stop is None and suffix in FILM_FORMATS:
         stop = settled_time(runs[0], governed)
-    time_span = _select_time_span(runs[0], start, stop)
-    slow_factor = _select_slow_down(runs[0], time_span, slow_down, is_engine_room)
+    limits = min(float(one.times[0]) for one in runs), max(float(one.times[-1]) for one in runs)
+    time_span = _select_time_span(limits, start, stop)
+    if suffix == PAGE_SUFFIX:
+        slow_factor = _select_slow_down(limits, time_span, slow_down, False, MAX_TRUE_TIME_PAGE_DURATION)
+        return _write_page(runs[0], target, part, time_span, slow_factor, progress)
+    slow_factor = _select_slow_down(limits, time_span, slow_down, is_engine_room)
+    schedule, open_encoder = FILM_FORMATS[suffix]
     default_rate = ENGINE_ROOM_FRAME_RATE if is_engine_room else DEFAULT_FRAME_RATE
     frame_rate = default_rate if frames_per_second is None else frames_per_second
     with atomic_write(target) as temporary:
@@ -130,6 +142,24 @@ def write_film(
                 add_frame(painter.draw(k), delay)
                 if progress is not None:
                     progress(k + 1, len(delays))
+    return target
+
+
+def _require_page_options(runs: Sequence[Trajectory], frames_per_second: float | None) -> None:
+    """Raise MechanismError unless there is one run and no frame rate: what a page shows."""
+    if len(runs) > 1:
+        raise MechanismError(f"a page shows one run; got {len(runs)}; write a page for each, or a .gif of all")
+    if frames_per_second is not None:
+        raise MechanismError("a page draws as often as the screen does and takes no frames per second; leave them out")
+
+
+def _write_page(run: Trajectory, target: Path, part: str | None, time_span: Vec2, slow_down: float, progress: FilmProgress | None) -> Path:
+    """Write a run as an interactive page."""
+    from governor_mechanism.render.page.writer import write_page
+
+    write_page(run, target, part=part, time_span=time_span, slow_down=slow_down)
+    if progress is not None:
+        progress(1, 1)
     return target
 
 
@@ -183,50 +213,42 @@ def schedule_video_frames(start: float, stop: float, frames_per_second: float, s
     return start + (stop - start) * (np.arange(count) + 0.5) / count, [round(100 * duration / count)] * count
 
 
-def _check_run_pair(runs: Sequence[Trajectory], titles: Sequence[str] | None) -> None:
-    """Raise MechanismError unless there is one run, or two that report the same times."""
-    if len(runs) not in (1, 2):
-        raise MechanismError(f"a film shows one run, or two side by side; got {len(runs)}")
+def _check_runs(runs: Sequence[Trajectory], titles: Sequence[str] | None) -> None:
+    """Raise MechanismError unless there are some runs with reported times, and as many titles if there are any."""
+    if not 1 <= len(runs) <= MAX_RUNS:
+        raise MechanismError(f"a film shows one run, or up to {MAX_RUNS} side by side; got {len(runs)}")
     if titles is not None and len(runs) == 1:
-        raise MechanismError("titles are for a film of two runs; one run takes the title of its scene")
-    if titles is not None and not (isinstance(titles, list | tuple) and list(map(type, titles)) == [str, str]):
-        raise MechanismError(f"titles must be a list of two texts, one for each run; got {format_value(titles)}")
-    times, other_times = runs[0].times, runs[-1].times
-    if len(times) != len(other_times) or not np.allclose(times, other_times, rtol=1e-9, atol=1e-12):
-        first, second = (_describe_times(run) for run in runs)
-        raise MechanismError(
-            f"two runs side by side must report the same times; the first reports {first}, the second {second}; "
-            "use the same duration and output interval for both"
-        )
+        raise MechanismError("titles are for a film of several runs; one run takes the title of its scene")
+    if titles is not None and not (isinstance(titles, list | tuple) and list(map(type, titles)) == [str] * len(runs)):
+        raise MechanismError(f"titles must be a list of {len(runs)} texts, one for each run; got {format_value(titles)}")
+    for position, run in enumerate(runs, start=1):
+        if not len(run.times):
+            which = "the run" if len(runs) == 1 else f"run {position}, {run.scene.title!r},"
+            raise MechanismError(f"{which} has no reported time, so there is nothing to show; its message: {run.message}")
 
 
-def _describe_times(run: Trajectory) -> str:
-    """Return a phrase for the reported times of a run."""
-    if not len(run.times):
-        return "none"
-    suffix = "" if run.outcome.ok else " and ended early" if run.times[-1] < run.scene.run.duration else ""
-    return f"{len(run.times)} times from {run.times[0]:g} to {run.times[-1]:g} s{suffix}"
-
-
-def _select_time_span(run: Trajectory, start: float | None, stop: float | None) -> Vec2:
-    """Return the validated start and end (s) of the shown part of a run."""
-    if not len(run.times):
-        raise MechanismError(f"the run has no reported time, so there is nothing to show; its message: {run.message}")
-    first, last = float(run.times[0]), float(run.times[-1])
+def _select_time_span(limits: Vec2, start: float | None, stop: float | None) -> Vec2:
+    """Return the validated start and end (s) of the shown part within the times of the runs (s)."""
+    first, last = limits
     begin, end = (first if start is None else start), (last if stop is None else stop)
     if not first <= begin <= end <= last:
         raise MechanismError(f"start and stop must lie within the run, {first:g}..{last:g} s, in this order; got {begin:g} and {end:g} s")
     return begin, end
 
 
-def _select_slow_down(run: Trajectory, time_span: Vec2, requested: float | None, is_engine_room: bool) -> float:
-    """Return the validated slow-down factor, as requested or chosen from the duration."""
+def _select_slow_down(
+    limits: Vec2, time_span: Vec2, requested: float | None, is_engine_room: bool, longest_true_time: float = MAX_TRUE_TIME_DURATION
+) -> float:
+    """Return the validated slow-down factor, as requested or chosen from the duration.
+
+    `limits` are the times of the runs (s); runs of up to `longest_true_time` (s) are shown in true time.
+    """
     begin, end = time_span
     if requested is None and is_engine_room and end - begin > ENGINE_ROOM_FILM_DURATION:
         return 1.0 / math.ceil((end - begin) / ENGINE_ROOM_FILM_DURATION)
     if requested is None:
         # If the whole run is shown in true time, so is any part of it, however short.
-        return 1.0 if MIN_TRUE_TIME_DURATION <= run.times[-1] - run.times[0] <= MAX_TRUE_TIME_DURATION else choose_slow_down(end - begin)
+        return 1.0 if MIN_TRUE_TIME_DURATION <= limits[1] - limits[0] <= longest_true_time else choose_slow_down(end - begin)
     if not (math.isfinite(requested) and requested > 0.0):
         raise MechanismError(f"slow_down must be a number above 0; got {requested:g}")
     if (end - begin) * requested > MAX_SLOWED_FILM_DURATION:
@@ -261,5 +283,7 @@ def _open_video(path: Path, painter: Painter, n_frames: int, frame_rate: float) 
         yield add_frame
 
 
+PAGE_SUFFIX = ".html"
+"""Ending of the name of an interactive page."""
 FILM_FORMATS = {".gif": (schedule_frames, _open_gif), ".mp4": (schedule_video_frames, _open_video)}
 """Schedule and encoder by the ending of the file's name."""

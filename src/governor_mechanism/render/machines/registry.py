@@ -4,17 +4,25 @@ from governor_mechanism.model.part import Part
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.machines.flywheel_engine.drawing import FlywheelEngineDrawing
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
+from governor_mechanism.render.machines.hartnell.drawing import HartnellDrawing
 from governor_mechanism.render.machines.hartung.drawing import HartungDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
+from governor_mechanism.render.machines.parabolic.drawing import ParabolicDrawing
 from governor_mechanism.render.machines.pendulum.drawing import PendulumDrawing
+from governor_mechanism.render.machines.proell.drawing import ProellDrawing
 from governor_mechanism.render.machines.slide_valve.drawing import SlideValveDrawing
+from governor_mechanism.render.machines.slider_crank.drawing import SliderCrankDrawing
 from governor_mechanism.render.machines.stephenson.drawing import StephensonDrawing
 
 MACHINE_DRAWINGS: dict[str, type[MachineDrawing]] = {
     "pendulum_governor": PendulumDrawing,
+    "proell": ProellDrawing,
+    "hartnell": HartnellDrawing,
     "hartung": HartungDrawing,
+    "parabolic_governor": ParabolicDrawing,
     "slide_valve": SlideValveDrawing,
     "stephenson": StephensonDrawing,
+    "slider_crank": SliderCrankDrawing,
     "flywheel_engine": FlywheelEngineDrawing,
 }
 
