@@ -80,4 +80,4 @@ $(VENV)/installed-test: $(VENV)/python pyproject.toml
 	@touch $@ $(VENV)/installed
 
 clean:
-	rm -rf $(VENV) renders/latest
+	rm -rf $(VENV) renders/latest renders/pages

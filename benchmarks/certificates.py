@@ -177,67 +177,38 @@ def print_violations(violations: Sequence[CertificateCheck], checks: Sequence[Ce
 
 def draw_distribution(judged: Sequence[CertificateCheck], path: Path) -> None:
     """Draw the distribution of estimate over true error, one curve per engine."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
     from matplotlib.ticker import FuncFormatter, PercentFormatter
 
-    from governor_mechanism.render.style import INK, MUTED, PAPER, RULE, SANS_FONT, SERIES_COLOURS, SERIF_FONT, VERMILLION
+    from governor_mechanism.render.figures.page import DASHED, SERIES_LINE_STYLES, Page, add_legend
+    from governor_mechanism.render.style import INK, MUTED, SANS_FONT, SERIES_COLOURS, VERMILLION
 
-    figure, axes = pyplot.subplots(figsize=(8.4, 5.0), facecolor=PAPER)
-    axes.set_facecolor(PAPER)
+    scenes = len({one.number for one in judged})
+    subtitle = f"{len(judged)} certified runs of {scenes} random scenes; true errors by another engine"
+    page = Page(8.4, 5.2, "Error estimates of certified runs", subtitle, subtitle_y=0.893)
+    panel = page.add_panel((0.095, 0.115, 0.875, 0.685), "Estimate / true error [1]", "Fraction of runs [%]", which="both")
     low, high = 0.03, 3e4
-    axes.axvspan(low, 1 / MAX_ERROR_RATIO, color=VERMILLION, alpha=0.10, linewidth=0)
+    panel.axvspan(low, 1 / MAX_ERROR_RATIO, color=VERMILLION, alpha=0.10, linewidth=0)
     for position, caption, alignment in (
         (1 / MAX_ERROR_RATIO, "error = 3 estimates", "right"),
         (1.0, "error = estimate", "left"),
         (100.0, "estimate 100 times the error", "left"),
     ):
-        axes.axvline(position, color=INK if position == 1.0 else MUTED, linewidth=0.9, dashes=(6, 3))
-        shift = 0.93 if alignment == "right" else 1.07
-        axes.text(
-            position * shift, 1.025, caption, ha=alignment, va="bottom", color=MUTED, fontsize=8.5, fontfamily=SANS_FONT,
-            transform=axes.get_xaxis_transform(),
-        )  # fmt: skip
-    for engine, colour in zip(ENGINES, SERIES_COLOURS, strict=True):
+        panel.axvline(position, color=INK if position == 1.0 else MUTED, linewidth=0.9, linestyle=DASHED)
+        transform, shift = panel.get_xaxis_transform(), -3 if alignment == "right" else 3
+        panel.write_note(caption, (position, 1.02), (shift, 0), xycoords=transform, ha=alignment, color=MUTED)
+    for engine, colour, style in zip(ENGINES, SERIES_COLOURS, SERIES_LINE_STYLES, strict=True):
         ratios = np.sort([min(max(one.overestimation, low), high) for one in judged if one.engine == engine])
         if not len(ratios):
             continue
         cumulative_fraction = np.arange(1, len(ratios) + 1) / len(ratios)
-        width = 1.3 if engine == "auto" else 2.0
-        line = axes.step(
-            np.concatenate([[low], ratios, [high]]), np.concatenate([[0.0], cumulative_fraction, [1.0]]), where="post", color=colour,
-            linewidth=width, label=f"{engine}: {len(ratios)} runs, median {np.median(ratios):.1f}",
-        )[0]  # fmt: skip
-        if engine == "auto":
-            line.set_dashes((4, 2))
-    axes.set_xscale("log")
-    axes.set_xlim(low, high)
-    axes.set_ylim(0.0, 1.0)
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if value < 1e4 else "10 000"))
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
-    axes.grid(color=RULE, linewidth=0.6)
-    axes.set_axisbelow(True)
-    axes.set_xlabel("estimate / true error", color=INK, fontfamily=SANS_FONT, fontsize=9.5)
-    axes.set_ylabel("fraction of runs", color=INK, fontfamily=SANS_FONT, fontsize=9.5)
-    for label in (*axes.get_xticklabels(), *axes.get_yticklabels()):
-        label.set(color=MUTED, fontfamily=SANS_FONT, fontsize=8.5)
-    axes.tick_params(which="both", color=RULE)
-    for spine in axes.spines.values():
-        spine.set_color(RULE)
-    scenes = len({one.number for one in judged})
-    figure.text(0.09, 0.945, "Error estimates of certified runs", color=INK, fontfamily=SERIF_FONT, fontsize=17)
-    figure.text(
-        0.09, 0.905, f"{len(judged)} certified runs of {scenes} random scenes; true errors by another engine",
-        color=MUTED, fontfamily=SANS_FONT, fontsize=9,
-    )  # fmt: skip
-    legend = axes.legend(loc="lower right", frameon=True, facecolor=PAPER, edgecolor=RULE, fontsize=9)
-    for text in legend.get_texts():
-        text.set(color=INK, fontfamily=SANS_FONT)
-    figure.subplots_adjust(left=0.09, right=0.97, top=0.84, bottom=0.11)
-    figure.savefig(path, dpi=130, facecolor=PAPER)
-    pyplot.close(figure)
+        ends = np.concatenate([[low], ratios, [high]]), np.concatenate([[0.0], cumulative_fraction, [1.0]])
+        label = f"{engine}: {len(ratios)} runs, median {np.median(ratios):.1f}"
+        panel.step(*ends, where="post", color=colour, linestyle=style, linewidth=1.6, label=label)
+    panel.set(xscale="log", xlim=(low, high), ylim=(0.0, 1.0))
+    panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if value < 1e4 else "10 000"))
+    panel.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=""))
+    add_legend(panel, {"color": INK, "fontfamily": SANS_FONT}, loc="lower right", fontsize=9, handlelength=3.0)
+    page.save(path)
 
 
 if __name__ == "__main__":

@@ -44,7 +44,7 @@ def main() -> None:
         for name, dimensions in GOVERNOR_DIMENSIONS.items():
             run = fake_run(dimensions, duration=seconds)
             start = perf_counter()
-            write_film(run, ours)
+            write_film(run, ours, stop=seconds, frames_per_second=25)
             middle = perf_counter()
             count = with_func_animation(run, usual)
             slow, fast = (perf_counter() - middle) / count * 1e3, (middle - start) / count * 1e3

@@ -13,19 +13,16 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.render.figures.page import Page, add_legend, use_plain_decades
 from governor_mechanism.render.figures.work_precision import _VARIANT_STYLES
-from governor_mechanism.render.style import INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT
+from governor_mechanism.render.style import INK, MUTED
 from governor_mechanism.studies.regression import FittedParameter, fit_slope
 from governor_mechanism.studies.work_precision.results import WorkPrecisionPoint
 from governor_mechanism.studies.work_precision.settings import build_ladders
@@ -173,27 +170,34 @@ def solve_one_coordinate(count: int, times: FloatArray) -> FloatArray:
 
 def draw_growth(results: Sequence[tuple[Growth, Found]], target: Path) -> None:
     """Draw a panel for each varied size, with logarithmic axes."""
-    figure = Figure(figsize=(12.0, 4.8), dpi=100, facecolor=PAPER)
+    page = Page(12.0, 4.8, "Growth of run time at equal true error")
     for at, (growth, found) in enumerate(results):
-        axes = figure.add_axes((0.065 + 0.318 * at, 0.125, 0.275, 0.7))
-        style_axes(axes, growth, first=at == 0)
+        panel = page.add_panel(
+            (0.065 + 0.318 * at, 0.135, 0.275, 0.68), label_sizes(growth), "" if at else "Time of a run [ms]", which="both"
+        )
+        panel.set(xscale="log", yscale="log")
+        panel.write_heading(f"{growth.title}, error {growth.error:g}", y=1.03)
+        use_plain_decades(panel.xaxis, panel.yaxis)
         letter = "T" if growth.unit == "simulated seconds" else "N"
         for name in reversed(ENGINES):
             points = found[name]
             if len(points) < MIN_FIT_POINTS:
                 continue
-            colour, marker = _VARIANT_STYLES[name]
+            colour, marker, style = _VARIANT_STYLES[name]
             sizes, times = [size for size, _ in points], [1e3 * point.wall_time for _, point in points]
             label = rf"{name} $\propto {letter}^{{{fit_exponent(points).value:.2f}}}$"
-            axes.plot(sizes, times, color=colour, marker=marker, markersize=4.5, linewidth=1.5, label=label)
+            panel.plot(sizes, times, color=colour, marker=marker, markersize=4.5, linewidth=1.5, linestyle=style, label=label)
         if letter == "N":
-            draw_target_slope(axes, found["multibody"])
-        low, high = axes.get_ylim()
-        axes.set_ylim(low, high * (high / low) ** 0.35)  # space for the legend
-        axes.legend(loc="upper left", frameon=False, labelcolor="linecolor", prop={"family": SANS_FONT, "size": 9})
-    figure.text(0.02, 0.945, "Growth of run time at equal true error", fontsize=14, color=INK, fontfamily=SERIF_FONT, va="center")
-    canvas: Any = FigureCanvasAgg(figure)
-    canvas.print_png(str(target), metadata={"Software": None})
+            draw_target_slope(panel, found["multibody"])
+        low, high = panel.get_ylim()
+        panel.set_ylim(low, high * (high / low) ** 0.35)  # space for the legend
+        add_legend(panel, {"color": INK, "math_fontfamily": "stix"}, loc="upper left", fontsize=9, handlelength=3.0)
+    page.save(target)
+
+
+def label_sizes(growth: Growth) -> str:
+    """Return the label of the axis of sizes."""
+    return "Simulated time [s]" if growth.unit == "simulated seconds" else f"{growth.unit.capitalize()} [1]"
 
 
 def draw_target_slope(axes: Axes, points: Sequence[tuple[int, WorkPrecisionPoint]]) -> None:
@@ -203,25 +207,6 @@ def draw_target_slope(axes: Axes, points: Sequence[tuple[int, WorkPrecisionPoint
     label = rf"target of multibody, $N^{{{MAX_EXPONENT}}}$"
     ends = [lower_end, lower_end * (last / first) ** MAX_EXPONENT]
     axes.plot([first, last], ends, color=MUTED, linewidth=1.0, linestyle=(0, (5, 3)), label=label)
-
-
-def style_axes(axes: Axes, growth: Growth, *, first: bool) -> None:
-    """Style axes and write titles."""
-    axes.set_facecolor(PAPER)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_title(f"{growth.title}, error {growth.error:g}", fontsize=10, color=INK, fontfamily=SERIF_FONT)
-    axes.set_xlabel(growth.unit, fontsize=10, color=INK, fontfamily=SERIF_FONT)
-    if first:
-        axes.set_ylabel("time of a run, ms", fontsize=10, color=INK, fontfamily=SERIF_FONT)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.set_minor_formatter(NullFormatter())
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=MUTED, linewidth=0.8)
-    axes.tick_params(which="both", color=MUTED, labelcolor=INK, labelsize=8, labelfontfamily=SANS_FONT)
-    axes.grid(color=RULE, linewidth=0.6)
-    axes.set_axisbelow(True)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from governor_mechanism.render.page.recording import Picture
 from governor_mechanism.render.page.views import show_run
 from governor_mechanism.render.style import PAPER, parse_rgb
 
-SCENES = ("porter", "andrews_squeezer", "stephenson_arc_middle", "hartung_dubois", "stephenson_reversing")
+SCENES = ("porter", "andrews_squeezer", "stephenson_arc_middle", "hartung_dubois", "stephenson_reversing", "slider_crank_torque")
 
 
 @pytest.fixture(scope="module")

@@ -270,7 +270,7 @@ WORDING_SCENES: list[tuple[str, str]] = [
     (
         "unknown machine",
         (
-            'machine "pendulum_govenor" is unknown; known are pendulum_governor, parabolic_governor, hartung, '
+            'machine "pendulum_govenor" is unknown; known are pendulum_governor, proell, parabolic_governor, hartnell, hartung, '
             "slide_valve, slider_crank, stephenson, flywheel_engine, custom. Did you mean 'pendulum_governor'?"
         ),
     ),
@@ -309,8 +309,8 @@ WORDING_SCENES: list[tuple[str, str]] = [
     (
         "a number for the machine",
         (
-            "machine 3 is unknown; known are pendulum_governor, parabolic_governor, hartung, slide_valve, slider_crank, stephenson, "
-            "flywheel_engine, custom."
+            "machine 3 is unknown; known are pendulum_governor, proell, parabolic_governor, hartnell, hartung, "
+            "slide_valve, slider_crank, stephenson, flywheel_engine, custom."
         ),
     ),
     ("a number for the title", 'title must be one line of text, at most 200 characters; found 3; write title = "..."'),

@@ -112,6 +112,27 @@ def test_vertical_hangers_stay_within_the_slot_of_the_sleeve() -> None:
         assert left < -foot < foot < right
 
 
+def test_the_walls_of_the_weights_hide_springs_and_cross_rod(drawn: Any) -> None:
+    run, drawing = drawn
+    roles = [shape.role for shape in drawing.moving_shapes(run.poses[0], 0.0)]
+    assert max(roles.index("rod"), roles.index("coil"), roles.index("coil edge")) < roles.index("weight section")
+    # The bore is open outward, and its edge is the inner wall, through which nothing shows.
+    for bore, wall in zip(*([s for s in drawing.moving_shapes(run.poses[0], 0.0) if s.role == role] for role in SECTION), strict=True):
+        assert {(round(x, 9), round(y, 9)) for x, y in bore.points} <= {(round(x, 9), round(y, 9)) for x, y in wall.points}
+
+
+def test_the_outer_stops_are_fixed_to_brackets(drawn: Any) -> None:
+    _, drawing = drawn
+    still = list(drawing.background_shapes())
+    frames = [bounding_box([shape]) for shape in still if shape.role == "frame"]
+    for stop in (bounding_box([shape]) for shape in still if shape.role == "stop"):
+        assert any(f[0] < stop[1] + 1e-9 and f[1] > stop[0] - 1e-9 and f[2] < stop[3] and f[3] > stop[2] for f in frames)
+
+
+SECTION = ("weight bore", "weight section")
+"""Roles of a bore and of the walls around it."""
+
+
 def test_both_halves_are_drawn_alike(drawn: Any) -> None:
     run, drawing = drawn
     left, right, _, _ = bounding_box(s for s in drawing.moving_shapes(run.poses[0], 0.0) if s.role in ("ball", "rod"))

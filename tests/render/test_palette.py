@@ -6,9 +6,12 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 
-from governor_mechanism.render.page.colours import DARK_COLOURS
+from governor_mechanism.render.figure_files import Theme
+from governor_mechanism.render.page.colours import darken
 from governor_mechanism.render.style import INK, MUTED, PAPER, SERIES_COLOURS, parse_rgb
+from governor_mechanism.render.theme import themed_colour
 
 MIN_CONTRAST = 4.5
 """Smallest contrast of small text by the Web Content Accessibility Guidelines 2.2, level AA."""
@@ -46,7 +49,12 @@ def lab(colour, vision):
     return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
 
 
-GROUNDS = {"light": {colour: colour for colour in (PAPER, INK, MUTED, *SERIES_COLOURS)}, "dark": DARK_COLOURS}
+COLOURS = (PAPER, INK, MUTED, *SERIES_COLOURS)
+GROUNDS = {
+    "light": {colour: colour for colour in COLOURS},
+    "dark figure": {colour: to_hex(themed_colour(colour, Theme.DARK)) for colour in COLOURS},
+    "dark page": {colour: darken(colour) for colour in COLOURS},
+}
 
 
 def test_black_on_white_has_the_contrast_of_the_guidelines_and_lightness_100():

@@ -95,7 +95,7 @@ def test_a_shorter_run_rests_at_its_end_and_says_so(tmp_path, pair):
     data = FrameData(pair[0], pair[0].scene.part, (0.0, 2.0), np.linspace(0, 2.0, 21))
     assert data.times.max() == data.times[-1] == pytest.approx(1.3)
     assert data.has_ended.sum() == 7
-    texts = FramePainter(pair[0], [data], 480)._counters[0]._texts
+    texts = FramePainter(pair[0], [data], 480).counters[0].texts
     assert texts[13:15] == ["1.30", "ended at 1.30"]
 
 

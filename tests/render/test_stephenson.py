@@ -88,7 +88,7 @@ def test_the_plates_of_a_link_motion_are_written(tmp_path):
     assert [file.name for file in files] == ["gear_zeuner.png", "gear_gears.png", "gear_die_paths.png"]
     for file in files:
         with Image.open(file) as image:
-            assert image.size == (1560, 1032)
+            assert image.size == (1637, 1157)  # A4 on its side at 140 dots an inch
             assert len(image.convert("RGB").getcolors(1 << 20)) > 100
 
 

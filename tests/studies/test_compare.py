@@ -192,5 +192,5 @@ def test_the_figure_overlays_curves_in_styles_of_their_own(governors, mixed, tmp
     # A shorter run ends with a dot at its last value.
     dots = [line for line in plots[0].lines if line.get_marker() == "o"]
     assert sorted(float(dot.get_xdata()[0]) for dot in dots) == [0.5, 1.4]
-    assert [axes.get_ylabel().split(",")[0] for axes in comparison_figure(mixed).axes[2:]] == ["arm angle", "crank angle"]
+    assert [axes.get_ylabel() for axes in comparison_figure(mixed).axes[2:]] == ["Arm angle [deg]", "Crank angle [deg]"]
     assert page.save(tmp_path / "a.png").stat().st_size > 0

@@ -82,9 +82,21 @@ def test_the_report_and_the_json_name_every_effect(study):
 def test_the_figure_is_written_and_refuses_other_names(study, tmp_path):
     path = effect_ablation_figure(study).save(tmp_path / "effects.png")
     assert path.read_bytes().startswith(b"\x89PNG")
-    with pytest.raises(gm.MechanismError, match=r"end in \.png"):
+    with pytest.raises(gm.MechanismError, match=r"end in one of \.png"):
         effect_ablation_figure(study).save(tmp_path / "effects.gif")
     assert [file.name for file in tmp_path.iterdir()] == ["effects.png"]
+
+
+def test_a_difference_of_times_within_the_noise_has_no_bar(study):
+    row = next(one for one in study.rows if one.time_ratio is not None)
+    shown = {}
+    for ratio in (1.05, 1.6):
+        cost = replace(row.cost_with, wall_time=ratio * row.cost_without.wall_time)
+        changed = replace(study, rows=(replace(row, cost_with=cost),))
+        _, panel = effect_ablation_figure(changed).axes
+        bars = [one for one in panel.patches if one.get_height() == pytest.approx(0.6)]
+        shown[ratio] = len(bars), "below noise" in [text.get_text() for text in panel.texts]
+    assert shown == {1.05: (0, True), 1.6: (1, False)}
 
 
 def test_effects_that_are_not_listed_are_tried_where_they_need_no_numbers():

@@ -198,5 +198,5 @@ def test_the_figures_are_written(tmp_path: Path) -> None:
     lines = spring_lines_figure(design, with_printed_points=True).save(tmp_path / "lines.png")
     even = sleeve_force_figure(design).save(tmp_path / "even.png")
     assert lines.read_bytes()[:4] == even.read_bytes()[:4] == b"\x89PNG"
-    with pytest.raises(gm.MechanismError, match=r"must end in \.png"):
+    with pytest.raises(gm.MechanismError, match=r"must end in one of \.png"):
         spring_lines_figure(design).save(tmp_path / "lines.gif")

@@ -202,8 +202,8 @@ def test_figures_are_written_whole_or_not_at_all(tmp_path, twitched, played, set
     ]
     for path in written:
         assert path.read_bytes().startswith(b"\x89PNG")
-    with pytest.raises(gm.MechanismError, match=r"must end in \.png"):
-        settling_figure(settled).save(tmp_path / "settling.pdf")
+    with pytest.raises(gm.MechanismError, match=r"must end in one of \.png"):
+        settling_figure(settled).save(tmp_path / "settling.gif")
     hidden = replace(settled, settling_times=np.full_like(settled.settling_times, np.nan))
     assert isinstance(hidden, SettlingStudy)
     with pytest.raises(ValueError, match="zero-size array"):

@@ -199,9 +199,23 @@ def test_the_report_names_every_variant_and_is_written_to_files(study, tmp_path)
 def test_the_figure_is_written_and_refuses_other_names(study, tmp_path):
     path = work_precision_figure(study, 1e-6).save(tmp_path / "study.png")
     assert path.read_bytes().startswith(b"\x89PNG")
-    with pytest.raises(gm.MechanismError, match=r"end in \.png"):
+    with pytest.raises(gm.MechanismError, match=r"end in one of \.png"):
         work_precision_figure(study).save(tmp_path / "study.gif")
     assert [file.name for file in tmp_path.iterdir()] == ["study.png"]
+
+
+def test_points_stand_at_the_median_of_their_times_with_bars_over_all(study):
+    (panel,) = work_precision_figure(study).axes
+    for point in study.points:
+        assert point.wall_time == point.wall_times[0] == min(point.wall_times)
+        assert len(point.wall_times) == point.n_repeats
+    curves = [line.get_xdata() for line in panel.lines]
+    for variant in study.variants:
+        if variant.points:
+            times = [1e3 * np.median(point.wall_times) for point in variant.points]
+            assert any(len(x) == len(times) and np.allclose(x, times) for x in curves)
+            first = variant.points[0].wall_times
+            assert any(len(x) == 2 and np.allclose(x, [1e3 * first[0], 1e3 * first[-1]]) for x in curves)
 
 
 def test_with_contacts_event_time_errors_are_listed_too(frictional):

@@ -2,6 +2,7 @@
 
 import math
 import textwrap
+import unicodedata
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +12,9 @@ from governor_mechanism.model.trajectory import Outcome, Trajectory
 FIGURE_UNITS = {"rad": ("°", 180 / math.pi), "m": ("mm", 1e3), "rad/s": ("rpm", 30 / math.pi), "1": ("", 1.0)}
 """Display unit of an SI unit and the factor to it. Other units are shown unchanged."""
 
-
-_GREEK_NAMES = "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho sigma_final sigma tau upsilon phi chi psi omega"
-_GREEK_CAPITALS = frozenset({"Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Phi", "Psi", "Omega"})
-GREEK_LETTERS = {name: chr(0x3B1 + k) for k, name in enumerate(_GREEK_NAMES.split())}
-GREEK_LETTERS |= {name: GREEK_LETTERS[name.lower()].upper() for name in sorted(_GREEK_CAPITALS)}
+_GREEK_CAPITALS = ("Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Phi", "Psi", "Omega")
+GREEK_LETTERS = {unicodedata.name(chr(code)).split()[-1].lower().replace("lamda", "lambda"): chr(code) for code in range(0x3B1, 0x3CA)}
+GREEK_LETTERS |= {name: GREEK_LETTERS[name.lower()].upper() for name in _GREEK_CAPITALS}
 """Greek letters by name; capitals only where they differ from Latin ones."""
 
 
@@ -32,7 +31,9 @@ def format_name(name: str) -> str:
 def format_label(name: str, unit: str) -> str:
     """Return the label of an axis: "governor.arm_angle" in "°" as "Governor arm angle [deg]"."""
     words = format_name(name)
-    return words[:1].upper() + words[1:] + (f" [{unit.replace('°', 'deg')}]" if unit else "")
+    # A single letter, Greek or Latin, is a symbol, whose capital would be another one.
+    start = words[:1] if words[1:2] in ("", " ") else words[:1].upper()
+    return start + words[1:] + (f" [{unit.replace('°', 'deg')}]" if unit else "")
 
 
 def choose_decimals(values: NDArray[np.float64]) -> int:

@@ -16,7 +16,7 @@ from governor_mechanism.units.quantities import format_value
 DEFAULT_STEM = "scene"
 """Start of the file names of a scene without a file."""
 
-FILM_KINDS = ("gif", "mp4", "html")
+FILM_KINDS = ("gif", "svg", "mp4", "webm", "html")
 """File formats of a film."""
 
 _SAVERS = {"csv": save_csv, "nc": save_netcdf, "json": save_summary}
@@ -53,7 +53,7 @@ def save_run(
     theme
         Colours of the figures, see `Theme`.
     film
-        "gif" or "mp4" for a film of a run with more than one reported time, "html" for an interactive page; none if None.
+        "gif", "svg", "mp4" or "webm" for a film of a run with more than one reported time, "html" for an interactive page; none if None.
     film_options
         Options of `write_film` by name; its defaults if None.
     progress
@@ -104,8 +104,8 @@ def _check(run: Trajectory, stem: str, film: str | None) -> None:
     if film is None:
         return
     if film not in FILM_KINDS:
-        raise MechanismError(f'film must be "gif", "mp4", "html" or None; got {format_value(film)}')
-    if film == "mp4":
+        raise MechanismError(f'film must be "gif", "svg", "mp4", "webm", "html" or None; got {format_value(film)}')
+    if film in ("mp4", "webm"):
         from governor_mechanism.render.film.writer import require_video_writer
 
-        require_video_writer()
+        require_video_writer(f".{film}")

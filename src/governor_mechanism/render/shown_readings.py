@@ -38,18 +38,18 @@ def shown_readings(run: Trajectory) -> dict[str, ShownReading]:
     return shown
 
 
-_RATE_START = "rate of "
+RATE_START = "rate of "
 """Start of the name of a rate."""
 
 
 def chosen_readings(run: Trajectory, names: Sequence[str]) -> dict[str, ShownReading]:
     """Return readings of a run by name, and rates by "rate of ...". Raise MechanismError for an unknown name."""
-    known = {**run.readings, **{f"{_RATE_START}{name}": values for name, values in run.rates.items()}}
+    known = {**run.readings, **{f"{RATE_START}{name}": values for name, values in run.rates.items()}}
     shown = {}
     for name in names:
         if name not in known:
             raise MechanismError(f"the run has no reading {name!r}; it has {', '.join(known)}.{did_you_mean(name, known)}")
-        source = name.removeprefix(_RATE_START)
+        source = name.removeprefix(RATE_START)
         unit, factor = run.units.get(name) or f"{run.units[source]}/s", 1.0
         if unit == "rad/s" and name not in run.readings and np.ptp(run.readings[source]) <= MAX_SHOWN_ANGLE:
             unit, factor = "deg/s", 180 / np.pi  # an arm swings; what makes whole turns is shown in turns per minute

@@ -12,11 +12,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
-from matplotlib.text import Text
+from matplotlib.text import Annotation, Text
 
 from governor_mechanism.render.figure_files import Theme
 from governor_mechanism.render.page.colours import DARK_COLOURS
 from governor_mechanism.render.style import PAPER
+
+OVER_COLOUR_MAP = "over a colour map"
+"""Group (`gid`) of what stands on a colour map, which is the same in all themes: it keeps its colours."""
 
 Colour = Any
 """A colour as matplotlib takes it: a name, "#rrggbb", or numbers with an opacity."""
@@ -67,13 +70,7 @@ def themed(figure: Figure, theme: Theme) -> Iterator[None]:
     None
         While the figure has these colours.
     """
-    if theme is Theme.LIGHT:
-        yield
-        return
-    figure.draw_without_rendering()  # creates the ticks and their labels
-    changes = [change for artist in figure.findobj() for change in _changes_of(artist, theme)]
-    for set_value, new, _ in changes:
-        set_value(new)
+    changes = recolour(figure, theme)
     try:
         yield
     finally:
@@ -83,6 +80,34 @@ def themed(figure: Figure, theme: Theme) -> Iterator[None]:
 
 Change = tuple[Callable[[Any], object], Any, Any]
 """A function that sets a property of an artist, the new value, and the old one."""
+
+
+def recolour(figure: Figure, theme: Theme) -> list[Change]:
+    """Give a figure the colours of a theme.
+
+    Parameters
+    ----------
+    figure
+        A figure in the colours of the light theme.
+    theme
+        The theme.
+
+    Returns
+    -------
+    list of Change
+        What was changed.
+    """
+    if theme is Theme.LIGHT:
+        return []
+    figure.draw_without_rendering()  # creates the ticks and their labels
+    artists = figure.findobj()
+    # An arrow is drawn by its annotation, and is not among the children of the figure.
+    arrows = [one.arrow_patch for one in artists if isinstance(one, Annotation) and one.arrow_patch is not None]
+    recoloured = (one for one in (*artists, *arrows) if one.get_gid() != OVER_COLOUR_MAP)
+    changes = [change for artist in recoloured for change in _changes_of(artist, theme)]
+    for set_value, new, _ in changes:
+        set_value(new)
+    return changes
 
 
 def _changes_of(artist: Artist, theme: Theme) -> Iterator[Change]:

@@ -368,14 +368,15 @@ class CoordinateSolver(PositionSolver):
         """
         nodes = np.zeros((len(values), 3, *poses.shape))
         nodes[0, 0] = poses
-        n_found = follow_coordinate(self._arrays, self._workspace, values, nodes.reshape(len(values), 3, -1))
+        n_found = follow_coordinate(self._arrays, self._workspace, np.ascontiguousarray(values), nodes.reshape(len(values), 3, -1))
         return nodes[:n_found]
 
     def try_solve_nodes(self, guesses: FloatArray, values: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Return nodes as `solve_nodes` does, and which of them (n,) were found on the branch of their guess."""
         nodes = np.zeros((len(values), 3, *guesses.shape[1:]))
         nodes[:, 0] = guesses
-        is_solved = solve_positions(self._arrays, self._workspace, values, nodes.reshape(len(values), 3, -1))
+        # a column of an array would be another type of argument, for which the kernel is compiled again
+        is_solved = solve_positions(self._arrays, self._workspace, np.ascontiguousarray(values), nodes.reshape(len(values), 3, -1))
         return nodes, is_solved
 
     def solve_nodes(self, guesses: FloatArray, values: FloatArray) -> FloatArray:

@@ -81,7 +81,7 @@ def comparison_figure(comparison: Comparison) -> Page:
         places = _row_rects(height, row, 2 if _has_forces(comparison) else 1)
         _draw_speed_curves(page.add_panel(places[0]), comparison)
         if len(places) > 1:
-            labels = "radius of the ball over that in equilibrium", "force over that in equilibrium"
+            labels = "Ball radius / that in equilibrium [1]", "Force / that in equilibrium [1]"
             _draw_forces(page.add_panel(places[1], *labels), comparison)
         row = 0
     for (name, indices), rect in zip(plots, _row_rects(height, row, len(plots)), strict=True):
@@ -182,7 +182,7 @@ def _draw_speed_curves(panel: Panel, comparison: Comparison) -> None:
             place = float(np.interp(statics.equilibrium.coordinate, curve.coordinate, x))
             fill = colour if statics.equilibrium.stable and not statics.is_beyond_stops else PAPER
             panel.plot([place], [statics.spindle_speed * factor], "o", color=colour, markerfacecolor=fill, markersize=7, zorder=5)
-    y_label = "Speed over that of the spindle" if is_relative else "Equilibrium speed [rpm]"
+    y_label = "Speed / that of the spindle [1]" if is_relative else "Equilibrium speed [rpm]"
     panel.label("Sleeve lift [mm]" if has_sleeve else "Share of the travel [%]", y_label)
     panel.set_ylim(min(windows), max(windows))
     if xs:

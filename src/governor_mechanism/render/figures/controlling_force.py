@@ -117,7 +117,7 @@ def _definition(curve: ControllingForce) -> str:
     number = "one ball" if curve.n_balls == 1 else f"each of {curve.n_balls} balls"
     mass = curve.equivalent_mass[curve.equivalent_mass > 0.0]
     is_point = mass.size and np.ptp(mass) <= 1e-6 * mass.max()
-    lines = "speed lines C = m w² r, straight" if is_point else "speed lines w²/2 dJ/dr (balls, arms and links)"
+    lines = "speed lines C = m ω² r, straight" if is_point else "speed lines ½ ω² dJ/dr (balls, arms and links)"
     return f"C of {number} by virtual work: dV = {curve.n_balls if curve.n_balls > 1 else ''}C dr;  {lines}; stable where C is steeper"
 
 

@@ -72,7 +72,7 @@ def _draw_speed(panel: Panel, design: GovernedEngineDesign) -> None:
     panel.fill_between(lifts * MM_PER_M, low, high, color=SKY, alpha=0.25, linewidth=0)
     panel.plot(lifts * MM_PER_M, speeds, color=BLUE, linewidth=1.8)
     note = f"band: {design.inputs.resistance:.3g} N hold the sleeve, insensitivity {governor.insensitivity:.3%}"
-    panel.write_note(note, (0.985, 0.03), xycoords="axes fraction", ha="right", color=MUTED)
+    panel.write_note(note, (0.985, 0.03), xycoords="axes fraction", ha="right", color=INK)
     panel.write_heading("Speed over the travel of the sleeve", y=1.04)
     for setting, colour in zip((design.throttle[0], design.throttle[2], design.throttle[-1]), _LOAD_COLOURS, strict=True):
         point = setting.lift * MM_PER_M, setting.speed * _RPM
@@ -100,10 +100,10 @@ def _draw_plane(panel: Panel, design: GovernedEngineDesign) -> None:
         panel.plot([0.0, x_limit], [motion.y, motion.y], color=colour, linewidth=0.8, linestyle=CHAIN_DOTTED)
         label = f"{motion.load_fraction:.0%} load: decay {motion.decay_rate:.3f} 1/s"
         panel.plot(motion.x, motion.y, "o", color=colour, markeredgecolor=PAPER, markersize=7, zorder=5, linestyle="none", label=label)
-    panel.write_note("stable", (0.25, 0.93), xycoords="axes fraction", color=GREEN)
+    panel.write_note("stable", (0.25, 0.93), xycoords="axes fraction", color=INK)
     add_legend(panel, {"color": INK}, loc=(0.40, 0.2), fontsize=8.5)
-    panel.write_note("hunts", (0.02, 0.03), xycoords="axes fraction", color=VERMILLION)
-    panel.write_note("x y = 1", (x_limit / 3, 3 / x_limit), (4, 4), color=INK)
+    panel.write_note("hunts", (0.02, 0.03), xycoords="axes fraction", color=INK)
+    panel.annotate_point((x_limit / 3, 3 / x_limit), "$x\\,y = 1$", (4, 4))
     panel.set(xlim=(0.0, x_limit), ylim=(0.0, y_limit))
     panel.write_heading("Vyshnegradskii's plane; a stronger dashpot increases x", y=1.04)
 
@@ -123,7 +123,9 @@ def _draw_step(panel: Panel, design: GovernedEngineDesign, simulated: SimulatedD
     mean_speeds = np.asarray(mean_torque.run.readings["engine.shaft_speed"]) * _RPM
     panel.plot(mean_torque.run.times, mean_speeds, color=INK, linewidth=1.1, linestyle=DASHED, label="mean torque")
     resisted = simulated.resisted.average
-    panel.plot(resisted.times, resisted.speeds * _RPM, color=SERIES_COLOURS[-1], linewidth=1.5, label="with the resistance")
+    panel.plot(
+        resisted.times, resisted.speeds * _RPM, color=SERIES_COLOURS[-1], linewidth=1.5, linestyle=CHAIN_DOTTED, label="with the resistance"
+    )
     for speed, colour, name in zip(simulated.wanted_speeds, _LOAD_COLOURS, ("full", "half", "no"), strict=True):
         panel.axhline(speed * _RPM, color=colour, linewidth=0.8, linestyle=CHAIN_DOTTED)
         text = f"wanted at {name} load:\n{speed * _RPM:.4f} rpm"

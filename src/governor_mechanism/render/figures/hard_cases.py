@@ -18,6 +18,9 @@ _ENGINE_STYLES = {"reduced": (GREEN, "o"), "multibody": (BLUE, "s"), "impulse": 
 _MIN_SHOWN_ERROR, _MAX_SHOWN_ERROR = 1e-17, 10.0
 """Limits of the axis of errors."""
 
+_UNITS = ("m", "m/s", "N m", "rad/s", "rad/s2", "s")
+"""Units of the parameters."""
+
 _MIN_VALUE_RATIO = 2.0
 """Smallest ratio of neighbouring values of the parameter with which its axis is logarithmic."""
 
@@ -46,7 +49,7 @@ def hard_case_figure(report: HardCasesReport, case: HardCase) -> Page:
     )
     values = sorted({row.value for row in rows}, key=lambda value: (math.isnan(value), value))
     panel = page.add_panel(
-        (0.095, 0.11, 0.875, 0.60), case.parameter, "error, in units of each reading's scale", tick_colour=INK, which="both"
+        (0.095, 0.155, 0.875, 0.555), _parameter_label(case.parameter), "Error of a reading [its scale]", tick_colour=INK, which="both"
     )
     places = _choose_places(panel, values)
     panel.set(yscale="log", ylim=(_MIN_SHOWN_ERROR, _MAX_SHOWN_ERROR))
@@ -56,8 +59,18 @@ def hard_case_figure(report: HardCasesReport, case: HardCase) -> Page:
     panel.write_note("rounding", (1.0, ROUNDING_ERROR), (-4, -11), xycoords=("axes fraction", "data"), color=MUTED, fontsize=8, ha="right")
     for line, engine in enumerate(engines):
         _draw_engine(panel, places, [row for row in rows if row.engine == engine], line)
-    add_legend(panel, {"fontsize": 9}, loc="lower left", ncols=len(engines))
+    handles, _ = panel.get_legend_handles_labels()
+    place = {"loc": "lower left", "bbox_to_anchor": (0.085, 0.0)}
+    add_legend(page, {"fontsize": 9, "color": INK}, handles=handles, ncols=len(engines), **place)
     return page
+
+
+def _parameter_label(parameter: str) -> str:
+    """Return the label of the axis of a parameter, "name, unit; remark", as Name [unit]; a number has the unit 1."""
+    quantity, _, remark = parameter.partition("; ")
+    name, _, unit = quantity.rpartition(", ")
+    label = f"{name} [{unit.replace('s2', 's²')}]" if unit in _UNITS else f"{quantity} [1]"
+    return label[:1].upper() + label[1:] + (f"; {remark}" if remark else "")
 
 
 def _choose_places(panel: Panel, values: list[float]) -> dict[float, float]:

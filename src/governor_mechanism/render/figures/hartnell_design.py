@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from governor_mechanism.closed_form import hartnell as closed
-from governor_mechanism.render.figures.page import DASHED, MM_PER_M, Page, Panel, add_legend
+from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Page, Panel, add_legend
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, VERMILLION
 from governor_mechanism.studies.hartnell.inputs import RPM
 from governor_mechanism.studies.hartnell.results import HartnellDesign, SleeveSpring
@@ -47,9 +47,9 @@ def _draw_force(panel: Panel, design: HartnellDesign, angles: FloatArray) -> Non
     governor, inputs = design.governor, design.inputs
     radii = np.asarray(closed.ball_radius(governor, arm_angle=angles))
     speeds = np.asarray(_speeds(design, design.exact, angles))
-    for speed, colour in ((inputs.highest_speed, VERMILLION), (inputs.lowest_speed, BLUE)):
+    for speed, colour, style in ((inputs.highest_speed, VERMILLION, DASHED), (inputs.lowest_speed, BLUE, CHAIN_DOTTED)):
         label = f"centrifugal force at {speed / RPM:.5g} rpm"
-        panel.plot(radii * MM_PER_M, governor.ball_mass * speed**2 * radii, color=colour, linewidth=1.4, label=label)
+        panel.plot(radii * MM_PER_M, governor.ball_mass * speed**2 * radii, color=colour, linestyle=style, linewidth=1.4, label=label)
     force = governor.ball_mass * speeds**2 * radii
     panel.plot(radii * MM_PER_M, force, color=INK, linewidth=2.0, label="controlling force, exact spring")
     _mark_ends(panel, radii * MM_PER_M, force)
@@ -61,9 +61,12 @@ def _draw_speed(panel: Panel, design: HartnellDesign, angles: FloatArray) -> Non
     lifts = MM_PER_M * _lifts(design, angles)
     for wanted in (design.inputs.lowest_speed, design.inputs.highest_speed):
         panel.axhline(wanted / RPM, color=MUTED, linewidth=0.8, linestyle=DASHED)
-    for spring, colour, label in ((design.exact, INK, "exact spring"), (design.textbook, GREEN, "textbook spring")):
+    for spring, colour, style, label in (
+        (design.exact, INK, "-", "exact spring"),
+        (design.textbook, GREEN, CHAIN_DOTTED, "textbook spring"),
+    ):
         speeds = _speeds(design, spring, angles) / RPM
-        panel.plot(lifts, speeds, color=colour, linewidth=2.0, label=f"{label}, {spring.rate / 1e3:.4g} N/mm")
+        panel.plot(lifts, speeds, color=colour, linestyle=style, linewidth=2.0, label=f"{label}, {spring.rate / 1e3:.4g} N/mm")
         _mark_ends(panel, lifts, speeds)
     panel.plot([], [], color=MUTED, linewidth=0.8, linestyle=DASHED, label="wanted speeds")
     _add_legend(panel)
@@ -86,5 +89,5 @@ def _mark_ends(panel: Panel, x: FloatArray, y: FloatArray) -> None:
 
 
 def _add_legend(panel: Panel) -> None:
-    options = {"fontsize": 8.5, "handlelength": 1.6, "labelcolor": INK}
+    options = {"fontsize": 8.5, "handlelength": 3.0, "labelcolor": INK}
     add_legend(panel, {"fontfamily": SANS_FONT}, loc="lower left", bbox_to_anchor=(0.0, 1.0), **options)

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from governor_mechanism.render.figures.page import DASHED, DOTTED, Page, PanelRect, add_legend
+from governor_mechanism.render.number_format import format_label
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, VERMILLION
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import DISPLAY_UNITS
@@ -78,7 +79,7 @@ def _input_column(report: KernelReport, name: str) -> tuple[FloatArray, str]:
     unit = report.rows[0].inputs[name][1]
     factor, shown = DISPLAY_UNITS.get(unit, (1.0, unit))
     values = np.array([row.inputs[name][0] for row in report.rows])
-    return factor * values, f"{name.replace('_', ' ')}{f', {shown}' if shown not in ('', '1') else ''}"
+    return factor * values, format_label(name, shown)
 
 
 def _columns(report: KernelReport) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -90,7 +91,7 @@ def _columns(report: KernelReport) -> tuple[FloatArray, FloatArray, FloatArray, 
 
 
 def _result_label(report: KernelReport) -> str:
-    return report.quantity.replace("_", " ") + (f", {report.unit}" if report.unit not in ("", "1") else "")
+    return format_label(report.quantity, report.unit)
 
 
 def _draw_results(page: Page, report: KernelReport, place: PanelRect, name: str) -> None:
@@ -125,8 +126,7 @@ def _shown_limits(simulated: FloatArray, expected: FloatArray) -> tuple[float, f
 def _draw_agreement(page: Page, report: KernelReport, place: PanelRect) -> None:
     """Draw the results of the kernel against those of the simulation, with the line on which they agree."""
     simulated, expected, _, _ = _columns(report)
-    unit = f", {report.unit}" if report.unit not in ("", "1") else ""
-    panel = page.add_panel(place, f"simulated {_result_label(report)}", f"{report.against}{unit}")
+    panel = page.add_panel(place, format_label(f"simulated {report.quantity}", report.unit), format_label(report.against, report.unit))
     limits = _shown_limits(simulated, expected)
     panel.set(xlim=_shown_limits(simulated, simulated), ylim=limits)
     panel.plot(limits, limits, color=BLUE, linewidth=1.4, label="agreement")
@@ -138,7 +138,7 @@ def _draw_errors(page: Page, report: KernelReport, place: PanelRect, name: str, 
     """Draw the magnitudes of the relative errors over an input; points without a number at the top."""
     values, label = _input_column(report, name)
     _, _, errors, own = _columns(report)
-    panel = page.add_panel(place, label, "relative difference" if is_first else "")
+    panel = page.add_panel(place, label, "Relative difference [1]" if is_first else "")
     panel.set_yscale("log")
     magnitudes = np.where(errors == 0.0, np.nan, np.abs(errors))  # an exact agreement has no logarithm
     order = np.argsort(values, kind="stable")

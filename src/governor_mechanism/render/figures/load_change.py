@@ -98,8 +98,8 @@ def _draw_torques(panel: Panel, study: LoadChangeStudy, governed: GovernedEngine
     if arrangement := find_governed_engine(run.scene):
         panel.plot(*engine_torque(run, arrangement), color=BLUE, linewidth=1.6)
         panel.write_note("engine, mean over a turn" if not governed.has_mean_torque else "engine", (0.985, 0.88), **_corner(BLUE))
-    panel.plot(run.times, run.readings[f"{part}.load_torque"], color=INK, linewidth=1.2)
-    panel.write_note("load", (0.985, 0.76), **_corner(INK))
+    panel.plot(run.times, run.readings[f"{part}.load_torque"], color=INK, linewidth=1.2, linestyle=DASHED)
+    panel.write_note("load (dashed)", (0.985, 0.76), **_corner(INK))
 
 
 def _corner(colour: str) -> dict[str, Any]:

@@ -37,8 +37,11 @@ _METADATA_WITHOUT_DATE: Mapping[str, Mapping[str, None]] = {
 FIGURE_DPI = 100
 """Resolution of figures, dots per inch."""
 
-PLATE_WIDTH, PLATE_HEIGHT, PLATE_DPI = 13.0, 8.6, 120
-"""Width and height of a plate, inches, and its resolution, dots per inch."""
+PLATE_WIDTH, PLATE_HEIGHT, PLATE_DPI = 297 / 25.4, 210 / 25.4, 140
+"""Width and height of a plate, inches, which are those of a sheet A4 on its side, and its resolution, dots per inch."""
+
+_FRAME_INSETS_MM = ((5.0, 1.8), (6.5, 0.6))
+"""Distance of each line of a plate's frame from the edge, mm, which most printers reach, and its width, points."""
 
 _MAX_TITLE_LETTERS = 80
 """Number of letters of a title that fit on the line under the heading of a plate."""
@@ -46,6 +49,10 @@ _MAX_TITLE_LETTERS = 80
 MM_PER_M = 1e3
 DASHED, CHAIN_DOTTED, DOTTED = (0, (5, 2.5)), (0, (10, 2.5, 1.5, 2.5)), (0, (1, 1.8))
 """Lengths of dashes and gaps, in line widths."""
+
+SERIES_LINE_STYLES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (8, 1.8, 1.5, 1.8)), (0, (1.5, 1.2)))
+SERIES_MARKERS = ("o", "s", "^", "D")
+"""Line styles and markers of curves beside their colours (`SERIES_COLOURS`): a figure is readable in grey, too."""
 
 _TEXT_HALO = withStroke(linewidth=3.0, foreground=PAPER)
 
@@ -186,8 +193,8 @@ class Plate(Page):
 
     def __init__(self, heading: str, title: str, source: str, captions: Mapping[tuple[float, float], str]) -> None:
         super().__init__(PLATE_WIDTH, PLATE_HEIGHT, dpi=PLATE_DPI)
-        for inches, width in ((0.14, 1.8), (0.21, 0.6)):
-            corner = inches / PLATE_WIDTH, inches / PLATE_HEIGHT
+        for inset, width in _FRAME_INSETS_MM:
+            corner = inset / 25.4 / PLATE_WIDTH, inset / 25.4 / PLATE_HEIGHT
             self.add_artist(Rectangle(corner, 1 - 2 * corner[0], 1 - 2 * corner[1], fill=False, edgecolor=INK, linewidth=width))
         self.write_text(0.5, 0.937, heading, 22, ha="center", va="center")
         short_title = textwrap.shorten(title, _MAX_TITLE_LETTERS, placeholder=" …")
@@ -200,13 +207,13 @@ class Plate(Page):
         text_style = {"color": INK, "fontfamily": SERIF_FONT, "math_fontfamily": "stix", **properties}
         return self.text(x, y, text, fontsize=size, **text_style)
 
-    def write_dimensions(self, text: str, x: float = 0.5, y: float = 0.043) -> None:
+    def write_dimensions(self, text: str, x: float = 0.5, y: float = 0.043, size: float = 10.5) -> None:
         """Write dimensions centred at a position below the panels, with typographic minus signs."""
-        self.write_text(x, y, text.replace(" -", " −"), 10.5, ha="center", color=MUTED)
+        self.write_text(x, y, text.replace(" -", " −"), size, ha="center", color=MUTED)
 
     def add_plate_panel(self, rect: PanelRect, x_label: str = "", y_label: str = "") -> Panel:
         """Add a panel with labelled axes, or without axes if it has no labels."""
-        panel = self.add_panel(rect, x_label, y_label, label_size=10.5, grid=None)
+        panel = self.add_panel(rect, x_label, y_label, label_size=10.5, tick_size=9.0, grid=None)
         panel.axison = bool(x_label)
         return panel
 

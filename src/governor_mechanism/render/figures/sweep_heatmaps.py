@@ -23,6 +23,7 @@ from governor_mechanism.render.figures.sweep_key import (
     wrap_handles,
 )
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, SANS_FONT, SKY
+from governor_mechanism.render.theme import OVER_COLOUR_MAP
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.types import FloatArray
@@ -226,9 +227,10 @@ def _draw_contours(panel: Panel, x: FloatArray, y: FloatArray, values: FloatArra
     if not levels or float(np.ptp(finite)) < _UNIFORM_TOLERANCE * float(np.max(np.abs(finite))):
         return
     contours = panel.contour(x, y, np.ma.masked_invalid(values), levels=levels, colors=[INK], linewidths=0.8, alpha=0.8)
+    contours.set_gid(OVER_COLOUR_MAP)
     labels: Any = panel.clabel(contours, fmt="%g", fontsize=7.5, inline_spacing=3)
     for label in labels:
-        label.set(fontfamily=SANS_FONT, color=INK, path_effects=[withStroke(linewidth=2.2, foreground=PAPER)])
+        label.set(fontfamily=SANS_FONT, color=INK, gid=OVER_COLOUR_MAP, path_effects=[withStroke(linewidth=2.2, foreground=PAPER)])
 
 
 def _roughness(values: FloatArray) -> float:

@@ -2,17 +2,19 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, NullFormatter
 from matplotlib.transforms import Bbox
 
 from governor_mechanism.render.figures.page import FIGURE_DPI, Page, Panel, use_plain_decades
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PURPLE, RULE, SKY, VERMILLION
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, PURPLE, RULE, VERMILLION
 from governor_mechanism.studies.work_precision.results import AccuracyStudy, EngineVariant, WorkPrecisionPoint, format_wall_time
 from governor_mechanism.types import FloatArray
 
-_PANEL_HEIGHT_RATIO = 0.75
+_PANEL_HEIGHT_RATIO = 0.745
 """Height of the panel, as a fraction of the figure."""
 
 _MAX_TITLE_LETTERS = 60
@@ -21,17 +23,23 @@ _MAX_TITLE_LETTERS = 60
 _LETTER_WIDTH_RATIO = 0.56
 """Width of a letter, or a little less, as a fraction of the font size."""
 
-_LABEL_DISTANCE_PIXELS, _RING_RADIUS_PIXELS = 10.0, 9.0
-"""Distance of a label from its point, and half width of a ring around a point, pixels."""
+_LABEL_DISTANCE_PIXELS, _SETTING_DISTANCE_PIXELS, _RING_RADIUS_PIXELS = 10.0, 6.0, 9.0
+"""Distance of a label and of a setting from its point, and half width of a ring around a point, pixels."""
 
-_VARIANT_STYLES = {
-    "reduced": (GREEN, "o"),
-    "multibody": (BLUE, "s"),
-    "impulse extrapolated": (PURPLE, "^"),
-    "impulse staggered": (VERMILLION, "D"),
-    "impulse plain": (MUTED, "v"),
+_OVERLAP_COST = 100.0
+"""Cost of a place where a label would cover another one, in points of a line that it covers."""
+
+_VARIANT_STYLES: dict[str, tuple[str, str, Any]] = {
+    "reduced": (GREEN, "o", "-"),
+    "multibody": (BLUE, "s", (0, (6, 1.5))),
+    "impulse extrapolated": (PURPLE, "^", (0, (8, 1.8, 1.5, 1.8))),
+    "impulse staggered": (VERMILLION, "D", (0, (3, 1.5))),
+    "impulse plain": (MUTED, "v", (0, (1.5, 1.2))),
 }
-"""Colour and marker of each variant."""
+"""Colour, marker and line style of each variant."""
+
+_HALO = withStroke(linewidth=2.5, foreground=PAPER)
+"""Ground of a label, so that no line runs through it."""
 
 
 def work_precision_figure(study: AccuracyStudy, requested_error: float | None = None) -> Page:
@@ -53,9 +61,13 @@ def work_precision_figure(study: AccuracyStudy, requested_error: float | None = 
     panel = _add_panel(page, study, requested_error)
     shown = [variant for variant in study.variants if variant.points]
     lines = [np.array([_position(point, study) for point in variant.points]) for variant in shown]
-    for variant, line in zip(shown, lines, strict=True):
-        colour, marker = _variant_style(variant)
-        panel.plot(*line.T, color=colour, marker=marker, markersize=4.5, linewidth=1.5, zorder=3)
+    for variant, line in zip(shown, list(lines), strict=True):
+        colour, marker, style = _variant_style(variant)
+        panel.plot(*line.T, color=colour, marker=marker, markersize=4.5, linewidth=1.4, linestyle=style, zorder=3)
+        for point, (_, error) in zip(variant.points, line, strict=True):
+            bar = np.array([(1e3 * point.wall_times[0], error), (1e3 * point.wall_times[-1], error)])
+            panel.plot(*bar.T, color=colour, linewidth=1.0, zorder=2.5, solid_capstyle="butt")
+            lines.append(bar)
     if requested_error is not None:
         lines.append(np.column_stack([panel.get_xlim(), np.full(2, requested_error)]))
     placer = LabelPlacer(panel, lines)
@@ -63,17 +75,23 @@ def work_precision_figure(study: AccuracyStudy, requested_error: float | None = 
         _mark_requested_error(panel, study, requested_error, placer)
     for variant in shown:
         placer.place_label(_variant_label(variant), *_position(variant.points[0], study), _variant_style(variant)[0], 9.0, _NAME_DIRECTIONS)
+    marked = _winners(study, requested_error)
+    for variant in shown:
+        for point in (one for one in variant.points if one not in marked):
+            colour = _variant_style(variant)[0]
+            placer.place_label(_setting_label(point), *_position(point, study), colour, 7.0, _NAME_DIRECTIONS, must=False)
     size = min(14.0, 14.0 * _MAX_TITLE_LETTERS / len(study.scene.title)) if study.scene.title else 14.0
     page.write_title(f"{study.scene.title}: error against time", size=size)
     reference = study.reference
     accuracy_text = f"against {reference.engine} at tolerance {reference.tolerance:g}, error {reference.error:.0e}"
-    page.write_footnote(f"{accuracy_text}; {reference.confirmation}", y=0.895, size=8, va="center")
+    page.write_footnote(f"{accuracy_text}; {reference.confirmation}", y=0.91, size=8, va="center")
+    page.write_footnote(_KEY, y=0.018)
     return page
 
 
 def _position(point: WorkPrecisionPoint, study: AccuracyStudy) -> tuple[float, float]:
-    """Return the time (ms) and the plotted error of a point."""
-    return 1e3 * point.wall_time, max(point.max_error, study.reference.resolvable_error)
+    """Return the median time (ms) and the plotted error of a point."""
+    return 1e3 * float(np.median(point.wall_times)), max(point.max_error, study.reference.resolvable_error)
 
 
 class LabelPlacer:
@@ -84,19 +102,28 @@ class LabelPlacer:
         self._occupied_boxes: list[Bbox] = []
         self._curve_points = np.concatenate([np.empty((0, 2)), *(self._sample_curve(line) for line in lines)])
 
-    def place_label(self, words: str, x: float, y: float, colour: str, size: float, directions: Sequence[tuple[int, int]]) -> None:
-        """Write a label next to a point (data) where it covers least; `directions` are signs of right and up."""
+    def place_label(
+        self, words: str, x: float, y: float, colour: str, size: float, directions: Sequence[tuple[int, int]], *, must: bool = True
+    ) -> None:
+        """Write a label next to a point (data) where it covers least; `directions` are signs of right and up.
+
+        Unless it `must` stand there, a label that would cover another one is left out.
+        """
         pixels_per_point = FIGURE_DPI / 72
         width, height = _LETTER_WIDTH_RATIO * size * pixels_per_point * len(words), 1.3 * size * pixels_per_point
         at_x, at_y = self._panel.transData.transform((x, y))
         boxes = []
         for right, up in directions:
-            low = at_x + right * _LABEL_DISTANCE_PIXELS + (right - 1) / 2 * width
-            boxes.append(Bbox.from_bounds(low, at_y + up * (_LABEL_DISTANCE_PIXELS + height / 2) - height / 2, width, height))
+            distance = _LABEL_DISTANCE_PIXELS if must else _SETTING_DISTANCE_PIXELS
+            low = at_x + right * distance + (right - 1) / 2 * width
+            boxes.append(Bbox.from_bounds(low, at_y + up * (distance + height / 2) - height / 2, width, height))
         box = min(boxes, key=self._overlap_cost)
+        if not must and self._overlap_cost(box) >= _OVERLAP_COST:
+            return
         self._occupied_boxes.append(box)
         left, middle = self._panel.transData.inverted().transform((box.x0, (box.y0 + box.y1) / 2))
-        self._panel.write_note(words, (left, middle), color=colour, fontsize=size, va="center", zorder=5, annotation_clip=False)
+        note = self._panel.write_note(words, (left, middle), color=colour, fontsize=size, va="center", zorder=5, annotation_clip=False)
+        note.set_path_effects([_HALO])
 
     def reserve(self, x: float, y: float) -> None:
         """Keep a ring around a point (data) free of labels."""
@@ -112,8 +139,10 @@ class LabelPlacer:
         covered_points = np.all((self._curve_points > np.asarray(box.min) - 3) & (self._curve_points < np.asarray(box.max) + 3), axis=1)
         n_overlaps = sum(box.overlaps(other) for other in self._occupied_boxes)
         outside = not (self._panel.bbox.contains(*box.min) and self._panel.bbox.contains(*box.max))
-        return float(covered_points.sum()) + 100.0 * n_overlaps + 1000.0 * outside
+        return float(covered_points.sum()) + _OVERLAP_COST * n_overlaps + 1000.0 * outside
 
+
+_KEY = "at each point its tolerance or step; point: median time; bar: shortest to longest of repeats; ring: fastest within the request"
 
 _NAME_DIRECTIONS = ((1, 0), (1, 1), (-1, 0), (-1, 1), (0, 1), (1, -1), (-1, -1), (0, -1))
 """Directions of a name from its point, the preferred one first."""
@@ -130,33 +159,47 @@ def _variant_label(variant: EngineVariant) -> str:
     return f"{variant.name}, order {value:.1f}" + (f" ± {error:.1f}" if error >= 0.05 else "")
 
 
-def _variant_style(variant: EngineVariant) -> tuple[str, str]:
-    return _VARIANT_STYLES.get(variant.name, (SKY, "x"))
+def _setting_label(point: WorkPrecisionPoint) -> str:
+    """Return a tolerance as 1e-6, or a step."""
+    name, _, value = point.setting.partition(" ")
+    return f"{float(value):.0e}".replace("e-0", "e-") if name == "tolerance" else value
+
+
+def _variant_style(variant: EngineVariant) -> tuple[str, str, Any]:
+    return _VARIANT_STYLES.get(variant.name, (INK, "x", "-"))
+
+
+def _winners(study: AccuracyStudy, requested_error: float | None) -> list[WorkPrecisionPoint]:
+    """Return the fastest point of each variant within the requested error."""
+    if requested_error is None:
+        return []
+    return [point for variant in study.variants if (point := variant.cheapest_for(requested_error)) is not None]
 
 
 def _mark_requested_error(panel: Panel, study: AccuracyStudy, requested_error: float, placer: LabelPlacer) -> None:
     panel.axhline(requested_error, color=INK, linewidth=1.0, linestyle=(0, (5, 3)), zorder=2)
     placer.place_label(f"requested {requested_error:g}", panel.get_xlim()[1], requested_error, INK, 8.5, ((-1, 1), (-1, -1)))
-    cheapest_points = [point for variant in study.variants if (point := variant.cheapest_for(requested_error)) is not None]
+    cheapest_points = _winners(study, requested_error)
     for point in cheapest_points:
         x, y = _position(point, study)
         panel.plot([x], [y], marker="o", markersize=11, markerfacecolor="none", markeredgecolor=INK, zorder=4)
         placer.reserve(x, y)
     for point in cheapest_points:
-        placer.place_label(format_wall_time(point.wall_time), *_position(point, study), INK, 8.5, _TIME_DIRECTIONS)
+        words = f"{format_wall_time(float(np.median(point.wall_times)))} at {_setting_label(point)}"
+        placer.place_label(words, *_position(point, study), INK, 8.5, _TIME_DIRECTIONS)
 
 
 def _add_panel(page: Page, study: AccuracyStudy, requested_error: float | None) -> Panel:
     """Add a panel with logarithmic axes that hold all points, the requested error and the error of the reference."""
     has_event_errors = any(point.event_time_error is not None for point in study.points)
-    label = f"largest error of a reading{' or an event time' if has_event_errors else ''}, in units of its scale"
-    panel = page.add_panel((0.095, 0.105, 0.875, _PANEL_HEIGHT_RATIO), "time of a run, ms", label, tick_colour=INK, which="both")
+    label = f"Largest error of a reading{' or an event time' if has_event_errors else ''} [its scale]"
+    panel = page.add_panel((0.095, 0.125, 0.875, _PANEL_HEIGHT_RATIO), "Time of a run [ms]", label, tick_colour=INK, which="both")
     positions = [_position(point, study) for point in study.points]
-    milliseconds = [time for time, _ in positions] or [1.0, 10.0]
+    milliseconds = [1e3 * time for point in study.points for time in (point.wall_times[0], point.wall_times[-1])] or [1.0, 10.0]
     errors = [*(error for _, error in positions), *([] if requested_error is None else [requested_error])] or [1.0]
     floor = study.reference.resolvable_error
     low = min(floor, *errors)
-    xlim = min(milliseconds) / 2.5, max(milliseconds) * 2.0
+    xlim = min(milliseconds) / 4.0, max(milliseconds) * 2.0
     panel.set(xscale="log", yscale="log", xlim=xlim, ylim=(low / 30, max(*errors, 100 * low) * 30))
     panel.axhspan(low / 30, floor, color=RULE, alpha=0.45, linewidth=0)
     xycoords = ("axes fraction", "data")

@@ -93,8 +93,11 @@ def make_arrow(role: str, chain: Sequence[Vec2], head: float) -> tuple[Lines, Po
     return Lines(role, ((*shaft[:-1], head_base),)), Polygon(role, (tip, *wings))
 
 
-def make_wall(position: Vec2, heading: float, half: float, depth: float) -> Lines:
-    """Return a fixed wall through a position, perpendicular to `heading` (rad), hatched on the far side; lengths in m."""
+def make_wall(position: Vec2, heading: float, half: float, depth: float, lean: int = 1) -> Lines:
+    """Return a fixed wall through a position, perpendicular to `heading` (rad), hatched on the far side; lengths in m.
+
+    The hatching leans to the right of the heading, or to the left if `lean` is -1: two walls that face each other, one of each, mirror.
+    """
     c, s = math.cos(heading), math.sin(heading)
 
     def wall_point(across: float, behind: float) -> Vec2:
@@ -103,7 +106,7 @@ def make_wall(position: Vec2, heading: float, half: float, depth: float) -> Line
     count = max(round(2 * half / (0.9 * depth)), 2)
     hatch_positions = [-half + (k + 0.5) * 2 * half / count for k in range(count)]
     strokes = tuple(
-        (wall_point(hatch_position, 0.0), wall_point(hatch_position - 0.8 * depth, depth)) for hatch_position in hatch_positions
+        (wall_point(hatch_position, 0.0), wall_point(hatch_position - lean * 0.8 * depth, depth)) for hatch_position in hatch_positions
     )
     return Lines("wall", ((wall_point(-half, 0.0), wall_point(half, 0.0)), *strokes))
 

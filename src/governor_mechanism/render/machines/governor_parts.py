@@ -174,6 +174,17 @@ def spindle_shoe_shapes(governor: GovernorDrawing, time: float, top: float, size
     return friction_shoe_shapes(governor, LIFT_READING, time, shoes)
 
 
+def shoe_key_shapes(governor: GovernorDrawing, corner: Vec2, unit: float) -> Iterator[DrawnShape]:
+    """Yield what the colours of friction shoes mean, to the right of a corner and below it (m); nothing without dry friction."""
+    if not governor.find_effect(DryFriction):
+        return
+    x, side = corner[0], 0.055 * unit
+    for row, (role, text) in enumerate((("held shoe", "holds"), ("shoe", "slides"))):
+        y = corner[1] - row * 0.105 * unit
+        yield make_rectangle(role, x, x + side, y - side, y)
+        yield TextShape("scale", x + 1.5 * side, y - 0.5 * side, text, 0.25 * unit)
+
+
 def _cylinder_box(governor: GovernorDrawing) -> BoundingBox:
     """Return left, right, bottom and top of the cylinder of a dashpot (m)."""
     sizes, u, (low, high) = governor.cylinder, governor.arm, governor.lug_height_range
@@ -191,6 +202,13 @@ def cylinder_shapes(governor: GovernorDrawing) -> Iterator[DrawnShape]:
         yield make_rectangle("bore", left + t, right - t, bottom + t, top)
         yield make_rectangle("oil", left + t, right - t, bottom + t, top - gap)
         yield make_wall(((left + right) / 2, bottom), math.pi / 2, 1.35 * (right - left) / 2, gap)
+
+
+def throttle_pivot_distance(governor: GovernorDrawing, distance: float, gap: float) -> float:
+    """Return the distance from the axis (m) of the pivot of a lever at the left: `distance`, or beyond a dashpot by `gap` (m)."""
+    if not governor.find_lift_effect(Dashpot):
+        return distance
+    return max(distance, gap - _cylinder_box(governor)[0])
 
 
 def piston_shapes(governor: GovernorDrawing, height: float, rod_top: float) -> Iterator[DrawnShape]:

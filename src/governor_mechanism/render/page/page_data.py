@@ -215,4 +215,4 @@ def _whole_numbers(points: FloatArray) -> list[int]:
 def roles_of(data: dict[str, Any]) -> set[str]:
     """Return the roles of all shapes of a page."""
     shapes: Iterable[dict[str, Any]] = (shape for view in data["views"] for shape in view["shapes"])
-    return {shape["role"] for shape in shapes} | {"trace"}
+    return {shape[key] for shape in shapes for key in ("role", "seenAs") if key in shape} | {"trace"}

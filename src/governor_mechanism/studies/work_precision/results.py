@@ -49,6 +49,8 @@ class WorkPrecisionPoint:
         Shortest time of `n_repeats` whole runs, s.
     n_repeats
         Number of timed runs.
+    wall_times
+        Time of each of them, ascending, s.
     step
         Longest step of the finest run, s.
     evaluations
@@ -69,6 +71,7 @@ class WorkPrecisionPoint:
     max_error: float
     wall_time: float
     n_repeats: int
+    wall_times: tuple[float, ...]
     step: float
     evaluations: int
     joint_gap: float

@@ -234,7 +234,7 @@ class ErrorBenchmark:
         error, evaluations = errors[worst_reading], run.cost.evaluations.get("equations of motion", run.cost.steps)
         if previous and evaluations == previous.evaluations and math.isclose(error, previous.error, rel_tol=SAME_RUN_TOLERANCE):
             return None
-        wall_time, n_repeats = self._measure_wall_time(engine, first_time)
+        wall_times = self._measure_wall_times(engine, first_time)
         return WorkPrecisionPoint(
             variant=variant,
             engine=engine,
@@ -244,22 +244,23 @@ class ErrorBenchmark:
             errors=errors,
             event_time_error=event_time_error,
             max_error=max(error, (event_time_error or 0.0) / self.time_scale),
-            wall_time=wall_time,
-            n_repeats=n_repeats,
+            wall_time=wall_times[0],
+            n_repeats=len(wall_times),
+            wall_times=wall_times,
             step=run.cost.step,
             evaluations=evaluations,
             joint_gap=joint_gap,
             drift=run.energy.drift,
         )
 
-    def _measure_wall_time(self, engine: Engine, first_time: float) -> tuple[float, int]:
-        """Return the shortest time (s) of several runs and their number; the first run is a warm-up unless it takes too long to repeat."""
+    def _measure_wall_times(self, engine: Engine, first_time: float) -> tuple[float, ...]:
+        """Return the times (s) of several runs, ascending; the first run is a warm-up unless it takes too long to repeat."""
         if first_time > self.max_time:
-            return first_time, 1
+            return (first_time,)
         wall_times = [self._run_timed(engine)[1] for _ in range(MIN_REPEATS)]  # one run may be delayed by other processes
         while sum(wall_times) < MIN_TIMING_DURATION and len(wall_times) < MAX_REPEATS:
             wall_times.append(self._run_timed(engine)[1])
-        return min(wall_times), len(wall_times)
+        return tuple(sorted(wall_times))
 
     def _run_timed(self, engine: Engine) -> tuple[Trajectory, float]:
         started = self.timer()

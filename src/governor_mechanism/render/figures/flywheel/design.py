@@ -25,15 +25,15 @@ _BRACKET_CAPTION = "Fig. 4.  The terms of the bracket: work from $\\alpha$ to $\
 _WORK_CAPTION = "Fig. 4.  Work that the flywheel stores"
 _FOURTH_CAPTION_POSITION = (0.545, 0.462)
 
-_FORCE_RECT, _SPEED_RECT = (0.075, 0.555, 0.42, 0.275), (0.075, 0.125, 0.42, 0.305)
-_INDICATOR_RECTS = (0.60, 0.555, 0.16, 0.275), (0.81, 0.555, 0.16, 0.275)
-_FOURTH_RECT = (0.60, 0.125, 0.37, 0.305)
+_FORCE_RECT, _SPEED_RECT = (0.085, 0.555, 0.41, 0.275), (0.085, 0.125, 0.41, 0.305)
+_INDICATOR_RECTS = (0.61, 0.555, 0.155, 0.275), (0.815, 0.555, 0.15, 0.275)
+_FOURTH_RECT = (0.61, 0.125, 0.355, 0.305)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
 _TERM_COLUMNS = (0.57, 0.8, 1.0)
 """Right ends of the columns of numbers, in fractions of their panel."""
 
-_WHEEL_STYLES = (VERMILLION, "-"), (BLUE, "-"), (INK, DASHED)
+_WHEEL_STYLES = (VERMILLION, CHAIN_DOTTED), (BLUE, "-"), (INK, DASHED)
 """Colours and line styles of the flywheels."""
 
 _N_CURVE_POINTS = 721
@@ -65,10 +65,10 @@ def draw_flywheel_plate(design: FlywheelDesign, simulated: Sequence[SimulatedWhe
     plate = Plate("Redtenbacher’s flywheel", title, "after Die Luftexpansions-Maschine, Mannheim 1853", captions)
     _draw_forces(plate.add_plate_panel(_FORCE_RECT, "Crank angle $\\varphi$ [deg]", "Tangential force [kN]"), design)
     for rect, draw, label in zip(_INDICATOR_RECTS, (_draw_expansion, _draw_pump), ("Pressure [bar]", " "), strict=True):
-        draw(plate.add_plate_panel(rect, "piston travel, % of stroke", label), design.engine)
+        draw(plate.add_plate_panel(rect, "Piston travel [% of stroke]", label), design.engine)
     _draw_speeds(plate.add_plate_panel(_SPEED_RECT, "Crank angle $\\varphi$ [deg]", "Shaft speed [rad/s]"), design, simulated)
     if comparison is None:
-        _draw_stored_work(plate.add_plate_panel(_FOURTH_RECT, "Crank angle $\\varphi$ [deg]", "stored work $E/ApL$"), design)
+        _draw_stored_work(plate.add_plate_panel(_FOURTH_RECT, "Crank angle $\\varphi$ [deg]", "Stored work $E/ApL$ [1]"), design)
     else:
         _write_terms(plate.add_plate_panel(_FOURTH_RECT), comparison)
     plate.write_dimensions(_dimensions_text(design))
@@ -151,7 +151,7 @@ def _draw_speeds(panel: Panel, design: FlywheelDesign, simulated: Sequence[Simul
         panel.annotate_point((8, high + (len(simulated) - index) * line - 0.03 * spread), text, color=colour, va="center", fontsize=10)
     text = f"{'' if design.inputs.inertia else 'allowed, '}$\\mu$ = {design.energy_ratio:.4g}"
     valley = math.degrees(design.fluctuation.slowest_angle) + 180
-    panel.annotate_point((valley, design.highest_speed), text, (0, -14), ha="center", color=GREEN)
+    panel.annotate_point((valley, design.highest_speed), text, (0, -14), ha="center")
 
 
 def _draw_stored_work(panel: Panel, design: FlywheelDesign) -> None:

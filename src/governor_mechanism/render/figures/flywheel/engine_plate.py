@@ -19,8 +19,8 @@ _CAPTIONS = {
     (0.03, 0.462): "Fig. 3.  Speed of the shaft",
     (0.545, 0.462): "Fig. 4.  Work that the engine has stored since the start",
 }
-_FORCE_RECT, _SPEED_RECT, _WORK_RECT = (0.075, 0.555, 0.42, 0.275), (0.075, 0.125, 0.42, 0.305), (0.60, 0.125, 0.37, 0.305)
-_INDICATOR_RECTS = (0.60, 0.555, 0.16, 0.275), (0.81, 0.555, 0.16, 0.275)
+_FORCE_RECT, _SPEED_RECT, _WORK_RECT = (0.085, 0.555, 0.41, 0.275), (0.085, 0.125, 0.41, 0.305), (0.61, 0.125, 0.355, 0.305)
+_INDICATOR_RECTS = (0.61, 0.555, 0.155, 0.275), (0.815, 0.555, 0.15, 0.275)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
 _N_CURVE_POINTS = 361
@@ -65,12 +65,12 @@ def draw_engine_plate(run: Trajectory) -> Plate:
     plate = Plate("Engine and flywheel", run.scene.title, f"engine {run.cost.engine}", _CAPTIONS)
     _draw_forces(plate.add_plate_panel(_FORCE_RECT, "Crank angle $\\varphi$ [deg]", "Tangential force [kN]"), run)
     for rect, (name, colour, gases), label in zip(_INDICATOR_RECTS, _cylinders(run), ("Pressure [bar]", " "), strict=False):
-        _draw_indicator(plate.add_plate_panel(rect, "piston travel, % of stroke", label), run, name, colour, gases)
+        _draw_indicator(plate.add_plate_panel(rect, "Piston travel [% of stroke]", label), run, name, colour, gases)
     _draw_over_turns(
-        plate.add_plate_panel(_SPEED_RECT, "turns of the crank", "Shaft speed [rad/s]"), run, run.readings["shaft_speed"], GREEN
+        plate.add_plate_panel(_SPEED_RECT, "Turns of the crank [1]", "Shaft speed [rad/s]"), run, run.readings["shaft_speed"], GREEN
     )
     work = run.readings["stored_work"] / _J_PER_KJ
-    _draw_over_turns(plate.add_plate_panel(_WORK_RECT, "turns of the crank", "stored work, kJ"), run, work, BLUE)
+    _draw_over_turns(plate.add_plate_panel(_WORK_RECT, "Turns of the crank [1]", "Stored work [kJ]"), run, work, BLUE)
     plate.write_dimensions(_describe(run))
     return plate
 

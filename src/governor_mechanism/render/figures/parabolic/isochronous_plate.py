@@ -4,18 +4,17 @@ import math
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
-from matplotlib.text import Text
+from matplotlib.ticker import MultipleLocator
 
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, DOTTED, MM_PER_M, Panel, Plate, add_legend, polar_points
 from governor_mechanism.render.figures.parabolic.isochronous_data import MARKED_ANGLE_CHANGES, MAX_ANGLE_CHANGE, IsochronousPlateData
 from governor_mechanism.render.geometry.primitives import Vec2
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, SKY, VERMILLION
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, SKY
 
-_FAMILY_RECT, _DEVIATION_RECT = (0.058, 0.135, 0.502, 0.71), (0.658, 0.475, 0.268, 0.37)
+_FAMILY_RECT, _DEVIATION_RECT = (0.078, 0.155, 0.476, 0.69), (0.672, 0.475, 0.243, 0.37)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
 _DOWN = -math.pi / 2
@@ -25,19 +24,24 @@ _SOURCE = "after L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1�
 _CAPTIONS = {
     (0.03, 0.862): "Fig. 1.  On each parabola $x^2 = c\\,y$, $c = 2g\\,(1+m)/\\omega^2$, a ball is in equilibrium at one speed",
     (0.605, 0.862): "Fig. 2.  Speed deviation on a circle through the start point",
-    (0.605, 0.4): "Equilibrium speeds near the start:",
-    (0.89, 0.4): "correct",
+    (0.605, 0.4): "Equilibrium speeds near the start",
 }
 
-ARM_STYLES = {1.0: ("$l = \\rho$", BLUE), 1.3: ("$l = 1.3\\,\\rho$", SERIES_COLOURS[3]), 0.7: ("$l = 0.7\\,\\rho$", GREEN)}
-"""Label and colour of an arm, by its ratio to the radius of curvature."""
+ARM_STYLES = {1.0: ("$l = \\rho$", BLUE, "o"), 1.3: ("$l = 1.3\\,\\rho$", SERIES_COLOURS[3], "s"), 0.7: ("$l = 0.7\\,\\rho$", GREEN, "^")}
+"""Label, colour and marker of an arm, by its ratio to the radius of curvature."""
 
 ZEHNDER_VERDICTS = {
-    1.0: ("lower below, higher above: usable both ways", "minimum at the start: usable upward"),
-    1.3: ("lower both ways: usable downward only", "lower above, higher below: unstable here"),
-    0.7: ("higher both ways: usable upward only", "higher above, lower below: usable both ways"),
+    1.0: ("lower below, higher above:\nusable both ways", "minimum at the start:\nusable upward"),
+    1.3: ("lower both ways:\nusable downward only", "lower above, higher below:\nunstable here"),
+    0.7: ("higher both ways:\nusable upward only", "higher above, lower below:\nusable both ways"),
 }
 """Speed deviations near the start point in Zehnder's text and in fact, by ratio of the arm to the radius of curvature."""
+
+_HOLLOW: dict[str, Any] = {"markersize": 6.5, "markeredgewidth": 1.3, "markerfacecolor": PAPER}
+"""Markers at the ends of the curves of the parabolas through the ball."""
+
+_VERDICT_COLUMNS = (0.609, 0.7, 0.842)
+"""Left edges of the columns of the table, in fractions of the plate."""
 
 _REASON = (
     "Zehnder compared the parabolas through the ball. Equilibrium depends",
@@ -77,7 +81,7 @@ def _show_family(panel: Panel, data: IsochronousPlateData) -> None:
     ys = (0.0, centre[1], suspension[1], 1.5 * y45)
     left, right, bottom, top = (MM_PER_M * value for value in (min(xs), max(xs), min(ys), max(ys)))
     margin = 0.06 * max(right - left, top - bottom)
-    left, right, bottom, top = left - 2.8 * margin, right + margin / 2, bottom - margin, top + margin
+    left, right, bottom, top = left - 3.6 * margin, right + margin / 2, bottom - margin, top + margin
     missing_width = panel.aspect_ratio * (top - bottom) - (right - left)
     if missing_width > 0:
         left, right = left - 0.35 * missing_width, right + 0.65 * missing_width
@@ -129,8 +133,8 @@ def _draw_45_degree_line(panel: Panel, data: IsochronousPlateData) -> None:
         if x + half_length < right and y + half_length < top:
             panel.plot([x - half_length, x + half_length], [y - half_length, y + half_length], color=GREEN, linewidth=1.4, zorder=4)
             panel.plot(x, y, "o", color=GREEN, markersize=3.5, zorder=4)
-    text = "on $x = 2y$ all slopes are 45°\nand the spacing is largest:\nZehnder's start point"
-    panel.annotate_point((right, panel.get_ylim()[0]), text, (0, 5), color=GREEN, ha="right", va="bottom", linespacing=1.4)
+    text = "on $x = 2y$ all slopes\nare 45°, the spacing\nis largest: Zehnder's\nstart point"
+    panel.annotate_point((right, panel.get_ylim()[0]), text, (-2, 3), color=GREEN, ha="right", va="bottom", linespacing=1.2, fontsize=9)
 
 
 def _draw_circle_of_curvature(panel: Panel, data: IsochronousPlateData) -> None:
@@ -200,9 +204,10 @@ def _draw_speed_deviations(panel: Panel, data: IsochronousPlateData) -> None:
     limit = 1.5 * 100 * float(np.abs(data.speed_deviations(0.7).equilibrium_speed_changes).max())
     axis_limit = 1.05 * math.degrees(MAX_ANGLE_CHANGE)
     panel.set(xlim=(-axis_limit, axis_limit), ylim=(-limit, limit))
+    panel.xaxis.set_major_locator(MultipleLocator(4))
     panel.axhline(0, color=MUTED, linewidth=0.8, zorder=1)
     panel.axvline(0, color=MUTED, linewidth=0.8, zorder=1)
-    for arm_ratio, (name, colour) in ARM_STYLES.items():
+    for arm_ratio, (name, colour, marker) in ARM_STYLES.items():
         curve = data.speed_deviations(arm_ratio)
         degrees, percent = np.degrees(curve.angle_changes), 100 * curve.equilibrium_speed_changes
         parabola_percent = 100 * curve.parabola_speed_changes
@@ -210,19 +215,18 @@ def _draw_speed_deviations(panel: Panel, data: IsochronousPlateData) -> None:
         for is_stable, style in ((True, "-"), (False, DASHED)):
             panel.plot(degrees, np.where(is_rising == is_stable, percent, np.nan), color=colour, linewidth=2.2, linestyle=style, zorder=4)
         panel.plot(degrees, parabola_percent, color=colour, linewidth=1.1, linestyle=DOTTED, zorder=3)
-        panel.plot(degrees[[0, -1]], parabola_percent[[0, -1]], "x", color=VERMILLION, markersize=7, markeredgewidth=1.6, zorder=6)
+        panel.plot(degrees[[0, -1]], parabola_percent[[0, -1]], marker, color=colour, **_HOLLOW, zorder=6)
         marked = data.speed_deviations(arm_ratio, MARKED_ANGLE_CHANGES)
-        panel.plot(np.degrees(marked.angle_changes), 100 * marked.equilibrium_speed_changes, "o", color=colour, markersize=4.5, zorder=5)
+        panel.plot(np.degrees(marked.angle_changes), 100 * marked.equilibrium_speed_changes, marker, color=colour, markersize=5, zorder=5)
         panel.annotate_point((degrees[-1], percent[-1]), name, (9, 0), color=colour, va="center", fontsize=12)
     _add_line_style_legend(panel)
 
 
 def _add_line_style_legend(panel: Panel) -> None:
-    cross = {"marker": "x", "markersize": 7, "markeredgewidth": 1.6, "markeredgecolor": VERMILLION}
     entries: dict[str, dict[str, Any]] = {
         "stable": {"linewidth": 2.2},
         "unstable": {"linewidth": 2.2, "linestyle": DASHED},
-        "parabola through the ball": {"linewidth": 1.1, "linestyle": DOTTED, **cross},
+        "parabola through the ball": {"linewidth": 1.1, "linestyle": DOTTED, "marker": "o", **_HOLLOW},
     }
     handles = [Line2D([], [], color=INK, label=label, **style) for label, style in entries.items()]
     position: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.08, 0), "handlelength": 2.5}
@@ -242,26 +246,19 @@ def _write_dimensions(plate: Plate, data: IsochronousPlateData) -> None:
         f"circle of curvature (dashed): $\\rho$ = {data.radius_of_curvature * MM_PER_M:.4g} mm",
     )
     for line, text in enumerate(lines):
-        plate.write_dimensions(text, 0.309, 0.067 - 0.026 * line)
+        plate.write_dimensions(text, 0.309, 0.065 - 0.025 * line, 9.5)
 
 
 def _write_verdicts(plate: Plate) -> None:
-    """Write Zehnder's text, struck out, and the correct text below the right panel."""
-    left, text_left, top, row = 0.605, 0.688, 0.36, 0.058
-    _strike_out(plate, plate.write_text(0.79, top + 0.04, "by Zehnder", 11.5, fontstyle="italic", color=MUTED))
-    for k, (arm_ratio, (name, colour)) in enumerate(ARM_STYLES.items()):
+    """Write what Zehnder says and what is correct side by side below the right panel."""
+    (left, text_left, right_left), top, row = _VERDICT_COLUMNS, 0.35, 0.062
+    for x, heading in ((text_left, "as Zehnder has it"), (right_left, "correct")):
+        plate.write_text(x, 0.373, heading, 10.5, fontstyle="italic", color=MUTED)
+    for k, (arm_ratio, (name, colour, marker)) in enumerate(ARM_STYLES.items()):
         (zehnder_text, correct_text), y = ZEHNDER_VERDICTS[arm_ratio], top - k * row
-        plate.add_artist(Line2D([left, left + 0.018], [y - 0.003] * 2, color=colour, linewidth=2))
-        plate.write_text(left + 0.024, y - 0.01, name, 13, color=colour)
-        _strike_out(plate, plate.write_text(text_left, y + 0.003, zehnder_text, 11, color=MUTED))
-        plate.write_text(text_left, y - 0.021, correct_text, 11.5)
+        plate.add_artist(Line2D([left, left + 0.022], [y - 0.008] * 2, color=colour, linewidth=2, marker=marker, markevery=[0]))
+        plate.write_text(left + 0.029, y - 0.015, name, 12, color=colour)
+        plate.write_text(text_left, y + 0.012, zehnder_text, 10, color=MUTED, va="top", linespacing=1.3)
+        plate.write_text(right_left, y + 0.012, correct_text, 10, va="top", linespacing=1.3)
     for line, reason in enumerate(_REASON):
-        plate.write_text(left, 0.142 - 0.031 * line, reason, 11)
-
-
-def _strike_out(plate: Plate, text: Text) -> None:
-    """Draw a line through a text, as on a corrected proof."""
-    canvas: Any = FigureCanvasAgg(plate)
-    box = text.get_window_extent(canvas.get_renderer()).transformed(plate.transFigure.inverted())
-    middle = box.y0 + 0.45 * box.height
-    plate.add_artist(Line2D([box.x0 - 0.003, box.x1 + 0.003], [middle, middle], color=VERMILLION, linewidth=1.2))
+        plate.write_text(left, 0.137 - 0.029 * line, reason, 10)

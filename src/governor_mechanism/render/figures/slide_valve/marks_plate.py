@@ -9,17 +9,17 @@ from governor_mechanism.closed_form import slide_valve as closed
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Panel, Plate, polar_points
 from governor_mechanism.render.figures.slide_valve.eccentric_diagram import EccentricDiagram
-from governor_mechanism.render.figures.valve_timing.valve_diagram import CYLINDER_ENDS, EventLabelStyle
+from governor_mechanism.render.figures.valve_timing.valve_diagram import CYLINDER_ENDS, END_MARKERS, EventLabelStyle
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, VERMILLION
 
 _CAPTIONS = {
     (0.03, 0.862): "Fig. 1.  On any crank ray $OP$ the displacement is larger by the ordinate $z$ of the curve",
     (0.545, 0.862): "Fig. 2.  Errors of parabola and circle",
     (0.03, 0.462): "Fig. 3.  The valve’s ellipse: its displacement over the stroke of the piston",
-    (0.545, 0.462): "Fig. 4.  Reuleaux’s circle, theory: $\\xi_0$ is the distance from an inclined diameter",
+    (0.545, 0.462): "Fig. 4.  Reuleaux’s circle: $\\xi_0$, the distance from a diameter",
 }
 _CONSTRUCTION_RECT, _ERRORS_RECT = (0.03, 0.505, 0.47, 0.335), (0.60, 0.545, 0.355, 0.285)
-_ELLIPSE_RECT, _REULEAUX_RECT = (0.068, 0.125, 0.40, 0.305), (0.565, 0.085, 0.40, 0.355)
+_ELLIPSE_RECT, _REULEAUX_RECT = (0.085, 0.125, 0.385, 0.305), (0.565, 0.085, 0.40, 0.355)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
 _APPROXIMATIONS = (("parabola", closed.parabola_error, SERIES_COLOURS[3], DASHED), ("circle", closed.circle_error, GREEN, "-"))
@@ -58,7 +58,7 @@ def draw_marks_plate(data: EccentricDiagram) -> Plate:
 def _draw_error_construction(panel: Panel, data: EccentricDiagram) -> None:
     """Draw the construction to scale (mm): valve circles on their line of centres, Marks' curves over it, one ray."""
     eccentric, r = data.eccentric, data.eccentric.radius
-    panel.set(xlim=(-1.66 * r, 1.22 * r), ylim=(-0.66 * r, 0.66 * r), aspect="equal")
+    panel.set(xlim=(-1.62 * r, 1.84 * r), ylim=(-0.72 * r, 0.76 * r), aspect="equal")
     for ends in (([-1.18 * r, 1.18 * r], [0, 0]), ([0, 0], [-0.6 * r, 0.6 * r])):
         panel.plot(*ends, color=MUTED, linewidth=0.7, linestyle=CHAIN_DOTTED, zorder=1)
     for side in (1, -1):
@@ -87,9 +87,39 @@ def _draw_sample_ray(panel: Panel, data: EccentricDiagram) -> None:
     panel.plot(*polar_points(np.linspace(0.0, angle, 40), x), color=MUTED, linewidth=0.8, linestyle=DASHED, zorder=3)
     for line in (([x, x], [0.0, z]), polar_points(angle, [x, x + z])):
         panel.plot(*line, color=VERMILLION, linewidth=3.0, zorder=7, solid_capstyle="butt")
-    panel.plot(*polar_points(angle, x), "o", color=INK, markerfacecolor=PAPER, markersize=5, zorder=8)
-    panel.annotate_point(polar_points(angle, x), "$P$", (-4, 9), fontsize=11)
-    panel.annotate_point(polar_points(angle, 1.1 * r), f"$z$ = {z:.2f} mm", (4, -9), color=VERMILLION)
+    panel.plot(*polar_points(angle, x), "o", color=INK, markerfacecolor=PAPER, markersize=4, zorder=8)
+    panel.annotate_point(polar_points(angle, x), "$P$", (-8, 5), fontsize=11)
+    _draw_lens(panel, data, angle, (x, z))
+
+
+def _draw_lens(panel: Panel, data: EccentricDiagram, angle: float, distances: tuple[float, float]) -> None:
+    """Draw the surroundings of P enlarged: the theoretical circle, the curve of the mechanism, and the patch of the ray between them."""
+    r, (x, z) = data.eccentric.radius, distances
+    point, lens, lens_radius = np.array(polar_points(angle, x)), np.array((1.54 * r, -0.36 * r)), 0.27 * r
+    factor = _round_down(0.8 * lens_radius / abs(z))
+    edge = Circle(tuple(lens), lens_radius, facecolor=PAPER, edgecolor=MUTED, linewidth=0.9, zorder=9)
+    panel.add_patch(edge)
+    panel.add_patch(Circle(tuple(point), lens_radius / factor, fill=False, edgecolor=MUTED, linewidth=0.9, zorder=9))
+    circle = polar_points(np.linspace(0.0, math.tau, 2001), r / 2, (r / 2, 0.0))
+    curve = polar_points(data.angles + data.eccentric.advance - math.pi / 2, np.where(data.displacement > 0, data.displacement, np.nan))
+    for line, colour, width in (
+        (circle, INK, 0.9),
+        (curve, BLUE, 2.2),
+        (polar_points(angle, np.array([0.0, 1.2 * r])), INK, 0.9),
+        (polar_points(angle, np.array([x, x + z])), VERMILLION, 4.0),
+    ):
+        enlarged = lens[:, np.newaxis] + factor * (np.array(line) - point[:, np.newaxis])
+        (drawn,) = panel.plot(*enlarged, color=colour, linewidth=width, zorder=10, solid_capstyle="butt")
+        drawn.set_clip_path(edge)
+    panel.plot(*lens, "o", color=INK, markerfacecolor=PAPER, markersize=4, zorder=11)
+    text = f"$z$ = {z:.2f} mm\nat $P$, enlarged {factor:g} times"
+    panel.annotate_point((lens[0], lens[1] + lens_radius), text, (0, 5), ha="center", color=VERMILLION, fontsize=9.5, linespacing=1.3)
+
+
+def _round_down(value: float) -> float:
+    """Return the next of 1, 2 and 5 times a power of ten, or less."""
+    decade = 10.0 ** math.floor(math.log10(value))
+    return max(factor * decade for factor in (1.0, 2.0, 5.0) if factor * decade <= value)
 
 
 def _draw_approximation_errors(panel: Panel, data: EccentricDiagram) -> None:
@@ -123,7 +153,7 @@ def _draw_valve_ellipse(panel: Panel, data: EccentricDiagram) -> None:
     for event, _, colour in data.events:
         piston_travel = event.simulated_stroke if event.name.startswith("crank end") else 1 - event.simulated_stroke
         lap = float(np.interp(event.simulated, data.angles, data.displacement))
-        panel.plot(100 * piston_travel, lap, "o", color=colour, markeredgecolor=PAPER, markersize=7, zorder=6)
+        panel.plot(100 * piston_travel, lap, END_MARKERS[colour], color=colour, markeredgecolor=PAPER, markersize=7, zorder=6)
     panel.set_xlim(-4, 104)
     for end, side, colour in CYLINDER_ENDS:
         position = 50 - 23 * side, 0.68 * side * float(np.max(side * data.displacement))
@@ -145,9 +175,8 @@ def _draw_reuleaux_diagram(panel: Panel, data: EccentricDiagram) -> None:
             lap_distance = closed.event_threshold(event.name, outside_lap=data.steam_lap, inside_lap=data.exhaust_lap)
             half_chord = math.sqrt(max(r**2 - lap_distance**2, 0.0))
             line = lap_distance * normal_direction[:, None] + np.outer(diameter_direction, [-half_chord, half_chord])
-            panel.plot(*line, color=colour, linewidth=1.2, zorder=3)
-        panel.plot(*polar_points(event.theory, [0, r]), color=colour, linewidth=0.7, zorder=2.5)
-        panel.plot(*polar_points(event.theory, r), "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=6)
+            panel.plot(*line, color=colour, linewidth=1.2, linestyle="-" if kind == "admission" else DASHED, zorder=3)
+        panel.plot(*polar_points(event.theory, r), END_MARKERS[colour], color=colour, markeredgecolor=PAPER, markersize=6, zorder=6)
     data.label_events(panel, [event.theory for event in data.timing.rows], r, _LABEL_STYLE)
     start, arrow = 0.1 * r * diameter_direction, 0.62 * r * normal_direction
     panel.annotate("", tuple(start + arrow), tuple(start), arrowprops={"arrowstyle": "<->", "color": MUTED, "linewidth": 0.7})

@@ -1,6 +1,7 @@
 """Plate of the bearing loads of a slider crank over a turn, from a run and from the closed form."""
 
 import math
+from typing import Any
 
 import numpy as np
 from matplotlib.lines import Line2D
@@ -11,7 +12,18 @@ from governor_mechanism.closed_form.slider_crank import BearingLoads, CrankTrain
 from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, Panel, Plate, add_legend, polar_points
+from governor_mechanism.render.figures.page import (
+    CHAIN_DOTTED,
+    DASHED,
+    PLATE_HEIGHT,
+    PLATE_WIDTH,
+    SERIES_LINE_STYLES,
+    SERIES_MARKERS,
+    Panel,
+    Plate,
+    add_legend,
+    polar_points,
+)
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SERIF_FONT, STEEL, VERMILLION
 from governor_mechanism.types import FloatArray
 from governor_mechanism.verification.slider_crank import build_crank_train
@@ -20,12 +32,14 @@ _LABEL_INTERVAL_DEG, _SHOWN_ANGLE_DEG = 30, 300
 """Crank angle between labelled markers, and crank angle of the drawn engine (deg)."""
 
 _CAPTIONS = {
-    (0.03, 0.862): "Fig. 1.  Forces of frame on crank, crank on rod, and rod on crosshead, with crank angles",
-    (0.03, 0.292): f"Fig. 2.  The same at {_SHOWN_ANGLE_DEG} degrees, as arrows at the loaded parts",
+    (0.03, 0.862): "Fig. 1.  Forces of frame on crank, crank on rod, rod on crosshead, and crank angles",
     (0.605, 0.862): "Fig. 3.  Drive torque",
     (0.605, 0.452): "Fig. 4.  Guide force on the crosshead",
 }
-_FORCES_RECT, _ENGINE_RECT = (0.062, 0.37, 0.50, 0.46), (0.03, 0.085, 0.54, 0.2)
+_ENGINE_CAPTION = f"Fig. 2.  The same at {_SHOWN_ANGLE_DEG} degrees, as arrows at the loaded parts"
+_FORCES_RECT, _ENGINE_RECT = (0.072, 0.37, 0.49, 0.43), (0.03, 0.085, 0.54, 0.2)
+_MIN_FORCES_HEIGHT = 0.2
+"""Place of the loci and of the engine, in fractions of the figure: flat loci leave height to the engine, down to a minimum."""
 _TORQUE_RECT, _GUIDE_RECT = (0.655, 0.545, 0.30, 0.285), (0.655, 0.135, 0.30, 0.285)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
@@ -52,10 +66,14 @@ def bearing_loads_figure(run: Trajectory) -> Plate:
     crank_angles = np.linspace(0.0, math.tau, 721)
     exact = bearing_loads(crank_train, crank_angle=crank_angles, crank_rate=speed, gravity=run.scene.gravity)
     first_turn = run.readings["crank_angle"] <= run.scene.part.dimensions["crank_start"] + math.tau
-    plate = Plate("Bearing loads of a slider crank", run.scene.title, "from inertia and weight, at constant crank speed", _CAPTIONS)
+    gain = _FORCES_RECT[3] - _choose_height(exact)
+    captions = {**_CAPTIONS, (0.03, 0.292 + gain): _ENGINE_CAPTION}
+    plate = Plate("Bearing loads of a slider crank", run.scene.title, "from inertia and weight, at constant crank speed", captions)
     force_labels = "Force along the line of the crosshead [kN]", "Force across it [kN]"
-    _draw_force_loci(plate.add_plate_panel(_FORCES_RECT, *force_labels), run, exact, first_turn)
-    _draw_engine(plate.add_plate_panel(_ENGINE_RECT), crank_train, exact)
+    left, bottom, width, height = _FORCES_RECT
+    forces_rect, engine_rect = (left, bottom + gain, width, height - gain), (*_ENGINE_RECT[:3], _ENGINE_RECT[3] + gain)
+    _draw_force_loci(plate.add_plate_panel(forces_rect, *force_labels), run, exact, first_turn)
+    _draw_engine(plate.add_plate_panel(engine_rect), crank_train, exact)
     angles = np.degrees(run.readings["crank_angle"][first_turn] % math.tau)
     drive, guide = run.reactions["drive"].moment[first_turn], run.reactions["crosshead guide"].force[first_turn, 1]
     degrees, angle_label = np.degrees(crank_angles), "Crank angle from the outer dead centre [deg]"
@@ -66,7 +84,8 @@ def bearing_loads_figure(run: Trajectory) -> Plate:
         f"crank $R$ = {crank_train.crank * 1e3:.4g} mm, {crank_train.crank_mass:.4g} kg at {crank_train.crank_centre * 1e3:.4g} mm;  rod "
         f"$L$ = {crank_train.rod * 1e3:.5g} mm, {crank_train.rod_mass:.4g} kg at {crank_train.rod_centre * 1e3:.4g} mm;  crosshead "
         f"{crank_train.crosshead_mass:.4g} kg;  {speed * 30 / math.pi:.4g} rpm.  Curves: closed form, points: engine {run.cost.engine}; "
-        "dashed: the mean"
+        "dashed: the mean",
+        size=9.5,
     )
     return plate
 
@@ -85,6 +104,14 @@ def bearing_loads_refusal(run: Trajectory) -> str:
     return ""
 
 
+def _choose_height(exact: BearingLoads) -> float:
+    """Return the height of the panel of the loci, in fractions of the figure: as flat as they are, to one scale on both axes."""
+    ranges = np.ptp(np.concatenate([force for _, force, _ in _bearing_forces(exact)]), axis=0)
+    flatness = (ranges[1] + 0.24 * max(ranges)) / max(1.24 * ranges[0], _MIN_FORCE_SCALE_KN)
+    _, _, width, height = _FORCES_RECT
+    return float(np.clip(width * PLATE_WIDTH / PLATE_HEIGHT * flatness, _MIN_FORCES_HEIGHT, height))
+
+
 def _bearing_forces(exact: BearingLoads) -> tuple[tuple[str, FloatArray, str], ...]:
     """Return the name of each bearing, the force on its loaded part over a turn, and its colour."""
     return ("shaft", exact.main, BLUE), ("crank pin", exact.crank_pin, VERMILLION), ("gudgeon", exact.gudgeon, GREEN)
@@ -97,18 +124,27 @@ def _draw_force_loci(panel: Panel, run: Trajectory, exact: BearingLoads, first_t
     curves = {name: (force * _KILO_PER_UNIT, colour) for name, force, colour in _bearing_forces(exact) if name in run.reactions}
     middle = _show_forces(panel, np.concatenate([force for force, _ in curves.values()]))
     handles = []
-    for name, (force, colour) in curves.items():
-        panel.plot(*force.T, color=colour, linewidth=1.8, zorder=3)
+    for (name, (force, colour)), line_style, marker in zip(curves.items(), SERIES_LINE_STYLES, SERIES_MARKERS, strict=False):
+        panel.plot(*force.T, color=colour, linewidth=1.8, linestyle=line_style, zorder=3)
         simulated = run.reactions[name].force[first_turn] * _KILO_PER_UNIT
         panel.plot(simulated[::4, 0], simulated[::4, 1], "o", color=colour, markersize=2.6, zorder=4)
         for degree in range(0, 360, _LABEL_INTERVAL_DEG):
             point = force[2 * degree]
-            panel.plot(*point, "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=5)
-            if name == "shaft":
+            panel.plot(*point, marker, color=colour, markeredgecolor=PAPER, markersize=6, zorder=5)
+            if name == "shaft" or degree == 0:
                 offset = 11 * (point - middle) / max(float(np.hypot(*(point - middle))), 1e-12)
-                panel.annotate_point(tuple(point), f"{degree}°", tuple(offset), ha="center", va="center", fontsize=8.5, color=MUTED)
-        handles.append(Line2D([], [], color=colour, linewidth=1.8, marker="o", markersize=5, label=name))
-    add_legend(panel, {"fontfamily": SERIF_FONT, "fontsize": 10.5}, handles=handles, loc="upper right", handlelength=2.2)
+                panel.annotate_point(
+                    tuple(point),
+                    f"{degree}°",
+                    tuple(offset),
+                    ha="center",
+                    va="center",
+                    fontsize=8.5,
+                    color=MUTED if name == "shaft" else colour,
+                )
+        handles.append(Line2D([], [], color=colour, linewidth=1.8, linestyle=line_style, marker=marker, markersize=5, label=name))
+    position: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.99), "ncols": len(handles), "borderaxespad": 0.0}
+    add_legend(panel, {"fontfamily": SERIF_FONT, "fontsize": 10.5, "color": INK}, handles=handles, handlelength=3.4, **position)
 
 
 def _show_forces(panel: Panel, forces: FloatArray) -> FloatArray:
@@ -117,7 +153,7 @@ def _show_forces(panel: Panel, forces: FloatArray) -> FloatArray:
     low, high = forces.min(axis=0) - margin, forces.max(axis=0) + margin
     # Leave room for numbers of many digits between the label and the frame.
     label_space = _DIGIT_WIDTH * max(len(f"{1.25 * float(np.abs(forces[:, 1]).max()):.0f}") - _N_DIGITS_WITHOUT_SHIFT, 0)
-    left, bottom, width, height = _FORCES_RECT
+    left, bottom, width, height = panel.get_position().bounds
     panel.set_position((left + label_space, bottom, width - label_space, height))
     middle: FloatArray = (low + high) / 2
     panel.show_region(tuple(middle), max((high[0] - low[0]) / 2, panel.aspect_ratio * (high[1] - low[1]) / 2))
@@ -150,6 +186,20 @@ def _draw_engine(panel: Panel, crank_train: CrankTrain, exact: BearingLoads) -> 
     for point, force, colour in forces:
         arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 2.2, "shrinkA": 0, "shrinkB": 0}
         panel.annotate("", tuple(np.add(point, _MAX_ARROW_LENGTH * r * force / largest)), point, arrowprops=arrow, zorder=8)
+    _draw_force_scale(panel, _MAX_ARROW_LENGTH * r / (largest * _KILO_PER_UNIT), largest * _KILO_PER_UNIT)
+
+
+def _draw_force_scale(panel: Panel, length_per_kilonewton: float, largest: float) -> None:
+    """Draw the length of a round force below the engine; the largest arrow is `largest` kN."""
+    decade = 10.0 ** math.floor(math.log10(largest))
+    force = max(factor * decade for factor in (1.0, 2.0, 5.0) if factor * decade <= largest)
+    (_, right), (low, high) = panel.get_xlim(), panel.get_ylim()
+    y, tick = low + 0.1 * (high - low), 0.02 * (high - low)
+    ends = np.array([right - 0.05 * (high - low) - force * length_per_kilonewton, right - 0.05 * (high - low)])
+    panel.plot(ends, [y, y], color=INK, linewidth=1.2)
+    for end in ends:
+        panel.plot([end, end], [y - tick, y + tick], color=INK, linewidth=1.2)
+    panel.annotate_point((float(ends.mean()), y), f"{force:g} kN", (0, 5), ha="center", fontsize=10)
 
 
 def _draw_load_curve(panel: Panel, simulated: tuple[FloatArray, FloatArray], exact: tuple[FloatArray, FloatArray]) -> None:

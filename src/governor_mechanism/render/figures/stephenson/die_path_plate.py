@@ -10,7 +10,7 @@ from governor_mechanism.studies.stephenson.die_paths import PAPER_SUSPENSIONS, D
 
 SOURCE = "after Müller-Melchiors on W. D. Marks, Dinglers Polytechnisches Journal 241 (1881), p. 161"
 
-_BOTTOM, _HEIGHT, _LEFT, _RIGHT, _GAP = 0.135, 0.655, 0.072, 0.97, 0.012
+_BOTTOM, _HEIGHT, _LEFT, _RIGHT, _GAP = 0.135, 0.655, 0.085, 0.965, 0.012
 """Place of the row of panels, in fractions of the plate."""
 
 
@@ -36,7 +36,9 @@ def draw_die_path_plate(title: str, paths: Sequence[DiePaths], own_suspension: s
     reach = 1.3 * max(float(np.max(np.abs(one.displacements))) for one in paths) * MM_PER_M
     height = 1.06 * max(float(np.max(np.abs(one.offsets))) for one in paths) * MM_PER_M
     for k, one in enumerate(paths):
-        panel = plate.add_panel((_LEFT + k * (width + _GAP), _BOTTOM, width, _HEIGHT), "Valve displacement [mm]", label_size=10.5)
+        panel = plate.add_panel(
+            (_LEFT + k * (width + _GAP), _BOTTOM, width, _HEIGHT), "Valve displacement [mm]", label_size=10.5, tick_size=9.0
+        )
         panel.set(xlim=(-reach, reach), ylim=(-height, height))
         if k:
             panel.tick_params(labelleft=False)
@@ -44,11 +46,11 @@ def draw_die_path_plate(title: str, paths: Sequence[DiePaths], own_suspension: s
             panel.label("Valve displacement [mm]", "Position of the die along the arc [mm]", size=10.5)
         number = PAPER_SUSPENSIONS.get(one.suspension, "")
         own = " (this gear)" if one.suspension == own_suspension else ""
-        panel.write_heading(f"{number + '.  ' if number else ''}{one.suspension.capitalize()}{own}", y=1.035, size=12.5)
-        panel.write_heading(_slip_text(one), y=1.008, size=9.5)
+        panel.write_heading(f"{number + '.  ' if number else ''}{one.suspension.capitalize()}{own}", y=1.035, size=11.5)
+        panel.write_heading(_slip_text(one), y=1.008, size=9)
         _draw_paths(panel, one, BLUE if own else INK)
     plate.write_dimensions(
-        "a closed path for each gear, from full forward (top) to full back; dashed lines: the rod pins; slip: height of a path"
+        "a closed path for each gear, from full forward (top) to full back; dashed: rod pins; slip: height of a path, ahead, mid, back"
     )
     return plate
 
@@ -56,7 +58,7 @@ def draw_die_path_plate(title: str, paths: Sequence[DiePaths], own_suspension: s
 def _slip_text(paths: DiePaths) -> str:
     """Return the slips in full forward, mid and full back gear."""
     ends = paths.slips[[0, len(paths.gears) // 2, -1]] * MM_PER_M
-    return "slip {:.1f}, {:.1f}, {:.1f} mm ahead, mid, back".format(*ends.tolist())
+    return "slip {:.1f}, {:.1f}, {:.1f} mm".format(*ends.tolist())
 
 
 def _draw_paths(panel: Panel, paths: DiePaths, colour: str) -> None:

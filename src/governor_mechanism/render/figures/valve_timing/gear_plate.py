@@ -1,6 +1,7 @@
 """Plate of a gear that is reversed: Zeuner's diagrams of all its gears on one sheet, and lead, cut-off and travel against the gear."""
 
 import math
+from typing import Any
 
 import numpy as np
 from matplotlib.lines import Line2D
@@ -18,7 +19,7 @@ PLATE_COUNT = 17
 
 _SOURCE = "after G. Zeuner, Treatise on Valve-Gears"
 _POLAR_RECT = (0.03, 0.075, 0.53, 0.775)
-_CURVE_RECTS = ((0.655, 0.655, 0.305, 0.165), (0.655, 0.395, 0.305, 0.165), (0.655, 0.135, 0.305, 0.165))
+_CURVE_RECTS = ((0.67, 0.655, 0.28, 0.165), (0.67, 0.395, 0.28, 0.165), (0.67, 0.135, 0.28, 0.165))
 """Left and lower edge, width and height of the panels, in fractions of the plate."""
 _CAPTIONS = {
     (0.03, 0.862): "Fig. 1.  Valve displacement on the crank ray in all gears, crank end",
@@ -26,6 +27,7 @@ _CAPTIONS = {
 }
 _N_ANGLES = 361
 _END_COLOURS = (BLUE, VERMILLION)
+_END_LINE_STYLES: tuple[Any, ...] = ("-", DASHED)
 
 
 def draw_gear_plate(gear: ValveGear) -> Plate:
@@ -48,21 +50,26 @@ def draw_gear_plate(gear: ValveGear) -> Plate:
         ("Cut-off [%]", 100.0 * gear.cut_offs),
         ("Travel [mm]", MM_PER_M * gear.travel[:, np.newaxis]),
     )
-    panels = [plate.add_panel(rect, "", label, label_size=10.5) for rect, (label, _) in zip(_CURVE_RECTS, curves, strict=True)]
+    panels = [
+        plate.add_panel(rect, "", label, label_size=10.5, tick_size=9.0) for rect, (label, _) in zip(_CURVE_RECTS, curves, strict=True)
+    ]
     for panel, (_, values) in zip(panels, curves, strict=True):
         _draw_against_gear(panel, gear.positions, values)
-    panels[-1].label("gear: 1 full forward, 0 mid, −1 full back", "Travel [mm]", size=10.5)
-    handles = [Line2D([], [], color=colour, label=end) for end, colour in zip(CYLINDER_ENDS, _END_COLOURS, strict=True)]
-    add_legend(plate, {"fontfamily": SANS_FONT, "fontsize": 8.5, "color": INK}, handles=handles, loc="lower right", ncols=2,
-               bbox_to_anchor=(0.972, 0.832))  # fmt: skip
+    panels[-1].label("Gear [1]: 1 full forward, 0 mid, −1 full back", "Travel [mm]", size=10.5)
+    handles = [
+        Line2D([], [], color=colour, linestyle=style, label=end)
+        for end, colour, style in zip(CYLINDER_ENDS, _END_COLOURS, _END_LINE_STYLES, strict=True)
+    ]
+    text_style = {"fontfamily": SANS_FONT, "fontsize": 9, "color": INK}
+    add_legend(panels[0], text_style, handles=handles, loc="lower center", ncols=2, handlelength=3.0)
     return plate
 
 
 def _draw_against_gear(panel: Panel, positions: FloatArray, values: FloatArray) -> None:
     """Draw values (n, ends) against the gear; full forward gear is at the left."""
     colours = _END_COLOURS if values.shape[1] > 1 else (INK,)
-    for column, colour in zip(values.T, colours, strict=True):
-        panel.plot(positions, column, color=colour, linewidth=1.6)
+    for column, colour, style in zip(values.T, colours, _END_LINE_STYLES, strict=False):
+        panel.plot(positions, column, color=colour, linewidth=1.6, linestyle=style)
     panel.set_xlim(1.0, -1.0)
 
 

@@ -19,6 +19,9 @@ from governor_mechanism.types import FloatArray
 CYLINDER_ENDS = (("crank end", 1.0, BLUE), ("head end", -1.0, VERMILLION))
 """Name of each end, sign of the valve displacement that admits steam to it, and colour."""
 
+END_MARKERS = {BLUE: "o", VERMILLION: "s"}
+"""Marker of the events of each end by its colour: the ends differ in grey, too."""
+
 _N_CRANK_ANGLES = 720
 """Number of crank-angle intervals in a turn."""
 

@@ -1,6 +1,7 @@
 """Figure of valve gears compared: lead, travel and inequality of the cut-off over the cut-off, from full forward to full back gear."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.lines import Line2D
@@ -17,7 +18,12 @@ _BOTTOM, _HEIGHT, _WIDTH = 0.235, 0.56, 0.265
 _LEFT_EDGES = (0.055, 0.385, 0.715)
 """Lower edge, height, width and left edges of the panels, in fractions of the figure."""
 
-_COLOURS = (*SERIES_COLOURS, "#8a5fa8", "#c9a227", "#5b6b7a")
+_COLOURS = (*SERIES_COLOURS, "#8a5fa8", "#8a6a00", "#5b6b7a")
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+"""Colours and markers of the gears."""
+
+_N_MARKED = 3
+"""Every which point of a line has its marker."""
 
 _WIDEST_LINE, _NARROWEST_LINE = 4.2, 1.4
 """Widths of the first and the last line, points: lines on each other stay visible."""
@@ -27,11 +33,7 @@ _COUNT_WORDS = {2: "Two", 3: "Three", 4: "Four", 5: "Five", 6: "Six", 7: "Seven"
 _PANELS: tuple[tuple[str, str, Callable[[ValveGear], FloatArray]], ...] = (
     ("Lead", "Mean lead of both ends [mm]", lambda gear: MM_PER_M * gear.leads.mean(axis=1)),
     ("Travel of the valve", "Travel [mm]", lambda gear: MM_PER_M * gear.travel),
-    (
-        "Inequality of the ends",
-        "Cut-off, crank end less head end [%]",
-        lambda gear: 100 * (gear.cut_offs[:, 0] - gear.cut_offs[:, 1]),
-    ),
+    ("Inequality of the ends", "Cut-off, crank end less head end [%]", lambda gear: 100 * (gear.cut_offs[:, 0] - gear.cut_offs[:, 1])),
 )
 """Heading, label of the ordinate and ordinates of each panel."""
 
@@ -57,8 +59,8 @@ def valve_gears_figure(study: ValveGears) -> Page:
     for left, (heading, label, ordinates) in zip(_LEFT_EDGES, _PANELS, strict=True):
         _draw_panel(page, (left, _BOTTOM, _WIDTH, _HEIGHT), (heading, label), study.gears, ordinates, colours, widths)
     handles = [
-        Line2D([], [], color=colour, linewidth=width, label=gear.name)
-        for gear, colour, width in zip(study.gears, colours, widths, strict=True)
+        Line2D([], [], color=colour, linewidth=width, marker=_MARKERS[k % len(_MARKERS)], markersize=6, label=gear.name)
+        for k, (gear, colour, width) in enumerate(zip(study.gears, colours, widths, strict=True))
     ]
     style = {"fontfamily": SANS_FONT, "fontsize": 9, "color": INK}
     add_legend(page, style, handles=handles, loc="lower center", ncols=min(count, 5), bbox_to_anchor=(0.5, 0.045))
@@ -78,12 +80,14 @@ def _draw_panel(
     """Draw one panel: its heading and the label of its ordinate, and a line for each gear."""
     panel = page.add_panel(rect, "Mean cut-off [% of the stroke]", labels[1])
     panel.write_heading(labels[0], y=1.04)
-    for gear, colour, width in zip(gears, colours, widths, strict=True):
+    for k, (gear, colour, width) in enumerate(zip(gears, colours, widths, strict=True)):
         cut_off, values = 100 * gear.cut_offs.mean(axis=1), ordinates(gear)
         for is_shown, style in ((gear.positions >= 0, "-"), (gear.positions <= 0, DASHED)):
             panel.plot(cut_off[is_shown], values[is_shown], color=colour, linewidth=width, linestyle=style, dash_capstyle="butt")
+        marker: dict[str, Any] = {"marker": _MARKERS[k % len(_MARKERS)], "markersize": 5, "linestyle": "none", "color": colour}
+        panel.plot(cut_off[k % _N_MARKED :: _N_MARKED], values[k % _N_MARKED :: _N_MARKED], **marker)
         middle = int(np.argmin(np.abs(gear.positions)))
-        panel.plot(cut_off[middle], values[middle], "o", color=colour, markerfacecolor="none", markersize=7, markeredgewidth=1.2)
+        panel.plot(cut_off[middle], values[middle], "o", color=colour, markerfacecolor="none", markersize=10, markeredgewidth=1.2)
     low, high = panel.get_ylim()
     if low <= 0 <= high:
         panel.axhline(0.0, color=MUTED, linewidth=0.8)

@@ -13,14 +13,20 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, Circle, Rectangle
 
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, Panel, Plate, add_legend, polar_points
-from governor_mechanism.render.figures.valve_timing.valve_diagram import CYLINDER_ENDS, EventLabelStyle, ValveCircle, ValveDiagram
+from governor_mechanism.render.figures.valve_timing.valve_diagram import (
+    CYLINDER_ENDS,
+    END_MARKERS,
+    EventLabelStyle,
+    ValveCircle,
+    ValveDiagram,
+)
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SERIF_FONT, VERMILLION
 from governor_mechanism.studies.valve_timing import ValveEvent
 
 _EVENTS_CAPTION = {(0.605, 0.862): "Valve events of the mechanism"}
 _STROKES_CAPTION = {(0.605, 0.36): "Fig. 2.  Steam phases over the stroke"}
 _POLAR_POSITION = (0.03, 0.862)
-_POLAR_RECT = (0.028, 0.07, 0.545, 0.785)
+_POLAR_RECT = (0.03, 0.07, 0.565, 0.785)
 _STROKES_RECT = (0.645, 0.115, 0.287, 0.205)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
@@ -35,7 +41,7 @@ _MAX_STATEMENT_LETTERS = 62
 _STEAM_COLOURS = {BLUE: "#cfe4f1", VERMILLION: "#f8dcc6"}
 """Fill colours by the colours of the two ends."""
 
-_RIM_RATIO, _RIM_CLEARANCE_RATIO, _HALF_HEIGHT_RATIO = 1.22, 1.08, 1.23
+_RIM_RATIO, _RIM_CLEARANCE_RATIO, _HALF_HEIGHT_RATIO = 1.22, 1.08, 1.39
 """Radius of the crank circle over the eccentricity, its least ratio to the displacement; half height of the panel over the crank circle."""
 
 _MIN_LABELLED_STROKE_PERCENT = 14.0
@@ -51,12 +57,12 @@ _STEAM_PHASES = (
 )
 """Events at the left and the right end of each phase on the stroke, its height in the diagram (outward above, return below), and name."""
 
-_LABEL_STYLE = EventLabelStyle(size=10.5, offset=(3, 2), centred=(0.05, 0.55), margins=(8.0, 8.0, 8.0, 0.0), legend_size=(125.0, 62.0))
+_LABEL_STYLE = EventLabelStyle(size=10.5, offset=(3, 2), centred=(0.05, 0.55), margins=(0.0, 0.0, 8.0, 0.0), legend_size=(125.0, 78.0))
 
 _MIN_LABEL_DISTANCE_DEG = 4.5
 """Smallest distance (deg) of an angle label from an event."""
 
-_MIN_LABEL_HEIGHT_RATIO = 0.15
+_MIN_LABEL_HEIGHT_RATIO = 0.19
 """Smallest distance of the labels of the curves from the line of the dead centres, over the radius of the crank circle."""
 
 
@@ -140,26 +146,28 @@ def _draw_event_ray(panel: Panel, event: ValveEvent, rim_radius: float, colour: 
     theory = [(event.theory, 0.6, INK, DASHED)] if event.has_theory else []
     for angle, width, line_colour, style in ((event.simulated, 1.1, colour, "-"), *theory):
         panel.plot(*polar_points(angle, [0, rim_radius]), linewidth=width, color=line_colour, linestyle=style, zorder=3.5)
-    panel.plot(*polar_points(event.simulated, rim_radius), "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=6)
+    panel.plot(
+        *polar_points(event.simulated, rim_radius), END_MARKERS[colour], color=colour, markeredgecolor=PAPER, markersize=6.5, zorder=6
+    )
 
 
 def _label_diagram(panel: Panel, data: ValveDiagram, rim_radius: float) -> None:
     """Label the curves, circles and dead centres."""
     r, line_of_centres_angle = data.radius, math.pi / 2 - data.circle.advance if data.circle else _open_angle(data)
     text_style: dict[str, Any] = {"ha": "center", "va": "center", "fontstyle": "italic", "linespacing": 1.4}
-    for end, side, colour in CYLINDER_ENDS:
+    for end, side, _ in CYLINDER_ENDS:
         text = f"steam to the {end}\n$\\xi \\leq$ {float(np.max(side * data.displacement)):.1f} mm"
         x, y = polar_points(line_of_centres_angle, side * 0.62 * r)
         if abs(y) < _MIN_LABEL_HEIGHT_RATIO * rim_radius:  # beside the names of the dead centres
             y = side * _MIN_LABEL_HEIGHT_RATIO * rim_radius
-        panel.annotate_point((x, y), text, color=colour, **text_style)
+        panel.annotate_point((x, y), text, **text_style)
     for lap, text in ((data.steam_lap, "$e$"), (data.exhaust_lap, "$i$")):
         if lap:
             position = polar_points(line_of_centres_angle + math.radians(25), abs(lap))
             offset = (0, -8) if abs(lap) > 0.15 * r else (5, 7)
             panel.annotate_point(position, text, offset, ha="center", va="center", color=MUTED, fontsize=11)
     for side, end, height, ha, va in ((1, "crank end", 4, "right", "bottom"), (-1, "head end", -5, "left", "top")):
-        note_style = {"ha": ha, "va": va, "fontsize": 9.5, "color": MUTED, "fontstyle": "italic"}
+        note_style = {"ha": ha, "va": va, "fontsize": 8.5, "color": MUTED, "fontstyle": "italic"}
         panel.annotate_point((side * 0.985 * rim_radius, 0), f"dead centre, {end}", (0, height), **note_style)
 
 
@@ -183,10 +191,13 @@ def _add_legend(panel: Panel, *, with_theory: bool) -> None:
     entries: dict[str, dict[str, Any]] = {
         "displacement": {"color": BLUE, "linewidth": 2.4},
         r"$r\,\sin(\omega+\delta)$, theory": {"color": INK, "linewidth": 0.9},
-        "event": {"color": BLUE, "linewidth": 1.1, "marker": "o", "markevery": [1]},
+        **{f"event, {end}": {"color": colour, "linewidth": 1.1, "marker": END_MARKERS[colour]} for end, _, colour in CYLINDER_ENDS},
         "event, theory": {"color": INK, "linewidth": 0.6, "linestyle": DASHED},
     }
     handles = [Line2D([], [], label=label, **style) for label, style in entries.items() if with_theory or "theory" not in label]
+    letters = ["$e$  steam lap", "$i$  exhaust lap", *(["$\\delta$  angle of advance"] if with_theory else [])]
+    corner = panel.get_xlim()[1], panel.get_ylim()[0]
+    panel.annotate_point(corner, "\n".join(letters), (-88, 3), va="bottom", color=MUTED, fontsize=9.5, linespacing=1.6)
     text_style = {"fontfamily": SERIF_FONT, "fontsize": 9.5, "math_fontfamily": "stix", "color": MUTED}
     add_legend(panel, text_style, handles=handles, loc="lower left", bbox_to_anchor=(-0.005, -0.01), handlelength=2.4)
 
@@ -246,12 +257,12 @@ def _write_event_table(plate: Plate, data: ValveDiagram) -> None:
 
 def _write_event_numbers(plate: Plate, y: float, event: ValveEvent) -> None:
     """Write the crank angle and the stroke of an event, with those of the theory between and beside them if there is one."""
-    angle, stroke = f"{math.degrees(event.simulated):.3f}", f"{100 * event.simulated_stroke:.2f}" if event.has_stroke else ""
+    angle, stroke = f"{math.degrees(event.simulated):.2f}", f"{100 * event.simulated_stroke:.1f}" if event.has_stroke else ""
     if not event.has_theory:
         for x, number in zip(_OWN_COLUMN_POSITIONS, (angle, stroke), strict=True):
             plate.write_text(x, y, number, 11.5, ha="right")
         return
-    shift = f"{math.degrees(event.shift):+.3f}".replace("-", "−")
-    numbers = (angle, f"{math.degrees(event.theory):.3f}", shift, stroke, f"{100 * event.theory_stroke:.2f}")
+    shift = f"{math.degrees(event.shift):+.2f}".replace("-", "−")
+    numbers = (angle, f"{math.degrees(event.theory):.2f}", shift, stroke, f"{100 * event.theory_stroke:.1f}")
     for k, (x, number) in enumerate(zip(_ALL_COLUMN_POSITIONS, numbers, strict=True)):
         plate.write_text(x, y, number, 11.5, ha="right", color=MUTED if k in (1, 4) else INK)

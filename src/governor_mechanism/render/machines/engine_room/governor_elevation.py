@@ -13,8 +13,10 @@ from governor_mechanism.render.machines.governor_parts import GovernorDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.types import FloatArray
 
-_LEFT_OUT = ("scale", "leader", "pointer")
-"""Roles of a lift scale, which the plots replace."""
+_LEFT_OUT = ("scale", "leader", "pointer", "axis")
+"""Roles of a lift scale, which the plots replace, and of the line of the axis, which the stand below the spindle continues."""
+_ROLES_OF_ROOM = ("throttle ", "gearing ")
+"""Beginnings of the roles of what the governor drives and what drives it: the room shows both in their places."""
 _FORK_HEIGHT_RATIO, _FORK_RADIUS_RATIO = 0.33, 0.9
 """Place of the fork on a sleeve: height over its base and radius, relative to its size."""
 
@@ -82,5 +84,9 @@ class GovernorElevation:
 
 
 def _without_scale(shapes: Iterable[DrawnShape]) -> list[DrawnShape]:
-    """Return the shapes without texts and those of a lift scale."""
-    return [shape for shape in shapes if not isinstance(shape, TextShape) and shape.role not in _LEFT_OUT]
+    """Return the shapes without texts, axis and lift scale, throttle gear and spindle drive."""
+    return [
+        shape
+        for shape in shapes
+        if not isinstance(shape, TextShape) and shape.role not in _LEFT_OUT and not shape.role.startswith(_ROLES_OF_ROOM)
+    ]

@@ -38,6 +38,8 @@ class _BodyOutline(NamedTuple):
         Whether a body without plate is drawn at its mass centre.
     tracers
         Points that readings follow and no joint holds, in body axes, m.
+    is_slotted
+        Whether other bodies slide in it.
     """
 
     points: Sequence[Vec2]
@@ -45,6 +47,7 @@ class _BodyOutline(NamedTuple):
     has_ball: bool
     has_single_shape: bool
     tracers: Sequence[Vec2]
+    is_slotted: bool
 
 
 @once_per_object
@@ -53,16 +56,19 @@ def _find_outlines(extents: MechanismExtents) -> Sequence[_BodyOutline]:
     toothed, outlines = toothed_bodies(extents.part.mechanism), []
     for body in extents.part.mechanism.bodies:
         points = _outline_points(extents, body)
-        width = (STRIP_WIDTH if _guides_on(extents, body) else _BAR_WIDTH) * extents.length_scale
+        is_slotted = bool(_guides_on(extents, body))
+        width = (STRIP_WIDTH if is_slotted else _BAR_WIDTH) * extents.length_scale
         has_ball = len(points) > 1 and _has_end_mass(extents, body, points)
         has_single_shape = len(points) < 2 and body.name not in toothed and not _is_sliding_block(extents, body)
-        outlines.append(_BodyOutline(points, width, has_ball, has_single_shape, _tracer_points(extents, body)))
+        outlines.append(_BodyOutline(points, width, has_ball, has_single_shape, _tracer_points(extents, body), is_slotted))
     return outlines
 
 
-def body_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
-    """Yield plates, bars, discs, masses and balls."""
+def body_shapes(placed: PlacedMechanism, *, slotted: bool) -> Iterator[DrawnShape]:
+    """Yield plates, bars, discs, masses and balls: those of the bodies with a slot or a guide, or those of the others."""
     for body, pose, outline in zip(placed.mechanism.bodies, placed.poses, _find_outlines(placed.extents), strict=True):
+        if outline.is_slotted != slotted:
+            continue
         if len(outline.points) > 1:
             yield make_plate_outline("plate", place_points(pose, outline.points), outline.width)
         if outline.has_ball:

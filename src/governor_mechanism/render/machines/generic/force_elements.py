@@ -18,6 +18,7 @@ from governor_mechanism.render.geometry.outlines import make_arrow, make_box, ma
 from governor_mechanism.render.geometry.points import arc_points, axes_to_plane, place_points
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, PoseTuple, Vec2
 from governor_mechanism.render.machines.generic.placed_mechanism import PlacedMechanism
+from governor_mechanism.render.machines.generic.rams import ram_drags
 from governor_mechanism.render.machines.governor_parts import friction_shoe_shapes
 
 _N_COILS = 6
@@ -39,7 +40,7 @@ _MIN_LENGTH = 0.30
 def translational_element_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
     """Yield springs and dampers between their points; side by side if they share both points."""
     u = placed.unit
-    loads = [load for load in placed.mechanism.force_elements if isinstance(load, Spring | Damper)]
+    loads = _drawn_elements(placed)
     pairs = [frozenset((load.first, load.second)) for load in loads]
     for k, load in enumerate(loads):
         count, number = pairs.count(pairs[k]), pairs[:k].count(pairs[k])
@@ -57,6 +58,12 @@ def translational_element_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape
             lines += [(start, axes_to_plane(axes, 0.0, lateral_offset)), (end, axes_to_plane(axes, length, lateral_offset))]
         yield Lines("spring" if is_spring else "damper", tuple(lines))
         yield from (Circle("eye", *point, 0.011 * u) for point in (start, end))
+
+
+def _drawn_elements(placed: PlacedMechanism) -> list[Spring | Damper]:
+    """Return the springs and dampers; not those that show as the arrow of their force."""
+    elements, arrows = placed.mechanism.force_elements, ram_drags(placed.extents)
+    return [element for element in elements if isinstance(element, Spring | Damper) and element.name not in arrows]
 
 
 def spring_lines(length: float, u: float) -> list[tuple[Vec2, ...]]:
@@ -89,7 +96,7 @@ def wall_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
     """Yield small hatched walls where springs and dampers are fixed to the ground, except where there is a foot."""
     held = [joint for joint in placed.mechanism.joints if isinstance(joint, Pin | Distance | Weld)]
     occupied = [(point.x, point.y) for joint in held for point in (joint.first, joint.second) if point.body == GROUND]
-    loads = [load for load in placed.mechanism.force_elements if isinstance(load, Spring | Damper)]
+    loads = _drawn_elements(placed)
     for point, other in (ends for load in loads for ends in ((load.first, load.second), (load.second, load.first))):
         x, y = point.x, point.y
         if point.body == GROUND and (x, y) not in occupied:
@@ -121,21 +128,24 @@ def torsional_element_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
 
 
 def force_arrow_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
-    """Yield forces as arrows and torques as curved arrows, of a length proportional to their magnitude; empty ones for zero."""
+    """Yield forces as arrows of a length proportional to their magnitude; empty ones for zero."""
     u = placed.unit
     for load in placed.mechanism.force_elements:
         if isinstance(load, Force):
             x, y = placed.position(load.point)
             across, up = placed.extents.load_fractions(load, placed.time)
-            chain: tuple[Vec2, ...] = ((x, y), (x + _ARROW_LENGTH * u * across, y + _ARROW_LENGTH * u * up))
-        elif isinstance(load, Torque):
+            yield from make_arrow("force", ((x, y), (x + _ARROW_LENGTH * u * across, y + _ARROW_LENGTH * u * up)), _ARROW_HEAD_SIZE * u)
+
+
+def torque_arrow_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+    """Yield torques as curved arrows of a length proportional to their magnitude; empty ones for zero. They go behind the bodies."""
+    for load in placed.mechanism.force_elements:
+        if isinstance(load, Torque):
             centre = placed.hinge_position(load.first, load.second)
             sweep = 1.5 * math.pi * placed.extents.load_fractions(load, placed.time)[0]
             start = 0.25 * math.pi if sweep > 0 else 0.75 * math.pi
-            chain = arc_points(centre, start, sweep, _TORQUE_ARROW_RADIUS * u, 32)
-        else:
-            continue
-        yield from make_arrow("force", chain, _ARROW_HEAD_SIZE * u)
+            chain = arc_points(centre, start, sweep, _TORQUE_ARROW_RADIUS * placed.unit, 32)
+            yield from make_arrow("force", chain, _ARROW_HEAD_SIZE * placed.unit)
 
 
 def drive_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
@@ -147,9 +157,14 @@ def drive_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
             yield Circle("drive", *placed.hinge_position(joint.first.body, joint.second.body, joint.second), 0.036 * placed.unit)
 
 
-def output_effect_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
-    """Yield the effects of each reading that is a coordinate of a point, in axes along that coordinate; all move with the point."""
+def output_effect_shapes(placed: PlacedMechanism, without: str = "") -> Iterator[DrawnShape]:
+    """Yield the effects of each reading that is a coordinate of a point, in axes along that coordinate; all move with the point.
+
+    Those on the reading `without`, if it is given, are left out.
+    """
     for effect in placed.extents.part.effects:
+        if isinstance(effect, OutputEffect) and effect.reading == without:
+            continue
         reading = placed.mechanism.reading(effect.reading) if isinstance(effect, OutputEffect) else None
         if isinstance(effect, OutputEffect) and isinstance(reading, PointCoordinate) and reading.origin.body == GROUND:
             x, y = placed.position(reading.point)

@@ -9,15 +9,16 @@ from scipy.interpolate import CubicSpline
 from governor_mechanism.model import joints
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.render.geometry.outlines import make_band, make_box, make_hatching, make_wall
+from governor_mechanism.render.geometry.outlines import make_band, make_bar, make_box, make_hatching, make_wall
 from governor_mechanism.render.geometry.points import arc_points, axes_to_plane, distinct_points, place_points, wheel_radii
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, Vec2
 from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents, PlacedMechanism
+from governor_mechanism.render.machines.generic.rams import BLOCK_WIDTH, RAM_LENGTH, ram_offsets
 from governor_mechanism.types import FloatArray
 
 _SLOT_WIDTH, STRIP_WIDTH = 0.046, 0.100
 """Widths of a slot and of the strip around it, as fractions of the length scale."""
-_BLOCK_SIDES, _SPRUNG_BLOCK_SIDES = (0.15, 0.08), (0.16, 0.22)
+_BLOCK_SIDES, _SPRUNG_BLOCK_SIDES = (0.15, BLOCK_WIDTH), (0.16, 0.22)
 """Sides, along and across the guide, of a sliding block and of a mass held by springs in its guide, as fractions of the length scale."""
 _GUIDE_EXTENSION = 0.12
 """Length of a guide beyond the travel at each end, as a fraction of the length scale."""
@@ -91,14 +92,17 @@ def _block_sides(placed: PlacedMechanism, joint: joints.Slider) -> Vec2:
 def _straight_guide_shapes(placed: PlacedMechanism, joint: joints.Slider, axes: PoseTuple, *, fixed: bool) -> list[DrawnShape]:
     u = placed.unit
     (low, _), (high, _) = guide_centreline(joint, placed.extents)
-    width = _block_sides(placed, joint)[1]
+    width, offset = _block_sides(placed, joint)[1], ram_offsets(placed.extents).get(joint.name, 0.0)
     if not fixed:
         return [make_box("slot", axes, (low, high, -width / 2, width / 2))]
+    if offset:
+        low, high = low - 0.06 * u, high + 0.06 * u
     start, end = axes_to_plane(axes, low, 0.0), axes_to_plane(axes, high, 0.0)
     if placed.extents.part.turns and max(abs(start[0]), abs(end[0])) < 1e-6 * u:
         return [Lines("guide", ((start, end),))]
-    middles = ((side, axes_to_plane(axes, (low + high) / 2, side * 0.5 * width)) for side in (1, -1))
-    return [make_wall(middle, axes[2] - side * math.pi / 2, (high - low) / 2, 0.035 * u) for side, middle in middles]
+    middles = ((side, axes_to_plane(axes, (low + high) / 2, offset + side * 0.5 * width)) for side in (1, -1))
+    # The lining of both walls leans to the same side.
+    return [make_wall(middle, axes[2] - side * math.pi / 2, (high - low) / 2, 0.035 * u, lean=side) for side, middle in middles]
 
 
 def _is_guided_by_slider(placed: PlacedMechanism, drive: joints.TranslationalDriver) -> bool:
@@ -119,12 +123,15 @@ def _slot_shapes(joint: joints.ArcSlot | joints.CurveSlot, extents: MechanismExt
 
 
 def block_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
-    """Yield the blocks that slide in straight guides; a rack is its own block."""
+    """Yield the blocks that slide in straight guides; a rack is its own block. A ram has a lug that carries its pin."""
     for joint in placed.mechanism.joints:
         if isinstance(joint, joints.Slider) and joint.second.body not in rack_bodies(placed.mechanism):
             length, width = _block_sides(placed, joint)
             axes = (*placed.position(joint.second), _guide_axes(placed, joint)[2])
-            yield make_box("block", axes, (-length / 2, length / 2, -width / 2, width / 2))
+            if offset := ram_offsets(placed.extents).get(joint.name, 0.0):
+                length = RAM_LENGTH * placed.unit
+                yield make_bar("block", axes[:2], axes_to_plane(axes, 0.0, offset), 0.07 * placed.unit)
+            yield make_box("block", axes, (-length / 2, length / 2, offset - width / 2, offset + width / 2))
 
 
 def pin_centres(placed: PlacedMechanism) -> Iterator[Vec2]:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from functools import cached_property
 
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.render.geometry.outlines import make_bar, make_burst, make_rectangle
@@ -9,12 +10,16 @@ from governor_mechanism.render.geometry.points import arc_points
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines.hartnell.proportions import FLANGE_HEIGHT, ROLLER_RADIUS, STOP_READINGS, HartnellProportions
+from governor_mechanism.render.machines.spindle_drive import spindle_drive_shapes
+from governor_mechanism.render.machines.throttle_gear import ThrottleGear
 from governor_mechanism.types import FloatArray
 
 # Widths and heights as fractions of the ball's arm.
 _ARM_WIDTH, _COLUMN_HALF_WIDTH, _CAP_HEIGHT, _PIVOT_RADIUS = 0.095, 0.05, 0.14, 0.035
 _COLUMN_FOOT = 0.30
 """Depth of the feet of the columns below the pivots."""
+_LIP, _GROOVE_TOP, _GEAR_UNIT = 0.09, 0.24, 1.6
+"""Thickness of the two lips of the sleeve's groove, height of its upper one above the foot, and the length that sizes the gears."""
 _SHOE_WIDTH, _SHOE_HEIGHT, _STOP_HEIGHT = 0.13, 0.15, 0.11
 
 
@@ -28,7 +33,7 @@ class HartnellDrawing(HartnellProportions):
         """Yield the spindle in its bearings, the casing with the pivots, stops, dashpot cylinder and lift scale."""
         u, w, foot = self.arm, self.spindle_ratio * self.arm, _spindle_foot(self)
         cap_top = self.cap_height + _CAP_HEIGHT * u
-        yield from parts.spindle_shapes(w, (foot - 0.42 * u, cap_top + 0.62 * u), foot - 0.30 * u, cap_top + 0.52 * u)
+        yield from parts.spindle_shapes(w, (foot - 0.82 * u, cap_top + 0.62 * u), foot - 0.32 * u, cap_top + 0.52 * u)
         for heights in ((cap_top + 0.24 * u, cap_top + 0.42 * u), (foot - 0.22 * u, foot - 0.06 * u)):
             yield from parts.hatched_pair_shapes("bearing", (w, 0.34 * u), heights, 0.075 * u)
         yield make_rectangle("spindle", -1.7 * w, 1.7 * w, foot - 0.06 * u, foot - 0.01 * u)
@@ -36,6 +41,9 @@ class HartnellDrawing(HartnellProportions):
         yield from _stop_shapes(self)
         yield from parts.cylinder_shapes(self)
         yield from _lift_scale_shapes(self)
+        yield from spindle_drive_shapes(foot - 0.32 * u, _GEAR_UNIT * u)
+        yield from self.throttle_gear.background_shapes()
+        yield from parts.shoe_key_shapes(self, (0.48 * u, foot + 0.05 * u), _GEAR_UNIT * u)
 
     def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
         """Yield sleeve, spring, bell cranks and balls; the right half covers the left one."""
@@ -43,6 +51,7 @@ class HartnellDrawing(HartnellProportions):
         base = height - self.sleeve_size[1]
         yield from parts.piston_shapes(self, height, base + 0.05 * u)
         yield from _sleeve_shapes(self, height)
+        yield from self.throttle_gear.moving_shapes(height - self.fork_depth)
         if self.has_spring_above:
             top = height + (ROLLER_RADIUS + FLANGE_HEIGHT) * u
             yield Lines("spring", parts.helical_spring_lines((0.0, top), (0.0, self.cap_height), 0.22 * u, self.spindle_ratio * u))
@@ -62,6 +71,24 @@ class HartnellDrawing(HartnellProportions):
             yield Lines("ball shine", tuple(arcs))
         yield from (Circle("pivot", *point, _PIVOT_RADIUS * u) for side in sides for point in (side.pivot, side.roller))
         yield from _impact_shapes(self, time)
+
+    @cached_property
+    def throttle_gear(self) -> ThrottleGear:
+        """The throttle that the sleeve moves."""
+        u, (low, high) = self.arm, self.lug_height_range
+        return ThrottleGear(
+            unit=_GEAR_UNIT * u,
+            side=-1.0,
+            pin_range=(low - self.fork_depth, high - self.fork_depth),
+            strap_half_width=1.06 * self.tube_half_width,
+            pivot_distance=parts.throttle_pivot_distance(self, 0.9 * u, 0.3 * u),
+            valve_height=_spindle_foot(self) - 0.15 * u,
+        )
+
+    @property
+    def fork_depth(self) -> float:
+        """Depth of the middle of the groove for the fork below the rollers (m)."""
+        return self.sleeve_size[1] - 0.5 * (_GROOVE_TOP + _LIP) * self.arm
 
     def plan_shapes(self, pose: FloatArray, angle: float) -> Iterator[DrawnShape]:
         """Yield casing, balls and sleeve from above; a mark identifies the right ball."""
@@ -97,8 +124,8 @@ def _sleeve_shapes(governor: HartnellProportions, height: float) -> Iterator[Dra
     """Yield the sleeve with its rollers at a height (m): flange on the rollers, tube, grooved end for the fork, and a pointer."""
     u, (end, depth) = governor.arm, governor.sleeve_size
     flange, tube = governor.flange_half_width, governor.tube_half_width
-    low, base, lip = height + ROLLER_RADIUS * u, height - depth, 0.09 * u
-    top, groove = low + FLANGE_HEIGHT * u, base + 0.33 * u
+    low, base, lip = height + ROLLER_RADIUS * u, height - depth, _LIP * u
+    top, groove = low + FLANGE_HEIGHT * u, base + (_GROOVE_TOP + _LIP) * u
     upper = (flange, top), (flange, low), (tube, low), (tube, groove), (end, groove), (end, groove - lip)
     lower = (tube, groove - lip), (tube, base + lip), (end, base + lip), (end, base)
     yield Polygon("sleeve", parts.mirror_outline((*upper, *lower)))

@@ -5,17 +5,20 @@ The effects are weight stops, a dashpot, a sleeve spring and friction shoes.
 
 import math
 from collections.abc import Iterator
+from functools import cached_property
 from itertools import chain
 
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.render.geometry.outlines import make_bar, make_box, make_burst, make_hatched_block, make_rectangle
-from governor_mechanism.render.geometry.points import axes_to_plane
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2
+from governor_mechanism.render.geometry.outlines import make_bar, make_box, make_burst, make_hatched_block, make_hatching, make_rectangle
+from governor_mechanism.render.geometry.points import axes_to_plane, place_points
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, Vec2
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines.hartung.proportions import HartungProportions, HartungSide
+from governor_mechanism.render.machines.spindle_drive import spindle_drive_shapes
+from governor_mechanism.render.machines.throttle_gear import ThrottleGear
 from governor_mechanism.types import FloatArray
 
 _WEIGHT_READINGS = ("lever_angle", "weight_radius")
@@ -25,6 +28,12 @@ _STOP_HALF_HEIGHT = 0.16
 _SHOE_HEIGHT = 0.20
 # Widths and radii as fractions of the weight arm.
 _ARM_WIDTH, _HANGER_WIDTH, _PIVOT_RADIUS, _ROD_HALF_WIDTH = 0.17, 0.12, 0.055, 0.05
+_GROOVE_BASE, _GROOVE_HEIGHT = 0.14, 0.22
+"""Height of the groove for the fork above the foot of the sleeve, and of the groove itself, as fractions of the weight arm."""
+_GEAR_UNIT = 2.2
+"""Length that sizes the throttle gear and the drive of the spindle, as a multiple of the weight arm."""
+_WALL_RATIO = 0.28
+"""Thickness of the inner wall of a weight, relative to its half width."""
 _N_SPRING_TURNS = 8
 """Coils of each spring; as many as stay distinguishable when the spring is compressed."""
 
@@ -39,7 +48,7 @@ class HartungDrawing(HartungProportions):
         """Yield the spindle in its bearings, the frame with fulcrums and spring seats, and the lift scale."""
         u, w = self.arm, self.spindle_ratio * self.arm
         collar_height, top = _spindle_collar_height(self), self.weight_size[1] + 0.34 * u
-        yield from parts.spindle_shapes(w, (collar_height - 0.42 * u, top + 0.2 * u), collar_height - 0.30 * u, top + 0.08 * u)
+        yield from parts.spindle_shapes(w, (collar_height - 0.92 * u, top + 0.2 * u), collar_height - 0.34 * u, top + 0.08 * u)
         for heights in ((top - 0.16 * u, top), (collar_height - 0.26 * u, collar_height - 0.10 * u)):
             yield from parts.hatched_pair_shapes("bearing", (w, 0.42 * u), heights, 0.09 * u)
         yield make_rectangle("spindle", -1.7 * w, 1.7 * w, collar_height - 0.10 * u, collar_height - 0.04 * u)
@@ -47,23 +56,46 @@ class HartungDrawing(HartungProportions):
         yield from _static_effect_shapes(self)
         ticks = parts.lift_ticks(self.reading_range(parts.LIFT_READING), self.zero_lift_height, 0.1 * u, 0.3 * u)
         yield from parts.lift_scale_shapes(self.sleeve_size[0] + 0.38 * u, ticks, (0.14 * u, 0.08 * u, 0.18 * u, 0.9 * u))
+        yield from spindle_drive_shapes(collar_height - 0.34 * u, _GEAR_UNIT * u)
+        yield from self.throttle_gear.background_shapes()
+        yield from parts.shoe_key_shapes(self, (-2.3 * u, collar_height), _GEAR_UNIT * u)
 
     def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
         """Yield sleeve, hangers, weights, bell cranks and springs; the right half covers the left one."""
         u, sides, height = self.arm, self.sides(pose), float(self.sleeve_height(pose))
         yield from _moving_effect_shapes(self, height, time)
         yield from _sleeve_shapes(self, height)
-        yield from (shape for side in sides for shape in _weight_shapes(self, side))
-        yield from (shape for side in sides for shape in _crank_shapes(self, side))
-        # The strands of the springs behind the cross rod and in front of it.
+        yield from self.throttle_gear.moving_shapes(height - self.fork_depth)
+        yield from (_bore_shape(self, side) for side in sides)
+        # The strands of the springs behind the cross rod and in front of it; the walls of the weights hide rod and springs.
         behind, front = (tuple(chain.from_iterable(pair)) for pair in zip(*(_coil_strands(self, side) for side in sides), strict=True))
         yield Lines("coil behind", behind)
         seat, half_rod = self.spring_seat_radius, _ROD_HALF_WIDTH * u
         yield make_rectangle("rod", -seat, seat, -half_rod, half_rod)
         yield from (Lines(role, front) for role in ("coil edge", "coil"))
+        yield from (shape for side in sides for shape in _weight_shapes(self, side))
+        yield from (shape for side in sides for shape in _crank_shapes(self, side))
         pivots = [point for side in sides for point in (side.fulcrum, side.sleeve_arm_end, side.lug)]
         yield from (Circle("pivot", *point, _PIVOT_RADIUS * u) for point in pivots)
         yield from _impact_shapes(self, sides, time)
+
+    @cached_property
+    def throttle_gear(self) -> ThrottleGear:
+        """The throttle that the sleeve moves."""
+        u, (low, high), half_width = self.arm, self.lug_height_range, self.sleeve_size[0]
+        return ThrottleGear(
+            unit=_GEAR_UNIT * u,
+            side=1.0,
+            pin_range=(low - self.fork_depth, high - self.fork_depth),
+            strap_half_width=0.66 * half_width,
+            pivot_distance=max(0.42 * _GEAR_UNIT * u, half_width + 0.3 * u),
+            valve_height=_spindle_collar_height(self) - 0.1 * u,
+        )
+
+    @property
+    def fork_depth(self) -> float:
+        """Depth of the groove for the fork below the eyes of the sleeve (m)."""
+        return self.sleeve_size[1] - (_GROOVE_BASE + 0.5 * _GROOVE_HEIGHT) * self.arm
 
     def plan_shapes(self, pose: FloatArray, angle: float) -> Iterator[DrawnShape]:
         """Yield weights, cross rod and sleeve from above; a mark identifies the right weight."""
@@ -71,32 +103,35 @@ class HartungDrawing(HartungProportions):
         left, right = (side.weight[0] for side in self.sides(pose))
         yield Lines("plan arm", ((axes_to_plane(axes, -seat, 0.0), axes_to_plane(axes, seat, 0.0)),))
         for x in (left, right):
-            yield make_box("ball", axes, (x - w, x + w, -h, h))
+            yield make_box("weight section", axes, (x - w, x + w, -h, h))
         yield Circle("sleeve", 0.0, 0.0, 0.3 * self.arm)
-        yield Circle("mark", *axes_to_plane(axes, right, 0.0), 0.3 * h)
+        yield Circle("ball", *axes_to_plane(axes, right, 0.0), 0.3 * h)
 
 
-def _weight_shapes(governor: HartungProportions, side: HartungSide) -> list[DrawnShape]:
-    """Return a weight in section: the bore for its spring is open outward. It stays upright or rotates with its arm."""
-    (w, h), bore, cranks = governor.weight_size, governor.bore_half_height, governor.find_effect(BellCrankMasses)
-    wall = 0.28 * w
-    tilt_angle = side.lever_angle if cranks and (cranks.weight_width or cranks.weight_height) else 0.0
-    c, s = math.cos(tilt_angle), math.sin(tilt_angle)
+def _weight_axes(governor: HartungProportions, side: HartungSide) -> PoseTuple:
+    """Return the axes of a weight, with x outward at the right; it stays upright or rotates with its arm."""
+    cranks = governor.find_effect(BellCrankMasses)
+    is_tilted = cranks is not None and bool(cranks.weight_width or cranks.weight_height)
+    return *side.weight, side.sign * side.lever_angle if is_tilted else 0.0
 
-    def to_plane(x: float, y: float) -> Vec2:
-        """Return the point of the drawing at (x, y) in the axes of the weight (m)."""
-        return side.weight[0] + side.sign * (c * x - s * y), side.weight[1] + s * x + c * y
 
-    corner = 0.12 * h
-    lower = [(-w, -h + corner), (-w + corner, -h), (w - corner, -h), (w, -h + corner)]
-    outline = [*lower, *((-x, -y) for x, y in lower)]
-    hollow = [(-w + wall, -bore), (w, -bore), (w, bore), (-w + wall, bore)]
-    shine = (to_plane(-w + 1.6 * corner, h - 0.9 * corner), to_plane(w - 1.6 * corner, h - 0.9 * corner))
-    return [
-        Polygon("ball", tuple(to_plane(*point) for point in outline)),
-        Polygon("weight bore", tuple(to_plane(*point) for point in hollow)),
-        Lines("ball shine", (shine,)),
-    ]
+def _bore_shape(governor: HartungProportions, side: HartungSide) -> Polygon:
+    """Return the bore of a weight for its spring, open outward."""
+    (w, _), bore = governor.weight_size, governor.bore_half_height
+    inner, outer = sorted((-side.sign * (1.0 - _WALL_RATIO) * w, side.sign * w))
+    return make_box("weight bore", _weight_axes(governor, side), (inner, outer, -bore, bore))
+
+
+def _weight_shapes(governor: HartungProportions, side: HartungSide) -> Iterator[DrawnShape]:
+    """Yield a weight in section: the walls around its bore with their lining."""
+    (w, h), bore, axes, sign = governor.weight_size, governor.bore_half_height, _weight_axes(governor, side), side.sign
+    corner, wall = 0.12 * h, -(1.0 - _WALL_RATIO) * w
+    half = [(wall, bore), (w, bore), (w, h - corner), (w - corner, h), (-w + corner, h), (-w, h - corner)]
+    outline = [*half, *((x, -y) for x, y in reversed(half))]
+    yield Polygon("weight section", place_points(axes, ((sign * x, y) for x, y in outline)))
+    boxes = (-w + corner, w - corner, bore, h), (-w + corner, w - corner, -h, -bore), (-w, wall, -bore, bore)
+    strokes = (stroke for box in boxes for stroke in make_hatching("weight section hatching", box, 0.12 * governor.arm).lines)
+    yield Lines("weight section hatching", tuple(place_points(axes, ((sign * x, y) for x, y in stroke)) for stroke in strokes))
 
 
 def _crank_shapes(governor: HartungProportions, side: HartungSide) -> Iterator[DrawnShape]:
@@ -112,7 +147,7 @@ def _crank_shapes(governor: HartungProportions, side: HartungSide) -> Iterator[D
 
 def _coil_strands(governor: HartungProportions, side: HartungSide) -> tuple[tuple[tuple[Vec2, ...], ...], tuple[tuple[Vec2, ...], ...]]:
     """Return the strands of a spring from the inner wall of the weight to its seat: those behind the cross rod, those in front of it."""
-    start = abs(side.weight[0]) - governor.weight_size[0] + 0.28 * governor.weight_size[0]
+    start = abs(side.weight[0]) - (1.0 - _WALL_RATIO) * governor.weight_size[0]
     pitch = (governor.spring_seat_radius - start) / _N_SPRING_TURNS
     half_height = 0.80 * governor.bore_half_height
     low = [(side.sign * (start + (k + 0.1) * pitch), -half_height) for k in range(_N_SPRING_TURNS)]
@@ -133,13 +168,14 @@ def _frame_shapes(governor: HartungProportions) -> Iterator[DrawnShape]:
 def _sleeve_shapes(governor: HartungProportions, height: float) -> Iterator[DrawnShape]:
     """Yield head, collar with the groove for the fork, and a pointer; vertical hangers slide in a slot of the head."""
     u, (half_width, drop) = governor.arm, governor.sleeve_size
-    head_half_height, base, flange = 0.14 * u, height - drop, 0.14 * u
+    head_half_height, base = 0.14 * u, height - drop
     neck, waist_half_width = 0.62 * half_width, 0.72 * half_width
-    waist, neck_top, neck_base = height - 1.6 * head_half_height, base + 2.6 * flange, base + flange
+    waist, neck_base = height - 1.6 * head_half_height, base + _GROOVE_BASE * u
+    neck_top = neck_base + _GROOVE_HEIGHT * u
     head = (half_width, height + head_half_height), (half_width, height - head_half_height)
     collar = (neck, neck_top), (neck, neck_base), (0.9 * half_width, neck_base), (0.9 * half_width, base)
     yield Polygon("sleeve", parts.mirror_outline((*head, (waist_half_width, waist), (waist_half_width, neck_top), *collar)))
-    strokes = (((part * half_width, waist - 0.02 * u), (part * half_width, base + 2.7 * flange)) for part in (0.44, 0.56, 0.65))
+    strokes = (((part * half_width, waist - 0.02 * u), (part * half_width, neck_top + 0.02 * u)) for part in (0.44, 0.56, 0.65))
     yield Lines("engraving", tuple(strokes))
     x, y = half_width - 0.06 * u, 0.065 * u
     slot = ((-x, height - y), (x, height - y), (x, height + y), (-x, height + y))
@@ -203,19 +239,20 @@ def _stop_radii(governor: HartungProportions, stops: Stops) -> Vec2:
 
 
 def _weight_stop_shapes(governor: HartungProportions, stops: Stops) -> Iterator[DrawnShape]:
-    """Yield the blocks that stop the weights: inside on the hub, outside on brackets from the spring seats."""
+    """Yield the blocks that stop the weights: inside on a post of the hub, outside on brackets from the spring seats."""
     u, y, (weight_half_width, weight_half_height) = governor.arm, _stop_height(governor), governor.weight_size
     inner_radius, outer_radius = _stop_radii(governor, stops)
     half_height = min(_STOP_HALF_HEIGHT * u, 0.8 * (weight_half_height - governor.bore_half_height) / 2)
     inner, outer = inner_radius - weight_half_width, outer_radius + weight_half_width
     if math.isfinite(inner):
         hub_face = max(inner - 0.16 * u, -0.2 * u) if inner > 0.05 * u else inner - 0.1 * u
-        yield make_rectangle("bracket", -max(hub_face, 0.0), max(hub_face, 0.0), y - 0.5 * half_height, y + 0.5 * half_height)
+        post = max(hub_face, 1.5 * governor.spindle_ratio * u)
+        yield make_rectangle("frame", -post, post, 0.12 * u, y + 0.5 * half_height)
         near, far = sorted((max(hub_face, 0.02 * u), inner))
         yield from parts.hatched_pair_shapes("stop", (near, far), (y - half_height, y + half_height), 0.07 * u)
     if math.isfinite(outer):
         plate = governor.spring_seat_radius + 0.03 * u
         for sign, sides in zip((-1.0, 1.0), parts.both_sides(outer, outer + 0.13 * u), strict=True):
-            yield make_bar("bracket", (sign * plate, 0.9 * governor.bore_half_height), (sign * plate, y), 0.07 * u)
-            yield make_bar("bracket", (sign * outer + sign * 0.1 * u, y), (sign * plate, y), 0.07 * u)
+            yield make_bar("frame", (sign * outer + sign * 0.1 * u, y), (sign * plate, y), 0.11 * u)
+            yield make_bar("frame", (sign * plate, 0.9 * governor.bore_half_height), (sign * plate, y), 0.09 * u)
             yield from make_hatched_block("stop", (0.0, 0.0, 0.0), (*sides, y - half_height, y + half_height), 0.07 * u)

@@ -2,19 +2,22 @@
 
 import math
 from collections.abc import Iterator
+from functools import cached_property
 from itertools import chain
 
-from governor_mechanism.machines.pendulum.machine import LEFT_BALL, RIGHT_BALL, RIGHT_LINK
+from governor_mechanism.machines.pendulum.machine import RIGHT_LINK
 from governor_mechanism.render.geometry.free_space import first_free_position, horizontal_extents, select_extreme_rows
 from governor_mechanism.render.geometry.outlines import make_bar, make_rectangle
 from governor_mechanism.render.geometry.points import arc_points
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2
 from governor_mechanism.render.machines import governor_parts as parts
-from governor_mechanism.render.machines.pendulum import effects, sleeve
-from governor_mechanism.render.machines.pendulum.proportions import ARM_WIDTH, PendulumProportions
+from governor_mechanism.render.machines.pendulum import effects, governed, lens, sleeve
+from governor_mechanism.render.machines.pendulum.proportions import ARM_WIDTH, LINK_WIDTH, PendulumProportions
+from governor_mechanism.render.machines.spindle_drive import spindle_drive_shapes
+from governor_mechanism.render.machines.throttle_gear import ThrottleGear
 from governor_mechanism.types import FloatArray
 
-_LINK_WIDTH, _PIVOT_RADIUS = 0.042, 0.021
+_PIVOT_RADIUS = 0.021
 _SCALE_WIDTH = 0.365
 """Width of the lift scale with its numbers, as a fraction of the arm."""
 
@@ -29,7 +32,7 @@ class PendulumDrawing(PendulumProportions):
         """Yield the spindle in its bearings, the suspension, the axis, the lift scale, and the effects fixed to the frame."""
         u, w = self.arm, self.spindle_ratio * self.arm
         spindle_foot = effects.spindle_foot_height(self)
-        yield from parts.spindle_shapes(w, (spindle_foot - 0.29 * u, 0.40 * u), spindle_foot - 0.16 * u, 0.33 * u)
+        yield from parts.spindle_shapes(w, (spindle_foot - 0.48 * u, 0.40 * u), spindle_foot - 0.19 * u, 0.33 * u)
         for bottom, top in ((0.17 * u, 0.27 * u), (spindle_foot - 0.14 * u, spindle_foot - 0.04 * u)):
             yield from parts.hatched_pair_shapes("bearing", (w, 0.15 * u), (bottom, top), 0.034 * u)
         yield make_rectangle("spindle", -1.6 * w, 1.6 * w, spindle_foot - 0.04 * u, spindle_foot - 0.012 * u)
@@ -38,7 +41,10 @@ class PendulumDrawing(PendulumProportions):
         yield make_rectangle("frame", -0.062 * u, 0.062 * u, -0.062 * u, 0.085 * u)
         yield make_bar("frame", (-abs(self.offset), 0.0), (abs(self.offset), 0.0), 0.085 * u)
         yield from _lift_scale_shapes(self)
-        yield from sleeve.clearance_lens_frame(self)
+        yield from lens.lens_frame(self)
+        yield from spindle_drive_shapes(spindle_foot - 0.19 * u, u)
+        yield from self.throttle_gear.background_shapes()
+        yield from parts.shoe_key_shapes(self, (0.24 * u, spindle_foot + 0.05 * u), u)
 
     def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
         """Yield sleeve, links, arms, balls, pins and their effects; the right half covers the left one."""
@@ -46,17 +52,27 @@ class PendulumDrawing(PendulumProportions):
         yield from effects.sleeve_effect_shapes(self, height, time)
         yield from sleeve.sleeve_shapes(self, height)
         yield from sleeve.clearance_slot_shapes(self, height)
-        yield from _linkage_shapes(self, pose)
+        yield from self.throttle_gear.moving_shapes(height - self.fork_depth)
+        yield from self.linkage_shapes(pose)
         yield from (Lines("ball shine", _highlight_arcs(side.ball, self.ball_radius)) for side in sides)
         pivots = [point for side in sides for point in (side.arm_pivot, side.link_joint, side.link_end)]
         yield from (Circle("pivot", *point, _PIVOT_RADIUS * self.arm) for point in pivots)
         yield from effects.arm_effect_shapes(self, pose, time)
-        yield from sleeve.clearance_lens_contents(self, pose, time)
+        yield from lens.lens_contents(self, pose, time)
+
+    @cached_property
+    def throttle_gear(self) -> ThrottleGear:
+        """The throttle that the sleeve moves."""
+        return governed.make_throttle_gear(self)
+
+    @cached_property
+    def fork_depth(self) -> float:
+        """Depth of the pin of the fork below the lugs (m)."""
+        return governed.fork_depth(self)
 
     def plan_shapes(self, pose: FloatArray, angle: float) -> Iterator[DrawnShape]:
         """Yield sleeve, arms and balls from above; a mark identifies the right ball."""
-        radii = (float(self.ball_centres(pose, name)[0]) for name in (LEFT_BALL, RIGHT_BALL))
-        left, right = ((radius * math.cos(angle), radius * math.sin(angle)) for radius in radii)
+        left, right = ((side.ball[0] * math.cos(angle), side.ball[0] * math.sin(angle)) for side in self.sides(pose))
         yield Circle("sleeve", 0.0, 0.0, self.sleeve_size[0])
         yield Lines("plan arm", ((left, right),))
         yield from (Circle("ball", *point, self.ball_radius) for point in (left, right))
@@ -66,15 +82,14 @@ class PendulumDrawing(PendulumProportions):
         """Return the path (n, 2) (m) of the centre of the right ball."""
         return self.ball_centres(poses)
 
-
-def _linkage_shapes(governor: PendulumProportions, pose: FloatArray) -> Iterator[DrawnShape]:
-    """Yield links, arms and balls. A link with mass is drawn as a rod."""
-    u, sides = governor.arm, governor.sides(pose)
-    role, width = ("rod", 1.2 * _LINK_WIDTH) if RIGHT_LINK in governor.body_names else ("link", _LINK_WIDTH)
-    for side in sides:
-        yield make_bar(role, side.link_joint, side.link_end, width * u)
-        yield make_bar("arm", side.arm_pivot, side.ball, ARM_WIDTH * u)
-    yield from (Circle("ball", *side.ball, governor.ball_radius) for side in sides)
+    def linkage_shapes(self, pose: FloatArray) -> Iterator[DrawnShape]:
+        """Yield links, arms and balls. A link with mass is drawn as a rod."""
+        u, sides = self.arm, self.sides(pose)
+        role, width = ("rod", 1.2 * LINK_WIDTH) if RIGHT_LINK in self.body_names else ("link", LINK_WIDTH)
+        for side in sides:
+            yield make_bar(role, side.link_joint, side.link_end, width * u)
+            yield make_bar("arm", side.arm_pivot, side.ball, ARM_WIDTH * u)
+        yield from (Circle("ball", *side.ball, self.ball_radius) for side in sides)
 
 
 def _highlight_arcs(ball: Vec2, radius: float) -> tuple[tuple[Vec2, ...], ...]:
@@ -83,7 +98,7 @@ def _highlight_arcs(ball: Vec2, radius: float) -> tuple[tuple[Vec2, ...], ...]:
     return tuple(arc_points(ball, math.radians(135 - half), math.radians(2 * half), ratio * radius, 12) for ratio, half in sizes)
 
 
-def _lift_scale_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
+def _lift_scale_shapes(governor: PendulumDrawing) -> Iterator[DrawnShape]:
     """Yield a scale (mm) that covers the lifts of the run, at the height of the pointer.
 
     It is next to the sleeve, or further out with leader lines if a part of the linkage passes there.
@@ -92,7 +107,7 @@ def _lift_scale_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
     ticks_mm = parts.lift_ticks(governor.reading_range(parts.LIFT_READING), governor.zero_lift_height - drop, 0.04 * u, 0.1 * u)
     bottom, top = ticks_mm[0][1] - 0.04 * u, ticks_mm[-1][1] + 0.04 * u
     preferred_x = width + 0.10 * u
-    linkage_shapes = chain.from_iterable(_linkage_shapes(governor, pose) for pose in governor.poses[select_extreme_rows(governor.poses)])
+    linkage_shapes = chain.from_iterable(governor.linkage_shapes(pose) for pose in governor.poses[select_extreme_rows(governor.poses)])
     # Leave a small gap to the linkage.
     x = first_free_position(horizontal_extents(linkage_shapes, bottom, top), preferred_x - 0.01 * u, _SCALE_WIDTH * u)
     # Text keeps its size when a wide machine is drawn at a small scale: far out, its space grows with the width.

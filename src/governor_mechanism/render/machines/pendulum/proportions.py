@@ -17,8 +17,8 @@ from governor_mechanism.render.machines.governor_parts import LIFT_READING, Cyli
 from governor_mechanism.render.machines.machine_drawing import Dimension
 from governor_mechanism.types import FloatArray
 
-ARM_WIDTH = 0.058
-"""Width of an arm, as a fraction of its length."""
+ARM_WIDTH, LINK_WIDTH = 0.058, 0.042
+"""Widths of an arm and of a link, as fractions of the arm."""
 GROOVE_RATIO = 0.62
 """Half width of the groove of a light sleeve, as a fraction of the half width of the sleeve."""
 

@@ -1,24 +1,39 @@
 // Numbers over time, as `packing.py` writes them, and their values between samples.
 
-/** Integers of a text: base 64 of groups of 7 bits, differences of neighbours with their sign in the lowest bit. */
+/** How often differences are taken, and bits in a group, by the first letter of a text. */
+const FORMATS = { a: [1, 7], b: [2, 7], c: [1, 3], d: [2, 3] };
+
+/** Integers of a text. */
 function decodeIntegers(text) {
-  const bytes = atob(text);
+  const [order, bits] = FORMATS[text[0]];
+  const bytes = Array.from(atob(text.slice(1)), (character) => character.charCodeAt(0));
+  let integers = joinGroups(bits === 7 ? bytes : bytes.flatMap((byte) => [byte & 0xf, byte >> 4]), bits);
+  for (let k = 0; k < order; k += 1) integers = addUp(integers);
+  return integers;
+}
+
+/** Integers of groups of bits, the lowest first; the bit above tells that another group follows, and the lowest of all is the sign. */
+function joinGroups(groups, bits) {
+  const follows = 2 ** bits;
   const integers = [];
-  let last = 0;
   let code = 0;
   let factor = 1;
-  for (let k = 0; k < bytes.length; k += 1) {
-    const byte = bytes.charCodeAt(k);
-    code += (byte & 0x7f) * factor;
-    factor *= 128;
-    if (byte < 0x80) {
-      last += code % 2 ? -(code + 1) / 2 : code / 2;
-      integers.push(last);
+  for (const group of groups) {
+    code += (group % follows) * factor;
+    factor *= follows;
+    if (group < follows) {
+      integers.push(code % 2 ? -(code + 1) / 2 : code / 2);
       code = 0;
       factor = 1;
     }
   }
   return integers;
+}
+
+/** Sums of the first one, two, three, ... of integers. */
+function addUp(integers) {
+  let sum = 0;
+  return integers.map((integer) => (sum += integer));
 }
 
 /** Values of a channel: an array, or one number if it is constant. */

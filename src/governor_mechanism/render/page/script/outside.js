@@ -111,7 +111,7 @@ function isDented(points) {
 function makeTurningShape(shape, parent) {
   const isSphere = isBall(shape);
   const isPin = shape.kind === "circle" && !isSphere;
-  const isThin = shape.kind === "polygon" && isDented(shape.points);
+  const isThin = shape.kind === "polygon" && !shape.seenAs && isDented(shape.points);
   const element = makeShapeElement(isPin ? { ...shape, kind: "polygon" } : shape, parent);
   if (isSphere) element.classList.add("sphere");
   const update = (place, poses, project, spheres) => {

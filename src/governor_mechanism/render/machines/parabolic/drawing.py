@@ -1,0 +1,222 @@
+"""Drawing of the parabolic governor: spindle with guides, balls, crosshead, lazy tongs and sleeve, and the effects on it."""
+
+import math
+from collections.abc import Iterator
+from functools import cached_property
+
+import numpy as np
+
+from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.spring import OutputSpring
+from governor_mechanism.effects.stops import Stops
+from governor_mechanism.render.geometry.outlines import make_band, make_bar, make_burst, make_rectangle
+from governor_mechanism.render.geometry.points import arc_points
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2
+from governor_mechanism.render.machines import governor_parts as parts
+from governor_mechanism.render.machines.generic.force_elements import output_effect_shapes
+from governor_mechanism.render.machines.generic.placed_mechanism import PlacedMechanism
+from governor_mechanism.render.machines.parabolic import proportions as sizes
+from governor_mechanism.render.machines.parabolic.proportions import ParabolicProportions
+from governor_mechanism.render.machines.spindle_drive import spindle_drive_shapes
+from governor_mechanism.render.machines.throttle_gear import ThrottleGear
+from governor_mechanism.types import FloatArray
+
+# Widths, heights and lengths as fractions of the outer radius of the guide.
+_STRIP_WIDTH, _SLOT_WIDTH, _GUIDE_END = 0.13, 0.066, 0.07
+_CROSSHEAD_WIDTH, _CROSSHEAD_SLOT_WIDTH, _LINK_WIDTH, _PIVOT_RADIUS = 0.075, 0.034, 0.040, 0.020
+_SHOE_WIDTH, _SHOE_HEIGHT, _STOP_WIDTH, _STOP_HEIGHT = 0.08, 0.10, 0.09, 0.08
+_EYE_RADIUS = 0.055
+
+
+class ParabolicDrawing(ParabolicProportions):
+    """Drawing of a parabolic governor."""
+
+    panel_readings = ("ball_radius", "sleeve_lift", "spindle_speed")
+    plan_caption = ("from above,", "marked: the", "right ball")
+
+    def background_shapes(self) -> Iterator[DrawnShape]:
+        """Yield the spindle in its bearings, the frame with the guides, the lift scale, and the effects fixed to the frame."""
+        u, w, foot, top = self.arm, self.spindle_ratio * self.arm, _spindle_foot(self), self.upper_pivot_height
+        yield from parts.spindle_shapes(w, (foot - 0.52 * u, top + 0.46 * u), foot - 0.25 * u, top + 0.36 * u)
+        for heights in ((top + 0.14 * u, top + 0.27 * u), (foot - 0.18 * u, foot - 0.05 * u)):
+            yield from parts.hatched_pair_shapes("bearing", (w, 0.19 * u), heights, 0.045 * u)
+        yield make_rectangle("spindle", -1.7 * w, 1.7 * w, foot - 0.05 * u, foot - 0.01 * u)
+        yield from _frame_shapes(self)
+        yield from _static_effect_shapes(self)
+        yield from _lift_scale_shapes(self)
+        yield from spindle_drive_shapes(foot - 0.25 * u, u)
+        yield from self.throttle_gear.background_shapes()
+        yield from parts.shoe_key_shapes(self, (0.26 * u, foot - 0.03 * u), u)
+
+    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+        """Yield sleeve, crosshead, balls and lazy tongs, and the effects."""
+        u, height, balls = self.arm, float(self.sleeve_height(pose)), self.balls(pose)
+        yield from _moving_effect_shapes(self, height, time)
+        yield from _sleeve_shapes(self, height)
+        yield from self.throttle_gear.moving_shapes(height - self.fork_depth)
+        yield from _crosshead_shapes(self, balls[1][1])
+        yield from (Circle("ball", *ball, self.ball_radius) for ball in balls)
+        yield from (Lines("ball shine", _highlight_arcs(ball, self.ball_radius)) for ball in balls)
+        joints = self.tongs_joints(pose)
+        yield from _tongs_bars(self, joints)
+        ends = [row[1:2] if k % 2 == 0 else (row[0], row[2]) for k, row in enumerate(joints)]
+        yield from (Circle("pivot", *point, _PIVOT_RADIUS * u) for row in ends for point in row)
+        poses = [(x, y, angle) for x, y, angle in pose.tolist()]
+        yield from output_effect_shapes(PlacedMechanism(extents=self, poses=poses, time=time), without=parts.LIFT_READING)
+        yield from _impact_shapes(self, height, time)
+
+    @cached_property
+    def throttle_gear(self) -> ThrottleGear:
+        """The throttle that the sleeve moves."""
+        u, (low, high) = self.arm, self.lug_height_range
+        return ThrottleGear(
+            unit=u,
+            side=-1.0,
+            pin_range=(low - self.fork_depth, high - self.fork_depth),
+            strap_half_width=0.66 * self.sleeve_size[0],
+            pivot_distance=parts.throttle_pivot_distance(self, 0.46 * u, 0.15 * u),
+            valve_height=_spindle_foot(self) - 0.12 * u,
+        )
+
+    @property
+    def fork_depth(self) -> float:
+        """Depth of the groove for the fork below the eye of the sleeve (m)."""
+        return self.sleeve_size[1] - (sizes.FLANGE_HEIGHT + 0.5 * sizes.GROOVE_HEIGHT) * self.arm
+
+    def plan_shapes(self, pose: FloatArray, angle: float) -> Iterator[DrawnShape]:
+        """Yield guides, sleeve and balls from above; a mark identifies the right ball."""
+        c, s, end = math.cos(angle), math.sin(angle), (1.0 + _GUIDE_END) * self.arm
+        left, right = ((ball[0] * c, ball[0] * s) for ball in self.balls(pose))
+        yield make_bar("frame plate", (-end * c, -end * s), (end * c, end * s), _STRIP_WIDTH * self.arm)
+        yield Circle("sleeve", 0.0, 0.0, self.sleeve_size[0])
+        yield Lines("plan arm", ((left, right),))
+        yield from (Circle("ball", *point, self.ball_radius) for point in (left, right))
+        yield Circle("mark", *right, 0.42 * self.ball_radius)
+
+
+def _highlight_arcs(ball: Vec2, radius: float) -> tuple[tuple[Vec2, ...], ...]:
+    """Return two arcs inside the upper left rim of the ball: the highlight of a sphere."""
+    rims = ((0.78, 42.0), (0.60, 30.0))
+    return tuple(arc_points(ball, math.radians(135 - half), math.radians(2 * half), ratio * radius, 12) for ratio, half in rims)
+
+
+def _guide_chain(governor: ParabolicProportions, first: float, last: float) -> list[Vec2]:
+    """Return points of the parabola between two distances from the axis (m), negative ones at the left."""
+    return [(x, governor.guide_height(x)) for x in np.linspace(first, last, 33).tolist()]
+
+
+def _frame_shapes(governor: ParabolicProportions) -> Iterator[DrawnShape]:
+    """Yield what is keyed to the spindle: the guides on their hub with struts, and the boss that carries the lazy tongs."""
+    u, top = governor.arm, governor.upper_pivot_height
+    end = (1.0 + _GUIDE_END) * u
+    for sign in (-1.0, 1.0):
+        x = sign * (governor.inner_radius + 0.62 * (u - governor.inner_radius))
+        yield make_bar("frame", (0.0, -0.13 * u), (x, governor.guide_height(x)), 0.055 * u)
+    yield make_rectangle("frame", -0.085 * u, 0.085 * u, -0.175 * u, 0.065 * u)
+    yield make_band("frame plate", _guide_chain(governor, -end, end), _STRIP_WIDTH * u)
+    for sign in (-1.0, 1.0):
+        chain = _guide_chain(governor, sign * governor.inner_radius, sign * u)
+        yield make_band("slot", chain, _SLOT_WIDTH * u)
+    yield make_rectangle("frame", -0.075 * u, 0.075 * u, top - 0.045 * u, top + 0.075 * u)
+
+
+def _crosshead_shapes(governor: ParabolicProportions, height: float) -> Iterator[DrawnShape]:
+    """Yield the crosshead at the height of the balls (m): their pins slide in its slots, and it slides on the spindle."""
+    u, end = governor.arm, (1.0 + _GUIDE_END) * governor.arm
+    yield make_bar("rod", (-end, height), (end, height), _CROSSHEAD_WIDTH * u)
+    for sign in (-1.0, 1.0):
+        yield make_bar("slot", (sign * governor.inner_radius, height), (sign * u, height), _CROSSHEAD_SLOT_WIDTH * u)
+    yield make_rectangle("rod", -0.065 * u, 0.065 * u, height - 0.06 * u, height + 0.06 * u)
+
+
+def _tongs_bars(governor: ParabolicProportions, joints: list[tuple[Vec2, Vec2, Vec2]]) -> Iterator[DrawnShape]:
+    """Yield the bars of the lazy tongs: half a bar on each side at both ends, whole bars that cross on the axis between them."""
+    width, last = _LINK_WIDTH * governor.arm, len(joints) - 1
+    for left, right in ((0, 2), (2, 0)):
+        yield make_bar("link", joints[0][1], joints[1][left], width)
+        yield from (make_bar("link", joints[k - 1][left], joints[k + 1][right], width) for k in range(2, last, 2))
+        yield make_bar("link", joints[last - 1][left], joints[last][1], width)
+
+
+def _sleeve_shapes(governor: ParabolicProportions, height: float) -> Iterator[DrawnShape]:
+    """Yield the sleeve with its eye at a height (m): neck, drum with shading, groove for the fork, and a pointer."""
+    u, (width, depth) = governor.arm, governor.sleeve_size
+    neck, base, top = sizes.NECK_HALF_WIDTH * u, height - depth, height + sizes.DRUM_TOP * u
+    flange, groove = base + sizes.FLANGE_HEIGHT * u, base + (sizes.FLANGE_HEIGHT + sizes.GROOVE_HEIGHT) * u
+    corner = 0.3 * (width - neck)
+    drum = (neck, top), (width - corner, top), (width, top - corner), (width, groove)
+    foot = (0.62 * width, groove), (0.62 * width, flange), (0.86 * width, flange), (0.86 * width, base)
+    yield Circle("sleeve", 0.0, height, _EYE_RADIUS * u)
+    yield Polygon("sleeve", parts.mirror_outline(((neck, height - 0.02 * u), *drum, *foot)))
+    strokes = [((part * width, top - 0.02 * u - max(part - 0.8, 0.0) * width), (part * width, groove + 0.02 * u)) for part in _SHADING]
+    yield Lines("engraving", tuple(strokes))
+    tip = width + 0.10 * u
+    yield Polygon("pointer", ((tip, groove), (tip - 0.08 * u, groove + 0.034 * u), (tip - 0.08 * u, groove - 0.034 * u)))
+
+
+_SHADING = (-0.93, 0.42, 0.57, 0.69, 0.79, 0.87, 0.94)
+"""Places of the strokes that shade the drum, as fractions of its half width."""
+
+
+def _lift_scale_shapes(governor: ParabolicProportions) -> list[DrawnShape]:
+    """Return a scale (mm) of the lifts of the run at the pointer."""
+    u, (width, depth) = governor.arm, governor.sleeve_size
+    pointer = governor.zero_lift_height - depth + (sizes.FLANGE_HEIGHT + sizes.GROOVE_HEIGHT) * u
+    ticks = parts.lift_ticks(governor.reading_range(parts.LIFT_READING), pointer, 0.05 * u, 0.14 * u)
+    return parts.lift_scale_shapes(width + 0.12 * u, ticks, (0.07 * u, 0.04 * u, 0.09 * u, 0.5 * u))
+
+
+def _spindle_foot(governor: ParabolicProportions) -> float:
+    """Return the height (m) of the lower spindle collar, below the sleeve and what acts there."""
+    u, gap = governor.arm, 0.10 * governor.arm
+    if governor.find_lift_effect(DryFriction):
+        gap += _SHOE_HEIGHT * u
+    if governor.find_lift_effect(OutputSpring):
+        gap += 0.40 * u
+    stops = governor.find_lift_effect(Stops)
+    low = governor.lug_height_range[0]
+    if stops and math.isfinite(stops.low):
+        low, gap = min(low, governor.zero_lift_height + stops.low), gap + _STOP_HEIGHT * u
+    return low - governor.sleeve_size[1] - gap
+
+
+def _stop_heights(governor: ParabolicProportions) -> Vec2:
+    """Return the heights of the faces (m) that stop the sleeve: below its foot and above its neck; infinite without a stop."""
+    stops = governor.find_lift_effect(Stops)
+    if stops is None:
+        return -math.inf, math.inf
+    shoe = _SHOE_HEIGHT * governor.arm if governor.find_lift_effect(DryFriction) else 0.0
+    low, high = (governor.zero_lift_height + limit for limit in (stops.low, stops.high))
+    return low - governor.sleeve_size[1] - shoe, high + _EYE_RADIUS * governor.arm
+
+
+def _static_effect_shapes(governor: ParabolicProportions) -> Iterator[DrawnShape]:
+    """Yield the effects on the sleeve that are fixed to the frame: stops, spring seat and dashpot cylinder."""
+    u, w, (low, high) = governor.arm, governor.spindle_ratio * governor.arm, _stop_heights(governor)
+    for face, bottom in ((low, low - _STOP_HEIGHT * u), (high, high)):
+        if math.isfinite(face):
+            yield from parts.hatched_pair_shapes("stop", (w, _STOP_WIDTH * u), (bottom, bottom + _STOP_HEIGHT * u), 0.03 * u)
+    if governor.find_lift_effect(OutputSpring):
+        y = _spindle_foot(governor)
+        yield make_rectangle("seat", -0.17 * u, 0.17 * u, y - 0.03 * u, y)
+    yield from parts.cylinder_shapes(governor)
+
+
+def _moving_effect_shapes(governor: ParabolicProportions, height: float, time: float) -> Iterator[DrawnShape]:
+    """Yield the effects on the sleeve that move with it, with its eye at a height (m), at a time (s)."""
+    u, base = governor.arm, height - governor.sleeve_size[1]
+    yield from parts.piston_shapes(governor, height, base + 0.5 * sizes.FLANGE_HEIGHT * u)
+    if governor.find_lift_effect(OutputSpring):
+        seat = _spindle_foot(governor)
+        yield Lines("spring", parts.helical_spring_lines((0.0, seat), (0.0, base), 0.14 * u, governor.spindle_ratio * u))
+    yield from parts.spindle_shoe_shapes(governor, time, base, (_SHOE_WIDTH, _SHOE_HEIGHT))
+
+
+def _impact_shapes(governor: ParabolicProportions, height: float, time: float) -> Iterator[DrawnShape]:
+    """Yield rays where the sleeve, with its eye at a height (m), has just struck a stop."""
+    if not governor.find_lift_effect(Stops):
+        return
+    side, (low, high) = governor.struck_side(parts.LIFT_READING, time), _stop_heights(governor)
+    y = low if side < 0 else high if side > 0 else height
+    points = [(sign * _STOP_WIDTH * governor.arm, y) for sign in (-1.0, 1.0)] if side else []
+    yield make_burst("burst", points, 0.09 * governor.arm)

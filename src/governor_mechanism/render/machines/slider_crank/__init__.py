@@ -1,0 +1,1 @@
+"""Drawing of the slider crank with the loads of its joints."""

@@ -1,0 +1,56 @@
+"""Options of films on the command line."""
+
+from __future__ import annotations
+
+import pytest
+
+from governor_mechanism.cli.film_options import gather_film_options
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.render.figure_files import Theme
+from governor_mechanism.render.film.options import FilmLayout
+
+DEFAULTS = dict(
+    layout=FilmLayout.MACHINE_AND_PLOTS,
+    readings=None,
+    no_footer=False,
+    labels=False,
+    forces=False,
+    traces=False,
+    start=None,
+    stop=None,
+    slow_down=None,
+    theme=Theme.LIGHT,
+)
+
+
+def gather(**changes):
+    return gather_film_options(**{**DEFAULTS, **changes})
+
+
+def test_nothing_is_passed_on_by_default():
+    assert gather() == {}
+
+
+def test_options_have_the_names_and_units_of_films():
+    given = gather(readings="arm_angle, rate of arm_angle", no_footer=True, forces=True, start="500 ms", stop="2", layout=FilmLayout.WIDE)
+    expected = {
+        "readings": ["arm_angle", "rate of arm_angle"],
+        "footer": False,
+        "forces": True,
+        "start": 0.5,
+        "stop": 2.0,
+        "layout": "wide",
+    }
+    assert given == expected
+
+
+def test_one_theme_is_for_figures_and_films():
+    assert gather(theme=Theme.DARK) == {"theme": "dark"}
+    # A film has a ground in any case, and a page follows the reader's screen.
+    assert gather(theme=Theme.TRANSPARENT) == {}
+    assert gather(theme=Theme.DARK, is_page=True) == {}
+
+
+def test_a_time_in_another_unit_is_refused():
+    with pytest.raises(MechanismError, match="--start"):
+        gather(start="2 mm")

@@ -1,0 +1,209 @@
+"""What a film shows on demand: layouts, readings, colours, forces; when it is slowed, and where it closes on a whole period."""
+
+from __future__ import annotations
+
+import dataclasses
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+import pytest
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.render.figure_files import Theme
+from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.film.frame_painter import FramePainter
+from governor_mechanism.render.film.moving_parts import CurvePanel
+from governor_mechanism.render.film.options import FilmLayout, FilmOptions
+from governor_mechanism.render.film.overlays import ForceArrows
+from governor_mechanism.render.film.svg_tracks import TOLERANCE, find_rigid_motion, key_frames
+from governor_mechanism.render.film.timing import MIN_FRAMES_PER_TURN, select_timing
+from governor_mechanism.render.film.writer import write_film
+from governor_mechanism.render.geometry.primitives import Lines
+from governor_mechanism.render.page.forces import find_forces
+from governor_mechanism.render.style import PAPER, ROLE_STYLES, parse_rgb
+from governor_mechanism.render.theme import themed_colour
+from render.decoding import decode_film, pixel_of
+from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
+
+PERIOD = 1.7
+"""Period of the stub run, s."""
+
+
+@pytest.fixture(scope="module")
+def porter():
+    return fake_run(GOVERNOR_DIMENSIONS["porter"], duration=4.0, output_interval=0.02)
+
+
+def painter_of(run, options, count=21):
+    span = float(run.times[0]), float(run.times[-1])
+    return FramePainter(run, [FrameData(run, run.scene.part, span, np.linspace(*span, count), 1.0, options.readings)], options=options)
+
+
+def blue_of(theme):
+    return [255 * part for part in themed_colour(ROLE_STYLES["ball"].fill, theme)[:3]]
+
+
+@pytest.mark.parametrize("layout", FilmLayout)
+@pytest.mark.parametrize("theme", [Theme.LIGHT, Theme.DARK])
+def test_the_ball_is_drawn_at_its_position_in_every_layout(porter, layout, theme):
+    painter = painter_of(porter, FilmOptions(layout=layout, theme=theme, footer=False))
+    view, k = painter.view, 7
+    left, top, right, bottom = (round(edge) for edge in view.rect)
+    machine = painter.draw(k)[top:bottom, left:right, :3].astype(int)
+    rows, columns = np.nonzero(np.abs(machine - blue_of(theme)).max(axis=2) < 32)
+    column, row = pixel_of(view, *porter.poses[10 * k, 0, :2])
+    is_right = columns > pixel_of(view, 0.0, 0.0)[0] - left
+    # Pin and shine take pixels from the ball: its middle is between its edges.
+    edges = [(one[is_right].min() + one[is_right].max()) / 2 for one in (columns, rows)]
+    assert np.hypot(edges[0] + left - column, edges[1] + top - row) < 1.5
+
+
+@pytest.mark.parametrize(("layout", "width"), [("machine", 480), ("machine+plots", 480), ("wide", 853)])
+def test_a_layout_has_its_width(porter, layout, width):
+    assert painter_of(porter, FilmOptions(layout=FilmLayout(layout))).draw(0).shape == (480, width, 4)
+
+
+def test_the_ground_of_a_dark_film_is_dark_and_exact(tmp_path, porter):
+    path = write_film(porter, tmp_path / "a.gif", stop=0.2, theme="dark")
+    frames, _ = decode_film(path)
+    # 31 colours keep the ground exactly, so that nothing stays behind a shape that has moved away.
+    assert frames[-1][2, 2].tolist() == [round(255 * part) for part in themed_colour(PAPER, Theme.DARK)[:3]]
+    assert frames[-1].mean() < 60 < min(parse_rgb(PAPER))
+
+
+def test_chosen_readings_are_plotted_in_their_order(porter):
+    painter = painter_of(porter, FilmOptions(readings=("ball_radius", "arm_angle")))
+    panels = [panel for panel in painter.panels if isinstance(panel, CurvePanel)]
+    radius, angle = (panel.curves[0][:, 1] for panel in panels)
+    np.testing.assert_allclose(radius, 1e3 * porter.readings["ball_radius"])
+    np.testing.assert_allclose(angle, np.degrees(porter.readings["arm_angle"]))
+
+
+def test_a_plot_has_all_samples_however_few_frames_there_are(porter):
+    painter = painter_of(porter, FilmOptions(), count=3)
+    panel = next(panel for panel in painter.panels if isinstance(panel, CurvePanel))
+    assert len(panel.curves[0]) == len(porter.times)
+
+
+def test_the_first_frame_shows_the_whole_curves(porter):
+    painter = painter_of(porter, FilmOptions())
+    first, last = (painter.draw(k)[50:140, 340:465, :3].astype(int) for k in (0, 20))
+    ground = np.array(parse_rgb(PAPER))
+    # The pale curve has a third of the contrast.
+    is_marked = [np.abs(one - ground).max(axis=2) > limit for one, limit in ((first, 6), (last, 20))]
+    # All that the last frame shows is there already, but for the dot.
+    assert (is_marked[0] & is_marked[1]).sum() > 0.9 * is_marked[1].sum()
+
+
+def test_a_film_without_footer_has_no_words_below_and_states_a_failure(porter):
+    words = [text.get_text() for text in painter_of(porter, FilmOptions(footer=False)).figure.texts]
+    assert not any(word.startswith(("accurate", "engine:")) for word in words)
+
+
+def test_force_arrows_are_as_long_as_the_forces(porter):
+    data = FrameData(porter, porter.scene.part, (0.0, 4.0), np.linspace(0.0, 4.0, 5))
+    arrows, forces = ForceArrows(data, data.drawing.bounds, is_shown=True), find_forces(data)
+    speed, mass = data.readings["spindle_speed"].values[2], 5.0
+    shafts = [shape for shape in arrows.shapes_at(2) if isinstance(shape, Lines) and shape.role == "centrifugal force"]
+    heads = [shape for shape in arrows.shapes_at(2) if not isinstance(shape, Lines) and shape.role == "centrifugal force"]
+    lengths = [abs(head.points[0][0] - shaft.lines[0][0][0]) for shaft, head in zip(shafts, heads, strict=True)]
+    assert lengths == pytest.approx(2 * [mass * speed**2 * data.poses[2, 0, 0] * arrows.scale], rel=1e-9)
+    assert arrows.kinds == list(dict.fromkeys(force.kind for force in forces))
+
+
+def test_a_periodic_run_closes_on_its_last_whole_period(porter):
+    timing = select_timing((porter,), None, None, None, None, 25.0)
+    assert timing.time_span[1] == pytest.approx(2 * PERIOD, abs=1e-3)
+    times = np.linspace(*timing.time_span, round(25 * 2 * PERIOD) + 1)
+    poses = FrameData(porter, porter.scene.part, timing.time_span, times).poses
+    steps = np.abs(np.diff(poses, axis=0)).max(axis=(1, 2))
+    assert np.abs(poses[-1] - poses[0]).max() <= steps.max()
+    # An explicit end is kept.
+    assert select_timing((porter,), None, None, 4.0, None, 25.0).time_span == (0.0, 4.0)
+
+
+def test_a_run_that_is_not_periodic_is_shown_whole(porter):
+    # It stops after its first period: what follows would be cut off.
+    resting = porter.times > PERIOD
+    poses, velocities = porter.poses.copy(), porter.velocities.copy()
+    poses[resting], velocities[resting] = poses[0], 0.0
+    stopped = dataclasses.replace(porter, poses=poses, velocities=velocities)
+    assert select_timing((stopped,), None, None, None, None, 25.0).time_span == (0.0, 4.0)
+    decaying = dataclasses.replace(porter, poses=porter.poses * np.exp(-0.1 * porter.times)[:, None, None])
+    assert select_timing((decaying,), None, None, None, None, 25.0).time_span == (0.0, 4.0)
+
+
+def turning_run(run, turns_per_second):
+    """Return a run whose first body turns in the plane of the drawing."""
+    poses, velocities = run.poses.copy(), run.velocities.copy()
+    poses[:, :, :2], velocities[:] = poses[0, :, :2], 0.0
+    rate = 2 * np.pi * turns_per_second
+    poses[:, 0, 2], velocities[:, 0, 2] = rate * run.times, rate
+    return dataclasses.replace(run, poses=poses, velocities=velocities)
+
+
+def test_a_fast_crank_is_slowed_and_closes_on_a_whole_turn(porter):
+    run = turning_run(porter, 6.3)
+    timing = select_timing((run,), None, None, None, None, 25.0)
+    assert 25.0 * timing.slow_down / 6.3 >= MIN_FRAMES_PER_TURN
+    turns = 6.3 * timing.time_span[1]
+    assert turns == pytest.approx(round(turns), abs=1e-2)  # RETURN_TOLERANCE
+    assert select_timing((turning_run(porter, 0.7),), None, None, None, None, 25.0).slow_down == 1.0
+    assert select_timing((run,), None, None, None, 1.0, 25.0).slow_down == 1.0  # as requested
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"layout": "square"}, "machine, machine\\+plots, wide"),
+        ({"theme": "transparent"}, "light or dark"),
+        ({"readings": ["arm_angel"]}, "arm_angle"),
+        ({"readings": "arm_angle"}, "list of names"),
+        ({"readings": ["arm_angle"], "layout": "machine"}, "plots no readings"),
+        ({"readings": list("abcde")}, "at most 4"),
+        ({"labels": 1.5}, "labels"),
+    ],
+)
+def test_wrong_options_are_refused(tmp_path, porter, options, message):
+    with pytest.raises(MechanismError, match=message):
+        write_film(porter, tmp_path / "a.gif", **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_page_and_several_drawings_are_refused(tmp_path, porter):
+    with pytest.raises(MechanismError, match="leave labels and forces out"):
+        write_film(porter, tmp_path / "a.html", labels=True, forces=True)
+    with pytest.raises(MechanismError, match="shows one run; got 2"):
+        write_film([porter, porter], tmp_path / "a.svg")
+
+
+def test_an_animated_drawing_has_true_time_and_no_scripts(tmp_path, porter):
+    path = write_film(porter, tmp_path / "a.svg", stop=1.0, labels=True)
+    assert path.stat().st_size < 400_000
+    root = ElementTree.parse(path).getroot()
+    name = root.tag.removesuffix("svg")
+    animations = [one for kind in ("animate", "animateTransform") for one in root.iter(name + kind)]
+    assert animations
+    assert {one.get("dur") for one in animations} == {"1s"}
+    assert not list(root.iter(name + "script"))
+    for one in animations:
+        times = [float(time) for time in (one.get("keyTimes") or "0;1").split(";")]
+        assert len(times) == len(one.get("values").split(";"))
+        assert times == sorted(times)
+        assert times[0] == 0.0
+
+
+def test_key_frames_and_rigid_motions_reproduce_a_motion():
+    angle, reach = np.linspace(0.0, 4.0, 60), np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 8.0]])
+    c, s = np.cos(angle), np.sin(angle)
+    turned = np.moveaxis(np.array([[c, -s], [s, c]]), -1, 0)
+    frames = reach @ np.swapaxes(turned, 1, 2) + np.column_stack([100.0 * c, 5.0 * angle])[:, None]
+    motion = find_rigid_motion(frames)
+    np.testing.assert_allclose(motion.angles, np.degrees(angle), atol=1e-9)
+    turned_back = np.exp(1j * np.radians(motion.angles)) * (motion.outline[1] @ [1.0, 1j])
+    np.testing.assert_allclose(motion.centres @ [1.0, 1j] + turned_back, frames[:, 1] @ [1.0, 1j])
+    assert find_rigid_motion(frames * np.linspace(1.0, 1.5, 60)[:, None, None]) is None
+    keys = key_frames(motion.centres)
+    between = np.column_stack([np.interp(np.arange(60), keys, column[keys]) for column in motion.centres.T])
+    assert np.abs(between - motion.centres).max() <= TOLERANCE
+    assert len(keys) < 40

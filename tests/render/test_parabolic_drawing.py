@@ -1,0 +1,88 @@
+"""The drawing of the parabolic governor: rods of constant length carry the sleeve, balls stay on their guides, and effects have shapes."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.render.geometry.primitives import Circle, TextShape, bounding_box
+from governor_mechanism.render.machines.parabolic.drawing import ParabolicDrawing
+from governor_mechanism.render.machines.parabolic.proportions import N_CELLS
+from governor_mechanism.render.machines.registry import drawing_of
+
+EFFECTS = {
+    "effects.dry_friction": {"sleeve": "2 N"},
+    "effects.dashpot": {"sleeve": "20 N s/m"},
+    "effects.spring": {"sleeve": {"rate": "10 N/m"}},
+    "effects.stops": {"ball_radius": ["60 mm", "240 mm"], "restitution": 0.3},
+}
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    run = gm.run(gm.load("parabolic").replace({"run.duration": "2 s", "run.output_interval": "50 ms"}))
+    drawing = drawing_of(run, run.scene.part)
+    assert isinstance(drawing, ParabolicDrawing)
+    return run, drawing
+
+
+def test_the_lazy_tongs_have_bars_of_one_length_at_every_lift(drawn):
+    """As accurate as the run, to which 1e-8 of a metre was promised, over bars of some 100 mm."""
+    run, drawing = drawn
+    for pose in run.poses:
+        joints = drawing.tongs_joints(pose)
+        assert len(joints) == 2 * N_CELLS + 1
+        for (left, _, right), (next_left, _, next_right) in itertools.pairwise(joints):
+            lengths = [math.dist(left, next_right), math.dist(right, next_left), math.dist(left, next_left)]
+            assert max(abs(length - drawing.half_link) for length in lengths) < 1e-7
+    # Two bars of full length cross at each inner joint on the axis; half ones end at the pivot and at the sleeve.
+    links = [shape for shape in drawing.moving_shapes(run.poses[0], 0.0) if shape.role == "link"]
+    assert len(links) == 2 * (N_CELLS - 1) + 4
+
+
+def test_the_tongs_join_the_spindle_the_crosshead_and_the_sleeve(drawn):
+    run, drawing = drawn
+    for pose, lift in zip(run.poses, run.readings["sleeve_lift"], strict=True):
+        joints = drawing.tongs_joints(pose)
+        assert joints[0][1] == (0.0, pytest.approx(drawing.upper_pivot_height))
+        assert joints[N_CELLS][1][1] == pytest.approx(pose[0, 1], abs=1e-7)
+        assert joints[-1][1][1] == pytest.approx(drawing.zero_lift_height + lift, abs=1e-12)
+
+
+def test_the_pointer_shows_the_lift_and_the_balls_their_guide(drawn):
+    run, drawing = drawn
+    low, high = (shape for shape in drawing.background_shapes() if isinstance(shape, TextShape))
+    first, last = (float(one.text.removesuffix(" mm")) / 1e3 for one in (low, high))
+    for row in (0, -1):
+        shapes = list(drawing.moving_shapes(run.poses[row], 0.0))
+        tip = next(shape for shape in shapes if shape.role == "pointer").points[0][1]
+        assert first + (tip - low.y) / (high.y - low.y) * (last - first) == pytest.approx(run.readings["sleeve_lift"][row], abs=1e-9)
+        for ball in (shape for shape in shapes if isinstance(shape, Circle) and shape.role == "ball"):
+            assert ball.y == pytest.approx(ball.x**2 / 0.621225507207, abs=1e-7)
+
+
+def test_the_plan_marks_one_ball_and_its_hub_is_not_a_ball(drawn):
+    run, drawing = drawn
+    shapes = drawing.dial_shapes(run.poses[0], 0.3, 0.0, drawing.dial_ring_radius())
+    marks = [shape for shape in shapes if shape.role == "mark"]
+    assert len(marks) == 1
+    assert math.hypot(marks[0].x, marks[0].y) == pytest.approx(run.readings["ball_radius"][0])
+    assert not [shape for shape in shapes if shape.role == "ball" and math.hypot(shape.x, shape.y) < 0.01]
+
+
+@pytest.mark.parametrize("changes", [{}, EFFECTS], ids=["plain", "effects"])
+def test_every_pose_has_the_same_shapes_within_the_view(changes):
+    run = gm.run(gm.load("parabolic").replace({"run.duration": "1 s", "run.output_interval": "50 ms", **changes}))
+    drawing = drawing_of(run, run.scene.part)
+    moving = [list(drawing.moving_shapes(pose, float(time))) for pose, time in zip(run.poses, run.times, strict=True)]
+    assert len({tuple((type(shape), shape.role) for shape in shapes) for shapes in moving}) == 1
+    left, right, bottom, top = drawing.bounds
+    x0, x1, y0, y1 = bounding_box([*drawing.background_shapes(), *(shape for shapes in moving for shape in shapes)])
+    assert left < x0 < x1 < right
+    assert bottom < y0 < y1 < top
+    roles = {shape.role for shapes in (*moving, drawing.background_shapes()) for shape in shapes}
+    assert {"stop", "wall"} & roles == ({"wall"} if changes else set())
+    assert ({"held shoe", "shoe", "piston", "spring"} <= roles) == bool(changes)
