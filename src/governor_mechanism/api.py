@@ -1223,6 +1223,13 @@ def film(
     start: float | None = None,
     stop: float | None = None,
     slow_down: float | None = None,
+    layout: str = "machine+plots",
+    readings: Sequence[str] | None = None,
+    theme: str = "light",
+    footer: bool = True,
+    labels: bool = False,
+    forces: bool = False,
+    traces: bool = False,
     progress: gm.Progress | None = None,
 ) -> Path:
     """Write one or several runs as an animation.
@@ -1232,7 +1239,7 @@ def film(
     run
         A run, or several, which are shown side by side; one that ends before the others rests and says so.
     path
-        Path of the file: .gif, .mp4 with the optional dependency `video`, or .html for an interactive page of one run.
+        Path of the file: .gif, .svg, .mp4 or .webm with the optional dependency `video`, or .html for an interactive page of one run.
     titles
         Titles of several runs; those of their scenes if None.
     size
@@ -1244,9 +1251,24 @@ def film(
     start
         Start of the shown part, s; the first time of the runs if None.
     stop
-        End of the shown part, s; the last time of the runs if None, or when a governed engine has settled.
+        End of the shown part, s; the last time of the runs if None, or the end of its last whole period, or when a governed engine
+        has settled.
     slow_down
         Seconds of film per second of the run; chosen by the duration if None.
+    layout
+        "machine" alone, "machine+plots" in a square, or "wide": 16:9 with the plots beside.
+    readings
+        Names of up to 4 plotted readings, or "rate of ..."; those that suit the machine if None.
+    theme
+        Colours: "light" or "dark".
+    footer
+        Whether the last line states accuracy and engine.
+    labels
+        Whether the parts and the main angle are named.
+    forces
+        Whether weights, centrifugal forces, springs and dampers are drawn as arrows.
+    traces
+        Whether the paths of the mass centres are drawn.
     progress
         Called with the numbers of frames done and of all.
 
@@ -1258,7 +1280,7 @@ def film(
     Raises
     ------
     MechanismError
-        If the path, the runs, the titles or a number is not valid, or ffmpeg is missing for .mp4.
+        If the path, the runs, the titles or a number is not valid, or ffmpeg is missing for .mp4 or .webm.
 
     Examples
     --------
@@ -1278,5 +1300,12 @@ def film(
         start=start,
         stop=stop,
         slow_down=slow_down,
+        layout=layout,
+        readings=readings,
+        theme=theme,
+        footer=footer,
+        labels=labels,
+        forces=forces,
+        traces=traces,
         progress=progress,
     )

@@ -8,16 +8,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 import governor_mechanism as gm
-from governor_mechanism.cli import console
+from governor_mechanism.cli import console, film_options
 from governor_mechanism.cli.changed_scene import Changes, load_changed
 from governor_mechanism.cli.completion import complete_scene
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figure_files import FigureFiles
+from governor_mechanism.render.film.options import FilmLayout
 from governor_mechanism.units.quantities import number_or_text
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ class SideBySideFormat(StrEnum):
 
     GIF = "gif"
     MP4 = "mp4"
+    WEBM = "webm"
 
 
 def compare(
@@ -48,8 +50,19 @@ def compare(
         str | None,
         typer.Option("--range", help='Working range, "READING=LOW:HIGH"; by default that of the stops, or else what each run covers.'),
     ] = None,
-    film: Annotated[SideBySideFormat, typer.Option(help="File format of the film; mp4 needs the extra 'video'.")] = SideBySideFormat.GIF,
+    film: Annotated[
+        SideBySideFormat, typer.Option(help="File format of the film; mp4 and webm need the extra 'video'.")
+    ] = SideBySideFormat.GIF,
     no_film: Annotated[bool, typer.Option("--no-film", help="Write no film.")] = False,
+    layout: film_options.LayoutOption = FilmLayout.MACHINE_AND_PLOTS,
+    readings: film_options.ReadingsOption = None,
+    no_footer: film_options.NoFooterOption = False,
+    labels: film_options.LabelsOption = False,
+    forces: film_options.ForcesOption = False,
+    traces: film_options.TracesOption = False,
+    start: film_options.StartOption = None,
+    stop: film_options.StopOption = None,
+    slow_down: film_options.SlowDownOption = None,
     *,
     figures: FigureFiles,
     as_json: console.AsJson = False,
@@ -59,10 +72,22 @@ def compare(
     Of governors the table has the equilibrium at the speed of the spindle, its frequency and damping, effort, insensitivity, sensitiveness
     and work capacity; of all scenes, the last, lowest and highest values of the readings that at least two share.
     """
-    if film is SideBySideFormat.MP4 and not no_film:
+    chosen = film_options.gather_film_options(
+        layout=layout,
+        readings=readings,
+        no_footer=no_footer,
+        labels=labels,
+        forces=forces,
+        traces=traces,
+        start=start,
+        stop=stop,
+        slow_down=slow_down,
+        theme=figures.theme,
+    )
+    if film is not SideBySideFormat.GIF and not no_film:
         from governor_mechanism.render.film.writer import require_video_writer
 
-        require_video_writer()
+        require_video_writer(f".{film}")
     console.prepare_folder(figures.folder)
     duration = None if seconds is None else number_or_text(seconds)
     loaded = [_load(scene, changes, duration) for scene in scenes]
@@ -70,7 +95,7 @@ def compare(
     with console.show_status("simulating"):
         comparison = gm.compare(*loaded, engine=engine, accuracy=accuracy, resistance=resistance, between=between)
     files = _write_figure(comparison, figures)
-    files += [] if no_film else _write_film(comparison, figures.folder / f"{STEM}.{film.value}")
+    files += [] if no_film else _write_film(comparison, figures.folder / f"{STEM}.{film.value}", chosen)
     is_ok = all(run.outcome.ok for run in comparison.runs)
     return console.CommandResult(text=[comparison], values=comparison.as_json(), files=files, ok=is_ok)
 
@@ -98,7 +123,7 @@ def _write_figure(comparison: Comparison, figures: FigureFiles) -> list[Path]:
         return figures.save(comparison_figure(comparison), STEM)
 
 
-def _write_film(comparison: Comparison, path: Path) -> list[Path]:
+def _write_film(comparison: Comparison, path: Path, options: Mapping[str, Any]) -> list[Path]:
     """Write the film of the runs that have reported times; none if nothing moves in time."""
     shown = [(run, name) for run, name in zip(comparison.runs, comparison.names, strict=True) if len(run.times) > 1]
     if not shown:
@@ -106,4 +131,4 @@ def _write_film(comparison: Comparison, path: Path) -> list[Path]:
     runs = [run for run, _ in shown]
     titles = [run.scene.title for run in runs] if len(runs) > 1 else None
     with console.show_progress_bar("film") as progress:
-        return [gm.film(runs, path, titles=titles, progress=progress)]
+        return [gm.film(runs, path, titles=titles, progress=progress, **options)]

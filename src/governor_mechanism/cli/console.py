@@ -41,7 +41,7 @@ _FIGURE_OPTIONS = (
     ("out", Path, typer.Option(help="Folder for the results."), RESULTS_FOLDER),
     ("no_figure", bool, typer.Option("--no-figure", help="Draw no figure."), False),
     ("figure_formats", list[FigureFormat] | None, typer.Option("--format", help="Format of the figures. Repeatable. [png]"), None),
-    ("theme", Theme, typer.Option(help="Colours of the figures."), Theme.LIGHT),
+    ("theme", Theme, typer.Option(help="Colours of figures and films; a film always has a ground."), Theme.LIGHT),
 )
 """Options of a command with a parameter `figures`: name, type, option, default."""
 

@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import governor_mechanism as gm
-from governor_mechanism.cli import console
+from governor_mechanism.cli import console, film_options
 from governor_mechanism.cli.changed_scene import Changes, load_changed
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figure_files import FigureFiles
+from governor_mechanism.render.film.options import FilmLayout
 from governor_mechanism.units.quantities import number_or_text
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ class FilmFormat(StrEnum):
 
     GIF = "gif"
     MP4 = "mp4"
+    WEBM = "webm"
+    SVG = "svg"
     HTML = "html"
 
 
@@ -49,7 +52,7 @@ def run(
     seconds: Annotated[str | None, typer.Option(help='Duration, for example "2 s"; by default the one of the scene.')] = None,
     max_steps: Annotated[int | None, typer.Option(min=1, help="Largest number of steps of one run of the engine.")] = None,
     film: Annotated[
-        FilmFormat, typer.Option(help="File format of the film; mp4 needs the extra 'video', html is an interactive page.")
+        FilmFormat, typer.Option(help="File format of the film; mp4 and webm need the extra 'video', html is an interactive page.")
     ] = FilmFormat.GIF,
     no_film: Annotated[bool, typer.Option("--no-film", help="Write no film.")] = False,
     fps: Annotated[
@@ -58,6 +61,15 @@ def run(
     size: Annotated[
         str | None, typer.Option(help="Height of the film in pixels, as 720 or 720x720; its width follows from what it shows. [480]")
     ] = None,
+    layout: film_options.LayoutOption = FilmLayout.MACHINE_AND_PLOTS,
+    readings: film_options.ReadingsOption = None,
+    no_footer: film_options.NoFooterOption = False,
+    labels: film_options.LabelsOption = False,
+    forces: film_options.ForcesOption = False,
+    traces: film_options.TracesOption = False,
+    start: film_options.StartOption = None,
+    stop: film_options.StopOption = None,
+    slow_down: film_options.SlowDownOption = None,
     title: Annotated[str | None, typer.Option(help="Title of film, figures and record; by default the one of the scene.")] = None,
     *,
     figures: FigureFiles,
@@ -65,18 +77,31 @@ def run(
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Simulate a scene; write its film, figure, readings (CSV), arrays (netCDF) and a record (JSON)."""
-    film_options = {"frames_per_second": fps} | ({} if size is None else {"size": parse_film_size(size)})
-    if film is FilmFormat.MP4 and not no_film:
+    chosen = film_options.gather_film_options(
+        layout=layout,
+        readings=readings,
+        no_footer=no_footer,
+        labels=labels,
+        forces=forces,
+        traces=traces,
+        start=start,
+        stop=stop,
+        slow_down=slow_down,
+        theme=figures.theme,
+        is_page=film is FilmFormat.HTML,
+    )
+    frame_options = {"frames_per_second": fps} | ({} if size is None else {"size": parse_film_size(size)})
+    if film in (FilmFormat.MP4, FilmFormat.WEBM) and not no_film:
         from governor_mechanism.render.film.writer import require_video_writer
 
-        require_video_writer()
+        require_video_writer(f".{film}")
     console.prepare_folder(figures.folder)
     duration = None if seconds is None else number_or_text(seconds)
     loaded = load_changed(scene, changes, run__duration=duration, title=title)
     selected_engine = engine if max_steps is None else _limit_steps(engine, loaded, accuracy, max_steps)
     with console.show_status("simulating"):
         result = gm.run(loaded, engine=selected_engine, accuracy=accuracy)
-    files = _write_results(result, figures, Path(loaded.source).stem or "scene", None if no_film else film, film_options)
+    files = _write_results(result, figures, Path(loaded.source).stem or "scene", None if no_film else film, {**frame_options, **chosen})
     if not result.outcome.ok and not as_json:
         console.print_to_stderr(result.message)
     return _report(result, files, verbose=verbose, as_json=as_json)
@@ -151,9 +176,7 @@ def _format_gears(scene: Scene) -> str:
     return gm.valve_gears([scene], 5).gears[0].format_events()
 
 
-def _write_results(
-    result: Trajectory, figures: FigureFiles, stem: str, film: FilmFormat | None, film_options: Mapping[str, Any]
-) -> list[Path]:
+def _write_results(result: Trajectory, figures: FigureFiles, stem: str, film: FilmFormat | None, options: Mapping[str, Any]) -> list[Path]:
     """Write all results of a run or none, with a progress bar for the film; nothing for a run that ends before its first reported time."""
     from governor_mechanism.render.results_folder import save_run
 
@@ -170,7 +193,7 @@ def _write_results(
                 figure_formats=figures.formats,
                 theme=figures.theme,
                 film=kind,
-                film_options=film_options,
+                film_options=options,
                 progress=progress,
             )
         )

@@ -25,7 +25,7 @@ class Film(os.PathLike[str]):
     Attributes
     ----------
     path
-        Path of the file, which ends in .gif, .mp4 or .html.
+        Path of the file, which ends in .gif, .svg, .mp4, .webm or .html.
     """
 
     path: Path
@@ -44,6 +44,8 @@ class Film(os.PathLike[str]):
             page, style = escape(self.path.read_text(encoding="utf-8")), "width:100%;border:0"
             return f'<iframe srcdoc="{page}" title="{escape(self.path.stem)}" height="{PAGE_HEIGHT}" style="{style}"></iframe>'
         content = b64encode(self.path.read_bytes()).decode()
-        if self.path.suffix.lower() == ".mp4":
-            return f'<video controls loop autoplay muted src="data:video/mp4;base64,{content}"></video>'
-        return f'<img src="data:image/gif;base64,{content}" alt="{escape(self.path.stem)}">'
+        kind = self.path.suffix.lower().removeprefix(".")
+        if kind in ("mp4", "webm"):
+            return f'<video controls loop autoplay muted src="data:video/{kind};base64,{content}"></video>'
+        media_type = "svg+xml" if kind == "svg" else kind
+        return f'<img src="data:image/{media_type};base64,{content}" alt="{escape(self.path.stem)}">'

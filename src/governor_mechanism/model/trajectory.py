@@ -430,6 +430,13 @@ class Trajectory:
         start: float | None = None,
         stop: float | None = None,
         slow_down: float | None = None,
+        layout: str = "machine+plots",
+        readings: Sequence[str] | None = None,
+        theme: str = "light",
+        footer: bool = True,
+        labels: bool = False,
+        forces: bool = False,
+        traces: bool = False,
         progress: Callable[[int, int], None] | None = None,
     ) -> Film:
         """Write the run as an animation, which a notebook shows.
@@ -437,7 +444,7 @@ class Trajectory:
         Parameters
         ----------
         path
-            Path of the file: .gif, .mp4 with the optional dependency `video`, or .html for an interactive page.
+            Path of the file: .gif, .svg, .mp4 or .webm with the optional dependency `video`, or .html for an interactive page.
         size
             Height of the film in pixels; at least 320.
         frames_per_second
@@ -447,9 +454,24 @@ class Trajectory:
         start
             Start of the shown part of the run, s; its first time if None.
         stop
-            End of the shown part of the run, s; its last time if None, or when a governed engine has settled.
+            End of the shown part of the run, s; its last time if None, or the end of its last whole period, or when a governed engine
+            has settled.
         slow_down
             Seconds of film per second of the run; chosen by the duration if None.
+        layout
+            "machine" alone, "machine+plots" in a square, or "wide": 16:9 with the plots beside.
+        readings
+            Names of up to 4 plotted readings, or "rate of ..."; those that suit the machine if None.
+        theme
+            Colours: "light" or "dark".
+        footer
+            Whether the last line states accuracy and engine.
+        labels
+            Whether the parts and the main angle are named.
+        forces
+            Whether weights, centrifugal forces, springs and dampers are drawn as arrows.
+        traces
+            Whether the paths of the mass centres are drawn.
         progress
             Called with the numbers of frames done and of all.
 
@@ -461,7 +483,7 @@ class Trajectory:
         Raises
         ------
         MechanismError
-            If the path or a number is not valid, or ffmpeg is missing for .mp4.
+            If the path or a number is not valid, or ffmpeg is missing for .mp4 or .webm.
         """
         from governor_mechanism.notebook.film import film_run
 
@@ -474,6 +496,13 @@ class Trajectory:
             start=start,
             stop=stop,
             slow_down=slow_down,
+            layout=layout,
+            readings=readings,
+            theme=theme,
+            footer=footer,
+            labels=labels,
+            forces=forces,
+            traces=traces,
             progress=progress,
         )
 
@@ -505,7 +534,7 @@ class Trajectory:
         theme
             Colours of the figures: "light", "dark", or "transparent" (without the paper).
         film
-            "gif" or "mp4" for a film, too, or "html" for an interactive page.
+            "gif", "svg", "mp4" or "webm" for a film, too, or "html" for an interactive page.
         progress
             Called with the numbers of frames done and of all.
 

@@ -367,9 +367,7 @@ def integrate_with_contacts(
             step = min(step, POST_EVENT_STEP_RATIO * limits.max_step)
 
 
-def initialise_contact_mode(
-    equation: ReducedEquation, buffers: StepBuffers, time: float, state: FloatArray, event_log: EventLog
-) -> None:
+def initialise_contact_mode(equation: ReducedEquation, buffers: StepBuffers, time: float, state: FloatArray, event_log: EventLog) -> None:
     """Select the contact mode at a start or after a discontinuity of an input; the state must be on the table."""
     no_states, no_modes = np.empty((0, state.size)), np.empty((0, equation.model.mode.size), dtype=np.int64)
     limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)

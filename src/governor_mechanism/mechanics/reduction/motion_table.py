@@ -60,12 +60,7 @@ class MotionTable:
     """
 
     def __init__(
-        self,
-        scene: Scene,
-        q: float,
-        poses: FloatArray,
-        width_ratio: float = 1.0,
-        fit_tolerance: float = MIN_FIT_TOLERANCE,
+        self, scene: Scene, q: float, poses: FloatArray, width_ratio: float = 1.0, fit_tolerance: float = MIN_FIT_TOLERANCE
     ) -> None:
         start_time = time.perf_counter()
         self.scene = scene

@@ -15,6 +15,7 @@ from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import PixelView, shift_rect
 from governor_mechanism.render.film.moving_parts import Curve, Panel, plot_curves
+from governor_mechanism.render.film.options import DEFAULT_OPTIONS, FilmLayout, FilmOptions
 from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2, round_step
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, EngineRoomParts
@@ -22,11 +23,18 @@ from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDra
 from governor_mechanism.render.machines.engine_room.torques import engine_torque, load_steps, mean_speed
 from governor_mechanism.render.machines.flywheel_engine.cylinder import BAR
 from governor_mechanism.render.number_format import display_unit_of, format_film_speed, format_name, format_numbers
-from governor_mechanism.render.style import BLUE, GREEN, MUTED, SERIF_FONT, VERMILLION
+from governor_mechanism.render.shown_readings import chosen_readings
+from governor_mechanism.render.style import BLUE, GREEN, MUTED, SERIES_COLOURS, SERIF_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
 
 ROOM_RECT: layout.PixelRect = (8.0, 42.0, 8.0 + room.WIDTH, 42.0 + room.HEIGHT)
 """Place of the elevation in a frame of two parts."""
+FRAME_WIDTHS = {
+    FilmLayout.MACHINE: (room.WIDTH + 16.0, 0.0),
+    FilmLayout.MACHINE_AND_PLOTS: (layout.REFERENCE_SIZE, layout.PART_PITCH),
+    FilmLayout.WIDE: (layout.WIDE_WIDTH - layout.PART_PITCH, layout.PART_PITCH),
+}
+"""Width of the frame without what lies at negative positions, and the width of that, pixels."""
 _BROWN, _LIGHT_BLUE = "#7a3600", "#9fcbe6"
 
 
@@ -57,6 +65,8 @@ class EngineRoomPainter(FrameCanvas):
         Height of the frame, pixels.
     title
         Title; None takes that of the scene.
+    options
+        What is shown.
     animated
         Whether moving artists are left out of the static background.
     """
@@ -70,15 +80,22 @@ class EngineRoomPainter(FrameCanvas):
         size: int = 480,
         *,
         title: str | None = None,
+        options: FilmOptions = DEFAULT_OPTIONS,
         animated: bool = True,
     ) -> None:
-        super().__init__(size, layout.PART_PITCH)
+        width, shift = FRAME_WIDTHS[options.layout]
+        super().__init__(size, shift, options, width)
         self._run, self._governed, self._data = run, governed, governor
         self.room = EngineRoomDrawing(run, governed, engine.drawing, governor.drawing)
         self._add_title_and_footer(run, run.scene.title if title is None else title, governor)
         self._add_caption()
         panels = [self._make_elevation(), *self._make_plots()]
         self._finish(panels, animated)
+
+    @property
+    def canvases(self) -> Sequence[FrameCanvas]:
+        """The canvas itself."""
+        return (self,)
 
     def paint(self, k: int) -> RgbaPixels:
         """Return frame k as opaque RGBA pixels (size, width, 4)."""
@@ -134,8 +151,11 @@ class EngineRoomPainter(FrameCanvas):
 
     def _make_plots(self) -> list[Panel]:
         """Return the plots, stacked over a common time axis, and write their names and numbers."""
-        plots = self._plots()
-        left, top, right, bottom = layout.READINGS_RECT
+        if self._options.layout is FilmLayout.MACHINE:
+            return []
+        plots = self._chosen_plots() or self._plots()
+        left, top, _, bottom = layout.READINGS_RECT
+        right = self._right - 10.0
         height = (bottom - layout.TIME_LABEL_HEIGHT - top) / len(plots)
         marks = load_steps(self._run, self._governed)
         if self._governed.break_time is not None:
@@ -163,6 +183,16 @@ class EngineRoomPainter(FrameCanvas):
             text = self._add_text(name + ("," if k < len(others) else ""), (x, y), 12.5, fontfamily=SERIF_FONT, **style)
             x += float(text.get_window_extent().width) * layout.REFERENCE_SIZE / self._size + 4.0
             text.set_visible(x < number_left)
+
+    def _chosen_plots(self) -> list[_Plot]:
+        """Return the plots of the chosen readings."""
+        plots = []
+        for (name, reading), colour in zip(chosen_readings(self._run, self._options.readings).items(), SERIES_COLOURS, strict=False):
+            unit, factor = display_unit_of(reading.unit)
+            curve = self._curve(colour, reading.values * factor)
+            noise = READING_NOISE_RATIO * reading.scale * factor
+            plots.append(_Plot(names=(format_name(name),), unit=unit, noise=noise, curves=(curve,)))
+        return plots
 
     def _plots(self) -> list[_Plot]:
         """Return the plots from the top: speed, the governor's reading, what it controls, and torque with load."""

@@ -23,9 +23,11 @@ from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import PixelView
 from governor_mechanism.render.film.moving_artist import MovingArtist
 from governor_mechanism.render.film.moving_parts import CachedNumber, Panel
+from governor_mechanism.render.film.options import DEFAULT_OPTIONS, FilmOptions
 from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
 from governor_mechanism.render.number_format import format_closing_lines
 from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION, Brush, artist_paths
+from governor_mechanism.render.theme import recolour
 from governor_mechanism.types import BoolArray, FloatArray
 
 FRAME_DPI = 64
@@ -46,38 +48,42 @@ def _format_times(times: FloatArray, has_ended: BoolArray) -> list[str]:
 class FrameCanvas:
     """Figure of one film: `update(k)` moves every artist to frame k, `draw(k)` returns the pixels of frame k.
 
-    The frame is `size` pixels high. Positions are pixels of a square of 480 at its right end; the frame is wider by `shift` of them at the
-    left, where positions are negative.
+    The frame is `size` pixels high. Positions are pixels of a frame 480 high and `width` wide, for one part; the frame is wider by `shift`
+    of them at the left, where positions are negative.
     """
 
-    def __init__(self, size: int, shift: float) -> None:
+    def __init__(self, size: int, shift: float, options: FilmOptions = DEFAULT_OPTIONS, width: float = layout.REFERENCE_SIZE) -> None:
         if not MIN_FRAME_SIZE <= size <= MAX_FRAME_SIZE:
             raise MechanismError(f"size of a film must be {MIN_FRAME_SIZE} to {MAX_FRAME_SIZE} pixels; got {size}")
         # The whole frame is a whole number of pixels wide.
-        self._shift = round(shift * size / layout.REFERENCE_SIZE) * layout.REFERENCE_SIZE / size
-        self._width = layout.REFERENCE_SIZE + self._shift
+        self._shift, self._right = (
+            round(length * size / layout.REFERENCE_SIZE) * layout.REFERENCE_SIZE / size for length in (shift, width)
+        )
+        self._width = self._right + self._shift
+        self._options = options
         self.figure = Page(self._width / layout.REFERENCE_SIZE * size / FRAME_DPI, size / FRAME_DPI, dpi=FRAME_DPI)
         self._canvas = cast(Any, FigureCanvasAgg(self.figure))  # its methods have no types
         self._size = size
         # Points per pixel of a 480-pixel frame.
         self._points_per_pixel = size / layout.REFERENCE_SIZE * 72 / FRAME_DPI
-        self._counters: list[CachedNumber] = []
-        self._panels: list[Panel] = []
+        self.counters: list[CachedNumber] = []
+        self.panels: list[Panel] = []
 
     def _finish(self, panels: Sequence[Panel], animated: bool) -> None:
-        """Keep the panels, draw what is static, and store the characters of the numbers."""
-        self._panels = list(panels)
-        moving_artists = [moving.artist for panel in self._panels for moving in panel.artists]
-        for artist in (*moving_artists, *(counter.artist for counter in self._counters)):
+        """Keep the panels, give all artists the colours of the theme, draw what is static, and store the characters of the numbers."""
+        self.panels = list(panels)
+        recolour(self.figure, self._options.theme)
+        moving_artists = [moving.artist for panel in self.panels for moving in panel.artists]
+        for artist in (*moving_artists, *(counter.artist for counter in self.counters)):
             artist.set_animated(animated)
         self._canvas.draw()
         self._background = self._canvas.copy_from_bbox(self.figure.bbox)
-        for counter in self._counters:
+        for counter in self.counters:
             counter.cache_glyphs(self._canvas)
 
     def update(self, k: int) -> None:
         """Move all animated artists and numbers to frame k."""
-        moving: list[Panel | CachedNumber] = [*self._panels, *self._counters]
+        moving: list[Panel | CachedNumber] = [*self.panels, *self.counters]
         for one in moving:
             one.update(k)
 
@@ -85,10 +91,10 @@ class FrameCanvas:
         """Return frame k as opaque RGBA pixels (size, width, 4) of the canvas, which the next frame overwrites."""
         self._canvas.restore_region(self._background)
         renderer = self._canvas.get_renderer()
-        for panel in self._panels:
+        for panel in self.panels:
             panel.draw(renderer, k)
         pixels: RgbaPixels = np.asarray(self._canvas.buffer_rgba())
-        for counter in self._counters:
+        for counter in self.counters:
             counter.blit(pixels, k)
         return pixels
 
@@ -120,24 +126,27 @@ class FrameCanvas:
         number_position = (position[0] - width * layout.REFERENCE_SIZE / self._size - gap, position[1])
         text = self._add_text(max(texts, key=len), number_position, height, ha="right", **style)
         max_width = float(text.get_window_extent().width) * layout.REFERENCE_SIZE / self._size
-        self._counters.append(CachedNumber(text, texts))
+        self.counters.append(CachedNumber(text, texts))
         return float(number_position[0]) - max_width
 
     def _add_title_and_footer(self, run: Trajectory, title: str, frame_data: FrameData) -> None:
         """Add title, time, rules and footer; a run that has ended before the film says so."""
         times = _format_times(frame_data.times, frame_data.has_ended)
-        left, right = 12 - self._shift, self._add_number(times, "s", (468, 18), 12, color=INK)
+        left, right = 12 - self._shift, self._add_number(times, "s", (self._right - 12, 18), 12, color=INK)
         self._add_text(" ".join(title.split()), (left, 18), 15, fontfamily=SERIF_FONT, max_width=right - 24 + self._shift)
         lines, is_failure = format_closing_lines(run, FRAME_CLOSING_LINE_LENGTH)
         rule_y, line_positions = layout.CLOSING_LINE_LAYOUT[len(lines)]
-        for y in (layout.HEADER_RULE_Y, rule_y):
-            self._add_line((left, y), (468, y), RULE)
+        has_footer = self._options.footer or is_failure
+        for y in (layout.HEADER_RULE_Y, rule_y)[: 1 + has_footer]:
+            self._add_line((left, y), (self._right - 12, y), RULE)
+        if not has_footer:
+            return
         for text, y in zip(lines, line_positions, strict=True):
             size = 10 if len(lines) == 1 else 9.5
-            width = (456 if is_failure else 340) + self._shift
+            width = self._right - (24 if is_failure else 140) + self._shift
             self._add_text(text, (left, y), size, color=VERMILLION if is_failure else MUTED, max_width=width)
         if not is_failure:
-            self._add_text(f"engine: {run.cost.engine}", (468, 470), 10, color=MUTED, ha="right")
+            self._add_text(f"engine: {run.cost.engine}", (self._right - 12, 470), 10, color=MUTED, ha="right")
 
     def _add_line(self, start: Vec2, end: Vec2, colour: str) -> None:
         """Add a thin line between two positions (pixels of 480)."""

@@ -13,7 +13,7 @@ from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_lim
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, enclose_boxes
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.number_format import display_unit_of
-from governor_mechanism.render.shown_readings import shown_readings
+from governor_mechanism.render.shown_readings import RATE_START, ShownReading, chosen_readings, shown_readings
 from governor_mechanism.types import FloatArray
 
 END_TOLERANCE = 1e-9
@@ -29,24 +29,56 @@ class FrameData:
     Outside of the reported times of the run it rests in its first or its last position: `times` (f,) stay there, and `has_ended` (f,) is
     true after the last. `poses` (f, bodies, 3) are those of the part, by cubic Hermite polynomials; `readings` are by plain name, with
     values (f,) interpolated linearly; `spindle_angle` (f,) rad counts from the start and is zero without a spindle speed. `drawing` is that
-    of the whole run. A second of the run takes `slow_down` seconds of film.
+    of the whole run. A second of the run takes `slow_down` seconds of film. `chosen` are names of readings of the run, or "rate of ...",
+    that are shown besides.
+
+    `sample_times` (s,) are the reported times within the time span and its ends; curves are drawn through them, since a fast crank moves
+    far from one frame to the next.
     """
 
-    def __init__(self, run: Trajectory, part: Part, time_span: Vec2, times: FloatArray, slow_down: float = 1.0) -> None:
+    def __init__(
+        self, run: Trajectory, part: Part, time_span: Vec2, times: FloatArray, slow_down: float = 1.0, chosen: Sequence[str] = ()
+    ) -> None:
         # Frame times are computed, so that the last may lie beyond the end by rounding.
         self.has_ended = times > run.times[-1] + END_TOLERANCE * max(abs(time_span[1] - time_span[0]), abs(run.times[-1]))
         times = np.clip(times, run.times[0], run.times[-1])
         self.part, self.time_span, self.times, self.slow_down = part, time_span, times, slow_down
         self.drawing = drawing_of(run, part, slow_down)
         if len(run.times) > 1:
-            self.poses = np.asarray(CubicHermiteSpline(run.times, self.drawing.poses, self.drawing.select_bodies(run.velocities))(times))
+            self._motion = CubicHermiteSpline(run.times, self.drawing.poses, self.drawing.select_bodies(run.velocities))
         else:
-            self.poses = self.drawing.poses.repeat(len(times), axis=0)
-        readings = self.drawing.select_entries(shown_readings(run))
+            self._motion = None
+        self.poses = self.poses_at(times)
+        first, last = (float(np.clip(time, run.times[0], run.times[-1])) for time in time_span)
+        inside = run.times[(run.times > first) & (run.times < last)]
+        self.sample_times = np.unique(np.concatenate([[first], inside, [last]]))
+        readings = self.drawing.select_entries(shown_readings(run)) | self._select_chosen(run, chosen)
         speed = readings["spindle_speed"].values if "spindle_speed" in readings else np.zeros(len(run.times))
         spindle_angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(run.times))])
         self.spindle_angle = np.interp(times, run.times, spindle_angle)
         self.readings = {name: replace(one, values=np.interp(times, run.times, one.values)) for name, one in readings.items()}
+        self._reported = {name: one.values for name, one in readings.items()}
+
+    def poses_at(self, times: FloatArray) -> FloatArray:
+        """Return the poses (n, bodies, 3) at times (n,) s within those of the run."""
+        return self.drawing.poses.repeat(len(times), axis=0) if self._motion is None else np.asarray(self._motion(times))
+
+    def sampled_values(self, name: str) -> FloatArray:
+        """Return the values (s,) of a reading at the sample times."""
+        values: FloatArray = np.interp(self.sample_times, self.drawing.run.times, self._reported[name])
+        return values
+
+    def plain_name(self, name: str) -> str | None:
+        """Return a chosen name without that of the part, or None if it is one of another part."""
+        rate, source = (RATE_START, name.removeprefix(RATE_START)) if name.startswith(RATE_START) else ("", name)
+        plain = list(self.drawing.select_entries({source: None}))
+        return rate + plain[0] if plain else None
+
+    def _select_chosen(self, run: Trajectory, names: Sequence[str]) -> dict[str, ShownReading]:
+        """Return those of the chosen readings that belong to the part, by plain names."""
+        chosen = chosen_readings(run, names)
+        plain_names = {name: self.plain_name(name) for name in chosen}
+        return {plain: chosen[name] for name, plain in plain_names.items() if plain is not None}
 
 
 ShownParts = Sequence[FrameData]
@@ -74,7 +106,7 @@ def common_axis_limits(column: Sequence[FrameData], name: str) -> Vec2:
     """Return the limits of the axis, in the display unit, of a reading of a part in several runs."""
     readings = [data.readings[name] for data in column if name in data.readings]
     factor = display_unit_of(readings[0].unit)[1]
-    values = np.concatenate([reading.values for reading in readings])
+    values = np.concatenate([data.sampled_values(name) for data in column if name in data.readings])
     return axis_limits_for(values * factor, READING_NOISE_RATIO * max(reading.scale for reading in readings) * factor)
 
 

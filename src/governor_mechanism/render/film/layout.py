@@ -1,7 +1,8 @@
 """Layout of a film frame: rectangles in pixels of a 480-pixel square, and the view from metres to pixels."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from governor_mechanism.render.film.options import FilmLayout, FilmOptions
 from governor_mechanism.render.geometry.primitives import BoundingBox
 
 REFERENCE_SIZE = 480.0
@@ -60,8 +61,70 @@ def fit_view(box: BoundingBox, rect: PixelRect) -> PixelView:
     return PixelView(rect=rect, scale=scale, x=(x0 + x1) / 2, y=(y0 + y1) / 2)
 
 
-def reading_rects(count: int, has_dial: bool) -> list[PixelRect]:
-    """Return the rectangles of `count` readings, stacked, above the dial if there is one."""
-    left, top, right, bottom = READINGS_RECT
-    height = ((DIAL_RECT[1] - 8.0 if has_dial else bottom) - top) / max(count, 1)
-    return [(left, top + k * height, right, top + (k + 1) * height) for k in range(count)]
+@dataclass(frozen=True, kw_only=True)
+class FrameLayout:
+    """Places in a frame of one part that is `width` (pixels) wide; each further part adds `part_pitch` at the left.
+
+    Without plots, `readings` and `dial` are None. A dial below the readings takes from their height, one beside them from the elevation.
+    """
+
+    width: float = REFERENCE_SIZE
+    part_pitch: float = PART_PITCH
+    elevation: PixelRect = ELEVATION_RECT
+    caption: PixelRect = CAPTION_RECT
+    readings: PixelRect | None = READINGS_RECT
+    dial: PixelRect | None = DIAL_RECT
+
+    def reading_rects(self, count: int, has_dial: bool) -> list[PixelRect]:
+        """Return the rectangles of `count` readings, stacked, above the dial if it is below them."""
+        if self.readings is None:
+            return []
+        left, top, right, bottom = self.readings
+        if has_dial and self.dial is not None and self.dial[0] >= left:
+            bottom = self.dial[1] - 8.0
+        height = (bottom - top) / max(count, 1)
+        return [(left, top + k * height, right, top + (k + 1) * height) for k in range(count)]
+
+
+WIDE_WIDTH = REFERENCE_SIZE * 16 / 9
+"""Width (pixels) of a frame in 16:9."""
+FOOTER_HEIGHT = 16.0
+"""Height (pixels) that a frame without a footer gives to its panels."""
+
+
+def frame_layout(options: FilmOptions, has_dial: bool) -> FrameLayout:
+    """Return the places in a frame, for a machine with or without a plan view."""
+    match options.layout:
+        case FilmLayout.MACHINE:
+            right = REFERENCE_SIZE - 8.0
+            places = FrameLayout(
+                part_pitch=right, elevation=(8.0, 42.0, right, 436.0), caption=(14.0, 440.0, right - 6.0, 456.0), readings=None, dial=None
+            )
+        case FilmLayout.WIDE:
+            right = 404.0 if has_dial else 500.0
+            places = FrameLayout(
+                width=WIDE_WIDTH,
+                part_pitch=right,
+                elevation=(8.0, 42.0, right, 436.0),
+                caption=(14.0, 440.0, right, 456.0),
+                readings=(524.0, 46.0, WIDE_WIDTH - 12.0, 452.0),
+                dial=(414.0, 358.0, 508.0, 452.0),
+            )
+        case _:
+            places = FrameLayout()
+    return places if options.footer else _without_footer(places)
+
+
+def _without_footer(places: FrameLayout) -> FrameLayout:
+    """Return places that reach down to where the footer would be."""
+
+    def lower(rect: PixelRect, top: float = 0.0) -> PixelRect:
+        return rect[0], rect[1] + top, rect[2], rect[3] + FOOTER_HEIGHT
+
+    return replace(
+        places,
+        elevation=lower(places.elevation),
+        caption=lower(places.caption, FOOTER_HEIGHT),
+        readings=None if places.readings is None else lower(places.readings),
+        dial=None if places.dial is None else lower(places.dial, FOOTER_HEIGHT),
+    )

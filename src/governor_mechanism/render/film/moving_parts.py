@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.moving_artist import MovingArtist
 from governor_mechanism.render.geometry.primitives import Vec2
-from governor_mechanism.render.style import MUTED, PAPER, RULE
+from governor_mechanism.render.style import MUTED, PAPER, RULE, parse_rgb
 from governor_mechanism.types import FloatArray
 
 
@@ -39,17 +40,11 @@ class Panel:
             artist.draw(renderer, path)
 
 
-def plot_reading(axes: Axes, colour: str, frame_data: FrameData, values: FloatArray, limits: Vec2, points_per_pixel: float) -> Panel:
-    """Return the panel of a curve of values (f,) in the display unit, up to frame k; `points_per_pixel` is that of pixels of 480."""
-    start, end = frame_data.time_span
-    axes.set(xlim=(start, max(end, start + 1e-9)), ylim=limits)
-    _style_axes(axes, frame_data.time_span, points_per_pixel)
-    curve = Line2D([], [], color=colour, linewidth=1.5 * points_per_pixel, solid_joinstyle="round", zorder=3)
-    dot = Line2D([], [], color=colour, marker="o", markersize=6 * points_per_pixel, clip_on=False, zorder=4)
-    dot.set(markeredgecolor=PAPER, markeredgewidth=0.8 * points_per_pixel)
+@dataclass(frozen=True)
+class CurvePanel(Panel):
+    """A plot whose artists are a line and a dot for each of its `curves`, points (n, 2) in data units; the line ends at the dot."""
 
-    points = np.column_stack([frame_data.times, values])
-    return Panel([MovingArtist(axes.add_line(line)) for line in (curve, dot)], lambda k: [Path(points[first : k + 1]) for first in (0, k)])
+    curves: Sequence[FloatArray]
 
 
 def _style_axes(axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
@@ -90,7 +85,8 @@ def plot_curves(
 ) -> Panel:
     """Return the panel of curves, the first in front, with all their points up to frame k; `marks` are times (s) of upright lines.
 
-    Only the lowest of several plots has time labels.
+    The whole curves are pale behind, so that also the first frame shows them. Only the lowest of several plots on a common time axis has
+    time labels.
     """
     start, end = frame_data.time_span
     axes.set(xlim=(start, max(end, start + 1e-9)), ylim=limits)
@@ -101,11 +97,14 @@ def plot_curves(
         axes.axvline(mark, color=MUTED, linewidth=0.8 * points_per_pixel, dashes=(3.0, 2.0), zorder=1)
     artists, tracks = [], []
     for curve in reversed(curves):
-        line = Line2D([], [], color=curve.colour, linewidth=1.3 * points_per_pixel, solid_joinstyle="round", zorder=3)
+        points = _thin_out(_visible_points(curve, frame_data.time_span))
+        width = 1.4 * points_per_pixel
+        axes.add_line(Line2D(*points.T, color=_pale(curve.colour), linewidth=width, solid_joinstyle="round", zorder=2.5))
+        line = Line2D([], [], color=curve.colour, linewidth=width, solid_joinstyle="round", zorder=3)
         dot = Line2D([], [], color=curve.colour, marker="o", markersize=5 * points_per_pixel, clip_on=False, zorder=4)
         dot.set(markeredgecolor=PAPER, markeredgewidth=0.8 * points_per_pixel)
         artists += [MovingArtist(axes.add_line(one)) for one in (line, dot)]
-        tracks.append((_visible_points(curve, frame_data.time_span), curve.has_dot))
+        tracks.append((points, curve.has_dot))
 
     def paths_at(k: int) -> list[Path | None]:
         time = float(frame_data.times[k])
@@ -117,7 +116,33 @@ def plot_curves(
             paths += [Path(np.concatenate([before, last]) if is_reached else before), Path(last if is_reached and has_dot else last[:0])]
         return paths
 
-    return Panel(artists, paths_at)
+    return CurvePanel(artists, paths_at, [points for points, _ in tracks])
+
+
+PALE_SHARE = 0.35
+"""Share of its colour in the pale copy of a curve; the rest is paper."""
+THIN_COLUMNS = 250
+"""Number of columns of a plot of which each keeps its first, lowest, highest and last point: more than a plot has pixels at 480."""
+
+
+def _pale(colour: str) -> str:
+    """Return a colour blended with that of the paper."""
+    parts = (PALE_SHARE * one + (1.0 - PALE_SHARE) * paper for one, paper in zip(parse_rgb(colour), parse_rgb(PAPER), strict=True))
+    return "#" + "".join(f"{round(part):02x}" for part in parts)
+
+
+def _thin_out(points: FloatArray) -> FloatArray:
+    """Return the points (m, 2) that a curve through points (n, 2) needs to look the same."""
+    if len(points) <= 4 * THIN_COLUMNS:
+        return points
+    edges = np.searchsorted(points[:, 0], np.linspace(points[0, 0], points[-1, 0], THIN_COLUMNS + 1))
+    edges[-1] = len(points)
+    kept = {0, len(points) - 1}
+    for first, end in pairwise(edges.tolist()):
+        if end > first:
+            values = points[first:end, 1]
+            kept |= {first, end - 1, first + int(values.argmin()), first + int(values.argmax())}
+    return points[sorted(kept)]
 
 
 def _visible_points(curve: Curve, time_span: Vec2) -> FloatArray:
@@ -136,13 +161,13 @@ class CachedNumber:
     def __init__(self, artist: Text, texts: Sequence[str]) -> None:
         self.artist = artist
         # A minus sign is as wide as a digit; a hyphen is not.
-        self._texts = [text.replace("-", "\N{MINUS SIGN}") for text in texts]
+        self.texts = [text.replace("-", "\N{MINUS SIGN}") for text in texts]
         self._glyphs: dict[str, RgbaPixels] = {}
         self._right_edge = self._top_edge = 0
 
     def update(self, k: int) -> None:
         """Set the text of frame k."""
-        self.artist.set_text(self._texts[k])
+        self.artist.set_text(self.texts[k])
 
     def cache_glyphs(self, canvas: Any) -> None:
         """Store the pixels of every character that occurs; the Agg canvas must show only the static background."""
@@ -154,7 +179,7 @@ class CachedNumber:
         half_height = round(0.8 * float(text.get_fontsize()) * canvas.figure.dpi / 72)
         self._right_edge, self._top_edge = round(right), int(buffer.shape[0] - middle) - half_height
         text.set_horizontalalignment("center")
-        for character in sorted(set("".join(self._texts))):
+        for character in sorted(set("".join(self.texts))):
             width = self._glyph_width(character)
             left = self._right_edge - 3 * width
             text.set(text=character, position=to_pixels.inverted().transform((left + width / 2, middle)))
@@ -176,7 +201,7 @@ class CachedNumber:
     def blit(self, pixels: RgbaPixels, k: int) -> None:
         """Copy the text of frame k into a frame (size, size, 4)."""
         right = self._right_edge
-        for character in reversed(self._texts[k]):
+        for character in reversed(self.texts[k]):
             patch = self._glyphs[character]
             height, width = patch.shape[:2]
             pixels[self._top_edge : self._top_edge + height, right - width : right] = patch

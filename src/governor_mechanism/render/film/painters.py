@@ -8,18 +8,25 @@ import numpy as np
 
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.film.engine_room_painter import EngineRoomPainter
+from governor_mechanism.render.film.frame_canvas import FrameCanvas
 from governor_mechanism.render.film.frame_data import FrameData, ShownParts, find_parts
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import ELEVATION_RECT, HEADER_RULE_Y, REFERENCE_SIZE
+from governor_mechanism.render.film.options import DEFAULT_OPTIONS, FilmOptions
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts, find_governed_engine
-from governor_mechanism.render.style import RULE, parse_rgb
+from governor_mechanism.render.style import RULE
+from governor_mechanism.render.theme import themed_colour
 from governor_mechanism.types import FloatArray
 
 
 class Painter(Protocol):
     """Frames of a film: pixels that the next frame overwrites, or a copy of them."""
+
+    @property
+    def canvases(self) -> Sequence[FrameCanvas]:
+        """The canvases of the runs, from left to right."""
 
     def draw(self, k: int) -> RgbaPixels:
         """Return frame k, in pixels that the next frame overwrites."""
@@ -35,13 +42,26 @@ class SideBySidePainter:
     or that of its scene.
     """
 
-    def __init__(self, runs: Sequence[Trajectory], titles: Sequence[str] | None, frame_data: Sequence[ShownParts], size: int) -> None:
+    def __init__(
+        self,
+        runs: Sequence[Trajectory],
+        titles: Sequence[str] | None,
+        frame_data: Sequence[ShownParts],
+        size: int,
+        options: FilmOptions = DEFAULT_OPTIONS,
+    ) -> None:
         self.painters = [
-            FramePainter(run, data, size, title=title, compared=[other for other in frame_data if len(other) == len(data)])
+            FramePainter(run, data, size, title=title, compared=[other for other in frame_data if len(other) == len(data)], options=options)
             for run, data, title in zip(runs, frame_data, titles if titles is not None else [None] * len(runs), strict=True)
         ]
+        self._rule = [round(255 * part) for part in themed_colour(RULE, options.theme)[:3]]
         factor = size / REFERENCE_SIZE
         self._rule_rows = slice(round((HEADER_RULE_Y + 7) * factor), round(ELEVATION_RECT[3] * factor))
+
+    @property
+    def canvases(self) -> Sequence[FrameCanvas]:
+        """The canvases of the runs, from left to right."""
+        return self.painters
 
     def paint(self, k: int) -> RgbaPixels:
         """Return frame k as opaque RGBA pixels (size, sum of the widths, 4)."""
@@ -54,7 +74,7 @@ class SideBySidePainter:
         frames = [painter.draw(k) for painter in self.painters]
         pixels = np.concatenate(frames, axis=1)
         for edge in accumulate(frame.shape[1] for frame in frames[:-1]):
-            pixels[self._rule_rows, edge, :3] = parse_rgb(RULE)
+            pixels[self._rule_rows, edge, :3] = self._rule
         return pixels
 
 
@@ -71,10 +91,11 @@ def make_painter(
     slow_down: float,
     size: int,
     titles: Sequence[str] | None = None,
+    options: FilmOptions = DEFAULT_OPTIONS,
 ) -> Painter:
     """Return the painter of runs at frame times (f,) s within a time span (s); `size` is the height of a frame in pixels."""
     if governed := find_engine_room(runs, part):
         engine, governor = (FrameData(runs[0], shown, time_span, times, slow_down) for shown in (governed.engine, governed.governor))
-        return EngineRoomPainter(runs[0], governed, engine, governor, size)
-    frame_data = [[FrameData(one, shown, time_span, times, slow_down) for shown in find_parts(one, part)] for one in runs]
-    return SideBySidePainter(runs, titles, frame_data, size)
+        return EngineRoomPainter(runs[0], governed, engine, governor, size, options=options)
+    frame_data = [[FrameData(one, shown, time_span, times, slow_down, options.readings) for shown in find_parts(one, part)] for one in runs]
+    return SideBySidePainter(runs, titles, frame_data, size, options)

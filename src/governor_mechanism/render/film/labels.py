@@ -1,0 +1,123 @@
+"""Names of the parts of a machine on a film, each with a line to its part; and the arc of the main angle."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain
+
+import numpy as np
+
+from governor_mechanism.model.output_variables import LineAngle
+from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.geometry.points import arc_points, point_path
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2
+from governor_mechanism.render.machines.generic.drawing import GenericDrawing
+from governor_mechanism.render.number_format import format_name
+from governor_mechanism.render.page.part_names import name_part
+from governor_mechanism.types import FloatArray
+
+MAX_LABELS = 10
+"""Largest number of names: more would be denser than the drawing."""
+_UNNAMED = frozenset(
+    {
+        *("", "angle", "applied load", "axis", "divisions", "ground", "guide", "impact", "marked spoke", "pin", "pointer", "projection"),
+        *("reaction", "rim", "scale", "shaft", "slot", "spoke"),
+    }
+)
+"""Names that say what the drawing shows anyway."""
+_NEAR = 0.03
+"""Distance of two parts, relative to the length scale, below which only the first is named: their lines would end at one point."""
+_ARC_RADIUS = 0.3
+"""Radius of the arc of the angle, relative to the length of the arm."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Label:
+    """A name and the point (f, 2) m of its part at each frame."""
+
+    name: str
+    points: FloatArray
+
+
+def find_labels(data: FrameData) -> list[Label]:
+    """Return the names of the parts.
+
+    Bodies of a mechanism of one's own have names; other parts are known by the roles of their shapes.
+    """
+    middle = len(data.times) // 2
+    labels = _labels_of_bodies(data) if isinstance(data.drawing, GenericDrawing) else _labels_of_roles(data, middle)
+    return labels[:MAX_LABELS]
+
+
+def _labels_of_bodies(data: FrameData) -> list[Label]:
+    return [Label(name=format_name(body.name), points=data.poses[:, k, :2]) for k, body in enumerate(data.part.mechanism.bodies)]
+
+
+def _labels_of_roles(data: FrameData, middle: int) -> list[Label]:
+    """Return a label for each name: of its shapes, the one furthest to the right in the middle of the film."""
+    count, drawing = len(data.times), data.drawing
+    frames = [list(drawing.moving_shapes(pose, float(time))) for pose, time in zip(data.poses, data.times, strict=True)]
+    chosen: dict[str, tuple[float, Label]] = {}
+    for position, shape in enumerate(chain(frames[middle], drawing.static_shapes)):
+        name = name_part(shape.role, data.part.machine, "")[0]
+        if (
+            name in _UNNAMED
+            or "steam" in name
+            or name.startswith("pressure")
+            or (anchor := _anchor(shape)) is None
+            or (name in chosen and chosen[name][0] >= anchor[0])
+        ):
+            continue
+        is_moving = position < len(frames[middle])
+        points = [_anchor(frame[position]) or anchor for frame in frames] if is_moving else [anchor] * count
+        chosen[name] = anchor[0], Label(name=name, points=np.array(points))
+    near, labels = _NEAR * data.part.mechanism.length_scale, list[Label]()
+    for _, label in chosen.values():
+        if all(math.dist(label.points[middle], other.points[middle]) > near for other in labels):
+            labels.append(label)
+    return labels
+
+
+def _anchor(shape: DrawnShape) -> Vec2 | None:
+    """Return a point in the middle of a shape, or None for an empty one or words."""
+    match shape:
+        case Circle(_, x, y, _):
+            return x, y
+        case Polygon(_, points) if points:
+            return _mean(points)
+        case Lines(_, lines) if lines:
+            return lines[0][len(lines[0]) // 2]
+        case _:
+            return None
+
+
+def _mean(points: Sequence[Vec2]) -> Vec2:
+    return sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points)
+
+
+class AngleArc:
+    """Arc from the downward vertical to the line whose angle is the leading reading of a governor; nothing for another reading.
+
+    `labels` has its name.
+    """
+
+    def __init__(self, data: FrameData) -> None:
+        mechanism = data.part.mechanism
+        readings = (one for one in mechanism.readings if one.name == mechanism.coordinate)
+        reading = next((one for one in readings if isinstance(one, LineAngle)), None)
+        self.labels: list[Label] = []
+        if reading is None:
+            return
+        self._origins, ends = (point_path(mechanism, data.poses, point) for point in (reading.start, reading.end))
+        x, y = (ends - self._origins).T
+        self._angles, self._radius = np.arctan2(x, -y), _ARC_RADIUS * float(np.hypot(x[0], y[0]))
+        middle = self._radius * np.column_stack([np.sin(0.5 * self._angles), -np.cos(0.5 * self._angles)])
+        self.labels.append(Label(name=format_name(reading.name), points=self._origins + middle))
+
+    def shapes_at(self, k: int) -> list[DrawnShape]:
+        """Return the arc and the vertical from which it counts."""
+        if not self.labels:
+            return []
+        x, y = self._origins[k].tolist()
+        arc = arc_points((x, y), -math.pi / 2, float(self._angles[k]), self._radius, 24)
+        return [Lines("angle ray", (((x, y), (x, y - 1.25 * self._radius)),)), Lines("angle arc", (arc,))]

@@ -1,0 +1,215 @@
+"""Which part of a run a film shows, and how fast: true time, slowed for fast cranks, and closed on whole periods where there are any."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.render.film.frame_data import find_parts
+from governor_mechanism.render.geometry.primitives import Vec2, round_step
+from governor_mechanism.render.part_run import PartRun
+from governor_mechanism.types import FloatArray
+
+MIN_TRUE_TIME_DURATION, MAX_TRUE_TIME_DURATION = 1.0, 60.0
+"""Range of run durations (s) that are shown in true time by default."""
+MIN_FILM_DURATION, MAX_FILM_DURATION = 4.0, 20.0
+"""Range of film durations (s) for all other runs."""
+MAX_SLOWED_FILM_DURATION = 3600.0
+"""Longest film (s) with a requested slow-down."""
+ENGINE_ROOM_FILM_DURATION = 10.0
+"""Longest default duration (s) of the film of an engine room, for a file of less than 700 kB."""
+MIN_FRAMES_PER_TURN = 20
+"""Number of frames of a turn below which a crank jumps, or seems to turn backward: a wheel with five spokes looks the same after 14."""
+MAX_TURNING_FILM_DURATION = 12.0
+"""Longest film (s) of a crank that is slowed, for a file of less than 700 kB."""
+RETURN_TOLERANCE = 0.01
+"""Largest difference of two like poses, relative to the range of the motion: less than a pixel in a motion of 100."""
+EXCURSION = 0.25
+"""Difference, relative to the range of the motion, beyond which a machine has left its first position."""
+MAX_REST_RATIO = 1.25
+"""Longest rest of a run after its last whole period, in periods: a longer one is no part of the same periodic motion."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Timing:
+    """Start and end of the shown part (s), seconds of film per second of it, and whether a crank makes whole turns in it."""
+
+    time_span: Vec2
+    slow_down: float
+    has_cranks: bool = False
+
+
+def choose_slow_down(duration: float) -> float:
+    """Return the slow-down factor for a duration (s): 1 from 1 to 60 s, else a factor that gives a film of 4 to 20 s.
+
+    The factor or its reciprocal is 1, 2 or 5 x 10^n.
+    """
+    if MIN_TRUE_TIME_DURATION <= duration <= MAX_TRUE_TIME_DURATION or duration <= 0.0:
+        return 1.0
+    if duration < MIN_TRUE_TIME_DURATION:
+        return round_step(MIN_FILM_DURATION / duration, 1)
+    return 1.0 / round_step(duration / MAX_FILM_DURATION, 1)
+
+
+def select_timing(
+    runs: Sequence[Trajectory], part: str | None, start: float | None, stop: float | None, slow_down: float | None, frame_rate: float
+) -> Timing:
+    """Return what a film of machines shows, with the given values where there are any; `frame_rate` in 1/s.
+
+    Cranks are slowed to at least MIN_FRAMES_PER_TURN frames a turn. The film of one run ends on a whole turn or period.
+    """
+    limits = min(float(one.times[0]) for one in runs), max(float(one.times[-1]) for one in runs)
+    begin, end = select_time_span(limits, start, stop)
+    factor = select_slow_down(limits, (begin, end), slow_down)
+    motions = [_Motion(PartRun(run=one, part=shown)) for one in runs for shown in find_parts(one, part)]
+    if slow_down is None:
+        factor, end = _slow_cranks(motions, (begin, end), factor, frame_rate, may_shorten=stop is None)
+    if stop is None and len(runs) == 1:
+        end = _last_whole_period(motions, begin, end)
+    has_cranks = any(math.isfinite(motion.turn_time(begin, end)) for motion in motions)
+    return Timing(time_span=(begin, end), slow_down=factor, has_cranks=has_cranks)
+
+
+def select_time_span(limits: Vec2, start: float | None, stop: float | None) -> Vec2:
+    """Return the validated start and end (s) of the shown part within the times of the runs (s)."""
+    first, last = limits
+    begin, end = (first if start is None else start), (last if stop is None else stop)
+    if not first <= begin <= end <= last:
+        raise MechanismError(f"start and stop must lie within the run, {first:g}..{last:g} s, in this order; got {begin:g} and {end:g} s")
+    return begin, end
+
+
+def select_slow_down(limits: Vec2, time_span: Vec2, requested: float | None, longest_true_time: float = MAX_TRUE_TIME_DURATION) -> float:
+    """Return the validated slow-down factor, as requested or chosen from the duration.
+
+    `limits` are the times of the runs (s); runs of up to `longest_true_time` (s) are shown in true time.
+    """
+    begin, end = time_span
+    if requested is None:
+        # If the whole run is shown in true time, so is any part of it, however short.
+        return 1.0 if MIN_TRUE_TIME_DURATION <= limits[1] - limits[0] <= longest_true_time else choose_slow_down(end - begin)
+    if not (math.isfinite(requested) and requested > 0.0):
+        raise MechanismError(f"slow_down must be a number above 0; got {requested:g}")
+    if (end - begin) * requested > MAX_SLOWED_FILM_DURATION:
+        raise MechanismError(
+            f"slow_down {requested:g} makes a film of {(end - begin) * requested:g} s; at most {MAX_SLOWED_FILM_DURATION:g} s"
+        )
+    return requested
+
+
+def _slow_cranks(motions: Sequence["_Motion"], time_span: Vec2, factor: float, frame_rate: float, *, may_shorten: bool) -> Vec2:
+    """Return the slow-down at which the fastest turn takes enough frames, and the end of the shown part (s).
+
+    A crank that gets faster needs less slowing if fewer of its turns are shown. A part that may not be shortened is slowed to a film of at
+    most MAX_FILM_DURATION.
+    """
+    begin, end = time_span
+    limit = math.inf
+    while True:
+        shown_end = min(end, begin + limit) if may_shorten else end
+        turn_time = min((motion.turn_time(begin, shown_end) for motion in motions), default=math.inf)
+        if turn_time * frame_rate * factor >= MIN_FRAMES_PER_TURN:
+            return factor, shown_end
+        slower = round_step(1.01 * factor, 1)
+        if not may_shorten and (end - begin) * slower > MAX_FILM_DURATION:
+            return factor, end
+        factor = slower
+        limit = MAX_TURNING_FILM_DURATION / factor
+
+
+def select_room_timing(run: Trajectory, start: float | None, stop: float | None, slow_down: float | None) -> Timing:
+    """Return what the film of an engine room shows: by default in at most 10 s, sped up by a whole number."""
+    limits = float(run.times[0]), float(run.times[-1])
+    begin, end = time_span = select_time_span(limits, start, stop)
+    if slow_down is None and end - begin > ENGINE_ROOM_FILM_DURATION:
+        return Timing(time_span=time_span, slow_down=1.0 / math.ceil((end - begin) / ENGINE_ROOM_FILM_DURATION))
+    return Timing(time_span=time_span, slow_down=select_slow_down(limits, time_span, slow_down))
+
+
+class _Motion:
+    """Motion of the bodies of one part in its plane, as columns: positions (m), and cosine and sine of angles."""
+
+    def __init__(self, part_run: PartRun) -> None:
+        run = part_run.run
+        self.times, self.poses, self._velocities = run.times, part_run.poses, part_run.select_bodies(run.velocities)
+        self._length_scale = part_run.part.mechanism.length_scale
+        self._spline = CubicHermiteSpline(run.times, self.poses, self._velocities) if len(run.times) > 1 else None
+
+    def turn_time(self, begin: float, end: float) -> float:
+        """Return the shortest duration (s) of a turn between two times (s) of a body that makes whole turns; infinite without one."""
+        inside = (self.times >= begin) & (self.times <= end)
+        if not inside.any() or not self.poses.shape[1]:
+            return math.inf
+        is_turning = np.ptp(self.poses[inside, :, 2], axis=0) >= (1.0 - 1e-6) * 2 * math.pi  # a film of one turn has rounded ends
+        rates = np.abs(self._velocities[inside, :, 2][:, is_turning])
+        return 2 * math.pi / float(rates.max()) if rates.size and rates.max() > 0.0 else math.inf
+
+    def difference(self, times: FloatArray, begin: float, scales: FloatArray) -> FloatArray:
+        """Return the largest difference (n,) of the columns at times (n,) s from those at the begin (s), relative to their scales."""
+        if self._spline is None:
+            return np.zeros(len(times))
+        # Clipped: a run may end before the others.
+        at = np.clip(np.concatenate([[begin], times]), self.times[0], self.times[-1])
+        columns = self._columns(np.asarray(self._spline(at)))
+        largest: FloatArray = np.abs((columns[1:] - columns[0]) / scales).max(axis=1, initial=0.0)
+        return largest
+
+    def scales(self, begin: float, end: float) -> FloatArray:
+        """Return the range of each column between two times (s); infinite for one that practically does not move."""
+        inside = (self.times >= begin) & (self.times <= end)
+        ranges = np.ptp(self._columns(self.poses[inside]), axis=0)
+        smallest = np.tile([1e-6 * self._length_scale] * 2 + [1e-6] * 2, self.poses.shape[1])
+        return np.where(ranges > smallest, ranges, np.inf)
+
+    def goes_the_same_way(self, begin: float, time: float) -> bool:
+        """Return whether the bodies move at a time (s) as they did at the begin (s), or hardly moved then."""
+        rates_at_both = [
+            np.array([np.interp(at, self.times, column) for column in self._velocities.reshape(len(self.times), -1).T])
+            for at in (begin, time)
+        ]
+        scale = np.abs(self._velocities).max(axis=0).ravel()
+        first, second = (rates / np.where(scale > 0.0, scale, 1.0) for rates in rates_at_both)
+        return float(np.abs(first).max(initial=0.0)) < 0.1 or float(first @ second) > 0.0
+
+    @staticmethod
+    def _columns(poses: FloatArray) -> FloatArray:
+        """Return the columns (n, 4 bodies) of poses (n, bodies, 3)."""
+        x, y, angle = np.moveaxis(poses, -1, 0)
+        return np.stack([x, y, np.cos(angle), np.sin(angle)], axis=-1).reshape(len(poses), -1)
+
+
+def _last_whole_period(motions: Sequence[_Motion], begin: float, end: float) -> float:
+    """Return the last time (s) up to the end at which all parts move as at the begin, or the end if the motion is not periodic.
+
+    A motion that comes back only at first, or that stops, is not periodic.
+    """
+    times = motions[0].times
+    times = np.unique(np.concatenate([[begin], times[(times > begin) & (times < end)], [end]]))
+    if len(times) < 5:
+        return end
+    scales = [motion.scales(begin, end) for motion in motions]
+
+    def difference(at: FloatArray) -> FloatArray:
+        largest: FloatArray = np.max([motion.difference(at, begin, scale) for motion, scale in zip(motions, scales, strict=True)], axis=0)
+        return largest
+
+    returns, is_away, values = [begin], False, difference(times)
+    for k in range(1, len(times)):
+        is_away |= bool(values[k] > EXCURSION)
+        following = values[k + 1] if k + 1 < len(times) else math.inf
+        # The next sample may be nearer; far from the first position no search is needed.
+        if not is_away or values[k] > EXCURSION or not values[k - 1] >= values[k] <= following:
+            continue
+        near = np.linspace(times[k - 1], times[min(k + 1, len(times) - 1)], 201)
+        nearest = int(difference(near).argmin())
+        time = float(near[nearest])
+        if difference(near[nearest : nearest + 1])[0] < RETURN_TOLERANCE and all(one.goes_the_same_way(begin, time) for one in motions):
+            returns.append(time)
+            is_away = False
+    if len(returns) == 1 or end - returns[-1] > MAX_REST_RATIO * float(np.diff(returns).max()):
+        return end
+    return returns[-1]
