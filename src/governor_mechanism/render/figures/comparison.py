@@ -27,7 +27,7 @@ _STYLES: tuple[tuple[str, Any], ...] = (
     (SKY, (0, (3, 1.2, 1, 1.2, 1, 1.2))),
     (MUTED, (0, (9, 2))),
 )
-"""Colour and line style of each scene: told apart without colours, too."""
+"""Colour and line style of each scene: distinguishable without colours, too."""
 
 _MAX_PLOTS = 2
 """Largest number of shared readings over time."""

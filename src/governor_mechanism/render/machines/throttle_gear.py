@@ -10,10 +10,10 @@ from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Li
 
 # Lengths as fractions of the unit of the gear.
 _MIN_HALF_LIFT = 0.11
-"""Half the smallest lift for which the gear is laid out: a smaller one turns the valve by less."""
+"""Half the smallest lift for which the gear is designed: a smaller one turns the valve by less."""
 _VALVE_ARM, _MIN_ROD = 0.12, 0.36
 _SWING = math.radians(38)
-"""Angle by which the valve turns to either side over the lift for which the gear is laid out (rad)."""
+"""Angle by which the valve turns to either side over the lift for which the gear is designed (rad)."""
 _CLOSING_ANGLE = math.radians(47)
 """Angle of the plate to its pipe when the sleeve is in the middle of its travel (rad)."""
 _PIPE_HALF_LENGTH, _PIPE_HALF_HEIGHT, _WALL_THICKNESS = 0.17, 0.072, 0.022

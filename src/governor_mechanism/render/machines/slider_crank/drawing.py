@@ -22,7 +22,7 @@ _LARGEST_LENGTH = 2.4
 _HEAD_SIZE, _LETTER_WIDTH, _LINE_HEIGHT = 0.05, 0.0225, 0.07
 """Length of the head of an arrow, width of a letter and height of a line, as fractions of the length scale."""
 _MAX_KEY_STEPS = 3
-"""The key shows a round force, of which at most so many make the largest one."""
+"""The key shows a round force; the largest force is at most this multiple of it."""
 
 
 _KEY = ("force of the shaft on the crank, of the pin on the", "rod, of gudgeon and guide on the crosshead")
