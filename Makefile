@@ -33,7 +33,7 @@ check: $(VENV)/installed-test
 	$(BIN)/pydoclint src
 	$(BIN)/mypy
 
-gallery: $(VENV)/installed
+gallery: $(VENV)/installed gallery-page
 	$(BIN)/python renders/gallery.py
 
 gallery-page: $(VENV)/installed

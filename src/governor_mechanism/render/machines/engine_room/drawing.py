@@ -110,7 +110,7 @@ class EngineRoomDrawing:
         if self.governed.controlled == CUT_OFF:
             return Slide(fork_x, heights, values, ScaleRange(low=0.0, high=1.0, labels=("0", "1"), name="cut-off"), has_pipe=True)
         high = max(float(values.max()), 1e-12)
-        scale = ScaleRange(low=0.0, high=high, labels=("0", f"{high:.4g}"), name="Torque [N m]")
+        scale = ScaleRange(low=0.0, high=high, labels=("0", f"{high:.4g}"), name="N m")
         return Slide(fork_x, heights, values, scale, has_pipe=False)
 
     def background_shapes(self) -> Iterator[DrawnShape]:
