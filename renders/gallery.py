@@ -40,7 +40,7 @@ FILM_INTERVALS = {
     "watt_engine_stable": (0.0, 8.0),
     # before and after the load changes
     **dict.fromkeys([name for name in shipped_scenes() if name.startswith("governed_engine")], (0.0, 60.0)),
-    "governed_engine_watt_improved": (0.0, 50.0),
+    "governed_engine_watt_improved": (0.0, 40.0),
     **dict.fromkeys(SHIPPED_GEARS, (0.0, 8.0)),
     **dict.fromkeys([name for name in shipped_scenes() if name.startswith("stephenson")], (0.0, 10.0)),
 }

@@ -125,7 +125,11 @@ def test_a_run_is_saved_completely_or_refused(short, tmp_path):
     written = saved_run(UNUSUAL_NAMES).save(tmp_path / "new" / "folder")
     assert sorted(path.name for path in written) == [f"unusual_names.{kind}" for kind in ("csv", "json", "nc", "png")]
     assert all(path.stat().st_size for path in written)
-    for options, message in (({"film": "avi"}, '"gif", "svg", "mp4"'), ({"name": "a/b"}, "must be no path"), ({"figures": 1}, "true or false")):
+    for options, message in (
+        ({"film": "avi"}, '"gif", "svg", "mp4"'),
+        ({"name": "a/b"}, "must be no path"),
+        ({"figures": 1}, "true or false"),
+    ):
         with pytest.raises(MechanismError, match=message):
             short.save(tmp_path / "none", **options)
     with pytest.raises(MechanismError, match="no reported time"):
