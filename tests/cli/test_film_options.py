@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-import pytest
+import re
 
+import pytest
+from typer.testing import CliRunner
+
+import governor_mechanism as gm
 from governor_mechanism.cli.film_options import gather_film_options
+from governor_mechanism.cli.main import app
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figure_files import Theme
 from governor_mechanism.render.film.options import FilmLayout
@@ -54,3 +59,18 @@ def test_one_theme_is_for_figures_and_films():
 def test_a_time_in_another_unit_is_refused():
     with pytest.raises(MechanismError, match="--start"):
         gather(start="2 mm")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--readings", "arm_angel"], "no reading 'arm_angel'.*Did you mean 'arm_angle'"),
+        (["--film", "html", "--fps", "30"], "takes no frames per second"),
+        (["--film", "html", "--labels"], "leave labels out"),
+    ],
+)
+def test_what_a_film_does_not_take_is_refused_before_the_simulation(options, message, monkeypatch, tmp_path):
+    monkeypatch.setattr(gm, "run", lambda *arguments, **named: pytest.fail("simulated"))
+    result = CliRunner().invoke(app, ["run", "porter", "--out", str(tmp_path), *options])
+    assert result.exit_code == 2
+    assert re.search(message, result.output)

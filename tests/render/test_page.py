@@ -128,7 +128,7 @@ def test_the_balls_stand_where_the_arms_hold_them(data, shown):
 
 
 def test_every_shape_of_the_film_is_on_the_page(data, shown):
-    """Nothing is drawn anew: at each sample every point is that of the film's primitive, within the rounding of outline and motion."""
+    """Nothing is drawn twice: at each sample every point is that of the film's primitive, within the rounding of outline and motion."""
     view, picture = shown.views[0], shown.views[0].picture
     n_static = len(view.static_shapes)
     for k in (0, 7, data["times"]["count"] - 1):
@@ -223,6 +223,25 @@ def test_a_spring_pulls_with_the_force_that_the_run_reports():
     for force in springs:
         # Poses and readings are good to 1e-6 of their scales, which the stiffness turns into some thousandths of a newton.
         assert_allclose(np.hypot(*force.components.T), run.readings["spring_force"], atol=0.05)
+
+
+def test_a_damper_pulls_with_the_rate_of_its_length():
+    """A rod swings about one end; a damper goes from a fixed point to the other end, away from the mass centre."""
+    builder = gm.Mechanism.build("damped rod")
+    rod = builder.rod("rod", length=1.0, mass=1.0, angle="10 deg")
+    builder.pin(builder.ground(0, 0), rod.start)
+    builder.damper(builder.ground(0.3, 0.5), rod.end, damping=2.0, name="damper")
+    builder.reading("rod_angle", angle=rod)
+    run = gm.run(builder.scene(duration=1.0).replace({"effects.gravity": True}), times=np.linspace(0.0, 1.0, 101), accuracy=1e-10)
+    (force,) = [one for one in find_forces(show_run(run, None, (0.0, 1.0), run.times, 1.0).parts[0]) if one.kind == "damping"]
+    angle, rate = run.readings["rod_angle"], run.rates["rod_angle"]
+    along = np.array([np.cos(angle) - 0.3, np.sin(angle) - 0.5])
+    velocity = rate * np.array([-np.sin(angle), np.cos(angle)])
+    direction = along / np.hypot(*along)
+    pull = -2.0 * np.sum(velocity * direction, axis=0)  # on the rod, which the damper holds back
+    assert np.ptp(pull) > 1.0
+    # Poses, angles and rates are good to 1e-10 of their scales, some 10 rad/s at most.
+    assert_allclose(force.components.T, pull * direction, atol=1e-7)
 
 
 def test_readings_are_those_of_the_run(data, porter):

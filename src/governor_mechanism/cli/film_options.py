@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.render.figure_files import Theme
-from governor_mechanism.render.film.options import FilmLayout
+from governor_mechanism.render.film.options import FilmLayout, FilmOptions, require_page_options
 from governor_mechanism.units.quantities import number_or_text, parse_quantity
+
+if TYPE_CHECKING:
+    from governor_mechanism.model.scene import Scene
 
 LayoutOption = Annotated[FilmLayout, typer.Option(help="Layout of the film: the machine alone, or with plots in a square or in 16:9.")]
 ReadingsOption = Annotated[
@@ -26,6 +30,38 @@ StopOption = Annotated[str | None, typer.Option(help="End of the film; by defaul
 SlowDownOption = Annotated[
     float | None, typer.Option(help="Seconds of film per second of the run; by default 1, and more for short runs and fast cranks.")
 ]
+
+
+def check_film_options(scene: Scene, chosen: Mapping[str, Any], frames_per_second: float | None, *, is_page: bool) -> None:
+    """Check before a simulation what its film will not take, so that no run is lost.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    chosen
+        The options by `gather_film_options`.
+    frames_per_second
+        The frame rate, or None.
+    is_page
+        Whether the film is an interactive page.
+
+    Raises
+    ------
+    MechanismError
+        If there is no such reading, or a page does not take an option.
+    """
+    if is_page:
+        frame_options = {name: value for name, value in chosen.items() if name not in ("start", "stop", "slow_down")}
+        require_page_options(frames_per_second, FilmOptions(**frame_options))
+    if "readings" in chosen:
+        from governor_mechanism.render.shown_readings import RATE_START
+
+        names = [one.name for one in scene.describe().readings]
+        names += [f"{RATE_START}{name}" for name in names]
+        for name in chosen["readings"]:
+            if name not in names:
+                raise MechanismError(f"--readings: there is no reading {name!r}; there are {', '.join(names)}.{did_you_mean(name, names)}")
 
 
 def gather_film_options(

@@ -98,6 +98,8 @@ def run(
     console.prepare_folder(figures.folder)
     duration = None if seconds is None else number_or_text(seconds)
     loaded = load_changed(scene, changes, run__duration=duration, title=title)
+    if not no_film:
+        film_options.check_film_options(loaded, chosen, fps, is_page=film is FilmFormat.HTML)
     selected_engine = engine if max_steps is None else _limit_steps(engine, loaded, accuracy, max_steps)
     with console.show_status("simulating"):
         result = gm.run(loaded, engine=selected_engine, accuracy=accuracy)

@@ -1,7 +1,7 @@
 """What a film shows and how: its layout, plots, colours, and what is drawn beside the machine on demand. Nothing heavy is imported here."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
 
 from governor_mechanism.errors import MechanismError, did_you_mean
@@ -107,3 +107,25 @@ def make_film_options(
         forces=forces,
         traces=traces,
     )
+
+
+def require_page_options(frames_per_second: float | None, options: FilmOptions) -> None:
+    """Check that no option of frames is set, which a page has not; call it before long work.
+
+    Parameters
+    ----------
+    frames_per_second
+        The frame rate, or None.
+    options
+        The options.
+
+    Raises
+    ------
+    MechanismError
+        If one is set.
+    """
+    if frames_per_second is not None:
+        raise MechanismError("a page draws as often as the screen does and takes no frames per second; leave them out")
+    if options != DEFAULT_OPTIONS:
+        changed = [one.name for one in fields(options) if getattr(options, one.name) != getattr(DEFAULT_OPTIONS, one.name)]
+        raise MechanismError(f"a page has its own layout, switches and colours; leave {' and '.join(changed)} out, or write a .gif")

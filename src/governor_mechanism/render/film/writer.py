@@ -5,7 +5,6 @@ A second of film is a second of the run, except for very short or long runs; the
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import fields
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
@@ -17,7 +16,7 @@ from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.figure_files import Theme
 from governor_mechanism.render.film.encoders import FilmFrames, OpenEncoder, open_gif, open_svg, open_video, open_webm
-from governor_mechanism.render.film.options import DEFAULT_OPTIONS, FilmLayout, FilmOptions, make_film_options
+from governor_mechanism.render.film.options import FilmLayout, FilmOptions, make_film_options, require_page_options
 from governor_mechanism.render.film.painters import find_engine_room, make_painter
 from governor_mechanism.render.film.timing import Timing, select_room_timing, select_slow_down, select_time_span, select_timing
 from governor_mechanism.render.geometry.primitives import Vec2
@@ -156,7 +155,9 @@ def write_film(
     if suffix == ".svg" and len(runs) > 1:
         raise MechanismError(f"an animated drawing shows one run; got {len(runs)}; write one for each, or a .gif of all")
     if suffix == PAGE_SUFFIX:
-        _require_page_options(runs, frames_per_second, options)
+        if len(runs) > 1:
+            raise MechanismError(f"a page shows one run; got {len(runs)}; write a page for each, or a .gif of all")
+        require_page_options(frames_per_second, options)
         limits = float(runs[0].times[0]), float(runs[0].times[-1])
         time_span = select_time_span(limits, start, stop)
         slow_factor = select_slow_down(limits, time_span, slow_down, MAX_TRUE_TIME_PAGE_DURATION)
@@ -200,17 +201,6 @@ def _refuse_overlays(options: FilmOptions) -> None:
             f"the film of a governed engine shows its engine room, without {' and '.join(requested)}; "
             "choose a part, as part='governor', or leave them out"
         )
-
-
-def _require_page_options(runs: Sequence[Trajectory], frames_per_second: float | None, options: FilmOptions) -> None:
-    """Raise MechanismError unless there is one run, and no option of frames: what a page shows."""
-    if len(runs) > 1:
-        raise MechanismError(f"a page shows one run; got {len(runs)}; write a page for each, or a .gif of all")
-    if frames_per_second is not None:
-        raise MechanismError("a page draws as often as the screen does and takes no frames per second; leave them out")
-    if options != DEFAULT_OPTIONS:
-        changed = [one.name for one in fields(options) if getattr(options, one.name) != getattr(DEFAULT_OPTIONS, one.name)]
-        raise MechanismError(f"a page has its own layout, switches and colours; leave {' and '.join(changed)} out, or write a .gif")
 
 
 def _write_page(run: Trajectory, target: Path, part: str | None, time_span: Vec2, slow_down: float, progress: FilmProgress | None) -> Path:

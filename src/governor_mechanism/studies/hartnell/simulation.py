@@ -1,12 +1,10 @@
 """A designed Hartnell governor put to the test: statics and a run of the simulated machine beside what the design wants."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.controlling_force import compute_controlling_force
@@ -15,51 +13,15 @@ from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.studies.hartnell.design import SPEED_CHANGE
 from governor_mechanism.studies.hartnell.inputs import RPM
 from governor_mechanism.studies.hartnell.results import HartnellDesign, SleeveSpring
-from governor_mechanism.studies.pendulum.simulation import ComparedNumber
 from governor_mechanism.studies.regression import run_uncertified
-from governor_mechanism.units.text_table import format_table
-
-STATICS_TOLERANCE = 1e-8
-"""Largest relative difference of a wanted number and the statics of the machine, which are exact to about 1e-12; the numbers of the scene
-file have 15 digits, and a range of speed of some per cent loses two."""
+from governor_mechanism.studies.simulated_design import ComparedNumber, SimulatedMachine, compare_statics
 
 REST_TOLERANCE = 1e-3
 """Largest distance of the sleeve at the end of the run from its equilibrium, in lifts: it settles within a second by exp(-D w t), with
 D = 0.7 and w of 20 rad/s and more by 1e-6."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SimulatedDesign:
-    """What the simulated governor does, and what was wanted.
-
-    Attributes
-    ----------
-    numbers
-        The numbers.
-    run
-        The run of the scene, as its speed rises.
-    """
-
-    numbers: tuple[ComparedNumber, ...]
-    run: Trajectory
-
-    @property
-    def ok(self) -> bool:
-        """Whether all numbers are the wanted ones."""
-        return all(number.ok for number in self.numbers)
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the numbers as plain values, without the run."""
-        return plain_record(self, "run", numbers=[plain_record(number, ok=number.ok) for number in self.numbers], ok=self.ok)
-
-    def __str__(self) -> str:
-        """Return a table of the numbers."""
-        return format_table(
-            ("the simulated machine", "wanted", "found", "by", "difference", ""), [one.cells for one in self.numbers], "lrrlrl"
-        )
-
-
-def simulate_design(design: HartnellDesign) -> SimulatedDesign:
+def simulate_design(design: HartnellDesign) -> SimulatedMachine:
     """Evaluate the statics of the designed machine, and run its scene.
 
     Parameters
@@ -69,7 +31,7 @@ def simulate_design(design: HartnellDesign) -> SimulatedDesign:
 
     Returns
     -------
-    SimulatedDesign
+    SimulatedMachine
         The numbers beside the wanted ones, and the run.
 
     Raises
@@ -79,12 +41,7 @@ def simulate_design(design: HartnellDesign) -> SimulatedDesign:
     """
     scene = design.scene
     run = run_uncertified(scene)
-    return SimulatedDesign(numbers=(*_static_numbers(design, scene), *_run_numbers(design, scene, run)), run=run)
-
-
-def _compare(quantity: str, unit: str, wanted: float, found: float, by: str = "statics") -> ComparedNumber:
-    numbers = {"wanted": wanted, "found": found, "tolerance": STATICS_TOLERANCE, "scale": abs(wanted)}
-    return ComparedNumber(quantity=quantity, unit=unit, by=by, **numbers)
+    return SimulatedMachine(numbers=(*_static_numbers(design, scene), *_run_numbers(design, scene, run)), run=run)
 
 
 def _static_numbers(design: HartnellDesign, scene: Scene) -> Iterator[ComparedNumber]:
@@ -96,13 +53,13 @@ def _static_numbers(design: HartnellDesign, scene: Scene) -> Iterator[ComparedNu
     speeds = design.inputs.lowest_speed, design.inputs.highest_speed
     places = ("lowest position", "highest position")
     for place, speed, found in zip(places, speeds, working.speed.tolist(), strict=True):
-        yield _compare(f"speed, {place}", "rpm", speed / RPM, found / RPM)
-    yield _compare("lift of the sleeve", "mm", 1e3 * design.travel.lift, 1e3 * working.lift)
-    yield replace(_compare("sensitiveness", "%", 100 * design.exact.sensitiveness, 100 * working.sensitiveness), scale=100.0)
-    yield _compare("effort for 1 % of speed, half way up", "N", design.effort, float(ends.effort.effort[0]))
+        yield compare_statics(f"speed, {place}", "rpm", speed / RPM, found / RPM)
+    yield compare_statics("lift of the sleeve", "mm", 1e3 * design.travel.lift, 1e3 * working.lift)
+    yield replace(compare_statics("sensitiveness", "%", 100 * design.exact.sensitiveness, 100 * working.sensitiveness), scale=100.0)
+    yield compare_statics("effort for 1 % of speed, half way up", "N", design.effort, float(ends.effort.effort[0]))
     textbook_speeds = equilibrium_speed_at(_with_spring(scene, design.textbook), design.travel.arm_angles).tolist()
     for place, speed, found in zip(places, design.textbook.speeds, textbook_speeds, strict=True):
-        yield _compare(f"textbook spring: speed, {place}", "rpm", speed / RPM, found / RPM)
+        yield compare_statics(f"textbook spring: speed, {place}", "rpm", speed / RPM, found / RPM)
 
 
 def _with_spring(scene: Scene, spring: SleeveSpring) -> Scene:
