@@ -1,19 +1,25 @@
 # make run      sets up .venv, simulates the shipped Porter governor, checks it against the closed form, films it
 # make test     sets up .venv and passes every test
-# make test-browser drives the interactive pages in Chromium
+# make test-docs runs every command of the README and the documentation as it stands there (minutes)
+# make docs     builds the documentation into docs/_build/html
+# make test-browser drives the interactive pages and the documentation in Chromium
+# make package builds wheel and sdist and tries them in fresh environments of every Python on the PATH
+# make lock     writes constraints.txt, the versions that `make run` and `make test` install
 # make gallery-page writes the interactive pages of all shipped scenes, with an index, into renders/pages/
-# make gallery  renders every shipped scene into renders/ (the only target that touches tracked files)
+# make gallery  renders every shipped scene into renders/ (tracked files)
+# make contact-sheet shows all films and figures of renders/ at once, in renders/contact_sheet_*.png
+# make errata   writes the page of the papers' errata and its pictures, docs/errata/, from what the package recomputes
 # make certificates compares the error estimates of every engine with true errors over 300 random scenes
 # make mutants  counts how many small faults in the program the tests notice (hours)
 # make benchmark measures speed and accuracy, as ratios within one run
 
 VENV := .venv
 BIN := $(VENV)/bin
-CANDIDATES := python3 python3.13 python3.12 python3.11
+CANDIDATES := python3 python3.14 python3.13 python3.12 python3.11
 
 unexport PYTHONDONTWRITEBYTECODE # tests start many processes, each of which would translate all sources again
 
-.PHONY: run test test-browser check gallery gallery-page certificates mutants benchmark clean
+.PHONY: run test test-docs docs test-browser check package lock gallery gallery-page contact-sheet errata certificates mutants benchmark clean
 
 run: $(VENV)/installed
 	$(BIN)/governor-mechanism run porter --out renders/latest
@@ -23,21 +29,42 @@ run: $(VENV)/installed
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
-test-browser: $(VENV)/installed-test
+test-docs: $(VENV)/installed-test
+	$(BIN)/python -m pytest -n 2 tests/docs/check_commands.py
+
+docs: $(VENV)/installed-docs
+	$(BIN)/python -m sphinx -W --keep-going -n -q -b html docs docs/_build/html
+
+test-browser: $(VENV)/installed-test docs
 	$(BIN)/python tests/browser/chromium.py
-	$(BIN)/python -m pytest tests/browser/check_page.py
+	$(BIN)/python -m pytest tests/browser/check_page.py tests/browser/check_docs.py
 
 check: $(VENV)/installed-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pydoclint src
+	$(BIN)/codespell
 	$(BIN)/mypy
+
+package: $(VENV)/installed-test
+	$(BIN)/python .ci/check_package.py
+
+lock: $(VENV)/installed-test
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'uv>=0.5'
+	$(BIN)/uv pip compile pyproject.toml --extra all --extra test --extra docs --universal --python-version 3.11 --upgrade \
+	  --no-header --no-annotate --no-emit-index-url --output-file constraints.txt
 
 gallery: $(VENV)/installed gallery-page
 	$(BIN)/python renders/gallery.py
 
 gallery-page: $(VENV)/installed
 	$(BIN)/python renders/gallery_page.py
+
+contact-sheet: $(VENV)/installed
+	$(BIN)/python renders/contact_sheet.py
+
+errata: $(VENV)/installed
+	$(BIN)/python docs/errata/generate.py
 
 certificates: $(VENV)/installed-test
 	$(BIN)/python benchmarks/certificates.py --no-figure
@@ -71,13 +98,17 @@ $(VENV)/python:
 	  echo "$$found has no venv module; install it (for example: apt install python3-venv)" >&2; exit 1; fi; \
 	$$found -m venv $(VENV) && touch $@
 
-$(VENV)/installed: $(VENV)/python pyproject.toml
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+$(VENV)/installed: $(VENV)/python pyproject.toml constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable .
 	@touch $@
 
-$(VENV)/installed-test: $(VENV)/python pyproject.toml
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+$(VENV)/installed-test: $(VENV)/python pyproject.toml constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[test]'
+	@touch $@ $(VENV)/installed
+
+$(VENV)/installed-docs: $(VENV)/python pyproject.toml constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[docs]'
 	@touch $@ $(VENV)/installed
 
 clean:
-	rm -rf $(VENV) renders/latest renders/pages
+	rm -rf $(VENV) renders/latest renders/pages renders/contact_sheet_*.png docs/_build docs/_generated

@@ -3,16 +3,20 @@
 The exit status is 1 if an estimate is below a third of the true error.
 
 Usage: python benchmarks/certificates.py --scenes 300 --seed 20261124
+
+The judged runs of the figure are saved in certificates.csv, from which --redraw draws it without a simulation.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import signal
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +26,7 @@ from joblib import Parallel, delayed
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 from certificate_checks import CertificateCheck, ReferenceSolutions, check_certificate, draw_accuracies
+from governor_mechanism.files.plain_values import save_table
 from random_machines import MACHINES
 from random_scenes import RandomScene, draw_scene
 
@@ -29,6 +34,8 @@ SCENES, SEED = 300, 20261124
 TIME_LIMIT = 10.0
 """Largest time of one certificate and its references, s."""
 FIGURE_PATH = Path(__file__).with_name("certificates.png")
+TABLE_PATH = FIGURE_PATH.with_suffix(".csv")
+TABLE_HEADER = ("scene", "engine", "overestimation")
 ENGINES = ("reduced", "multibody", "impulse", "auto")
 GROUPS = ("plain", "smooth effects", "events")
 MAX_ERROR_RATIO = 3.0
@@ -48,7 +55,11 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--engines", nargs="+", choices=ENGINES, default=ENGINES)
     parser.add_argument("--no-figure", action="store_true")
+    parser.add_argument("--redraw", action="store_true", help=f"draw the runs in {TABLE_PATH.name} instead of simulating")
     arguments = parser.parse_args()
+    if arguments.redraw:
+        draw_distribution(load_judged(TABLE_PATH), FIGURE_PATH)
+        return 0
     jobs = (delayed(check_random_scene)(number, arguments.seed, arguments.engines) for number in range(arguments.scenes))
     results: list[tuple[int, list[CertificateCheck]]] = []
     for done, result in enumerate(Parallel(n_jobs=arguments.workers, return_as="generator")(jobs), start=1):
@@ -63,7 +74,9 @@ def main() -> int:
     violations = find_violations(checks)
     print_violations(violations, checks)
     if not arguments.no_figure:
-        draw_distribution([one for one in checks if one.is_judged], FIGURE_PATH)
+        judged = [JudgedRun(scene=one.number, engine=one.engine, overestimation=one.overestimation) for one in checks if one.is_judged]
+        save_table(TABLE_HEADER, ((one.scene, one.engine, one.overestimation) for one in judged), TABLE_PATH)
+        draw_distribution(judged, FIGURE_PATH)
     return 1 if violations else 0
 
 
@@ -175,14 +188,30 @@ def print_violations(violations: Sequence[CertificateCheck], checks: Sequence[Ce
 # --- figure ------------------------------------------------------------------------------------------------------
 
 
-def draw_distribution(judged: Sequence[CertificateCheck], path: Path) -> None:
+@dataclass(frozen=True, kw_only=True)
+class JudgedRun:
+    """Number of its scene, engine, and ratio of estimate to true error of a run whose true error is known."""
+
+    scene: int
+    engine: str
+    overestimation: float
+
+
+def load_judged(path: Path) -> list[JudgedRun]:
+    """Return the judged runs in a file."""
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    return [JudgedRun(scene=int(row["scene"]), engine=row["engine"], overestimation=float(row["overestimation"])) for row in rows]
+
+
+def draw_distribution(judged: Sequence[JudgedRun], path: Path) -> None:
     """Draw the distribution of estimate over true error, one curve per engine."""
     from matplotlib.ticker import FuncFormatter, PercentFormatter
 
     from governor_mechanism.render.figures.page import DASHED, SERIES_LINE_STYLES, Page, add_legend
     from governor_mechanism.render.style import INK, MUTED, SANS_FONT, SERIES_COLOURS, VERMILLION
 
-    scenes = len({one.number for one in judged})
+    scenes = len({one.scene for one in judged})
     subtitle = f"{len(judged)} certified runs of {scenes} random scenes; true errors by another engine"
     page = Page(8.4, 5.2, "Error estimates of certified runs", subtitle, subtitle_y=0.893)
     panel = page.add_panel((0.095, 0.115, 0.875, 0.685), "Estimate / true error [1]", "Fraction of runs [%]", which="both")

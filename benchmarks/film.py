@@ -17,7 +17,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
-from governor_mechanism.render.film.writer import schedule_frames, write_film
+from governor_mechanism.render.film.frame_schedules import schedule_frames
+from governor_mechanism.render.film.writer import write_film
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 

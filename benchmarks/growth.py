@@ -2,15 +2,18 @@
 
 Times are those of whole runs at one true error, so they include both the number of steps and the cost of a step.
 
-Usage: python benchmarks/growth.py [--draw growth.png]
+Usage: python benchmarks/growth.py [--draw growth.png] [--redraw]
+
+The times are saved in growth.csv, from which --redraw draws without a measurement.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,6 +22,7 @@ from matplotlib.axes import Axes
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
+from governor_mechanism.files.plain_values import save_table
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.figures.page import Page, add_legend, use_plain_decades
 from governor_mechanism.render.figures.work_precision import _VARIANT_STYLES
@@ -81,18 +85,49 @@ GROWTHS = (
 )
 
 Found = dict[str, list[tuple[int, WorkPrecisionPoint]]]
+"""Fastest setting within the error by size, for each engine."""
+SizeTime = tuple[int, float]
+"""A size and the time of a run, s."""
+Times = Mapping[str, Mapping[str, Sequence[SizeTime]]]
+"""Sizes and times by the title of what grows and by engine."""
+
+TABLE_PATH = Path(__file__).with_suffix(".csv")
+TABLE_HEADER = ("growth", "engine", "size", "time_s")
 
 
 def main() -> None:
-    """Print the tables and draw them."""
+    """Print the tables, save the times and draw them."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--draw", type=Path, default=Path(__file__).with_suffix(".png"))
-    target = options.parse_args().draw
-    results = [(growth, measure_growth(growth)) for growth in GROWTHS]
-    for growth, found in results:
-        print_growth(growth, found)
-    print_change_point_runs()
-    draw_growth(results, target)
+    options.add_argument("--redraw", action="store_true", help=f"draw the times in {TABLE_PATH.name} instead of measuring")
+    arguments = options.parse_args()
+    if not arguments.redraw:
+        results = {growth.title: measure_growth(growth) for growth in GROWTHS}
+        for growth in GROWTHS:
+            print_growth(growth, results[growth.title])
+        print_change_point_runs()
+        save_times({title: {name: list_times(points) for name, points in found.items()} for title, found in results.items()}, TABLE_PATH)
+    draw_growth(load_times(TABLE_PATH), arguments.draw)
+
+
+def list_times(points: Sequence[tuple[int, WorkPrecisionPoint]]) -> list[SizeTime]:
+    """Return the sizes with their times."""
+    return [(size, point.wall_time) for size, point in points]
+
+
+def save_times(times: Times, path: Path) -> None:
+    """Write a row for each engine and size."""
+    rows = [(title, name, *one) for title, engines in times.items() for name, points in engines.items() for one in points]
+    save_table(TABLE_HEADER, rows, path)
+
+
+def load_times(path: Path) -> Times:
+    """Return the times of a file that `save_times` wrote."""
+    times: dict[str, dict[str, list[SizeTime]]] = {growth.title: {name: [] for name in ENGINES} for growth in GROWTHS}
+    with path.open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            times[row["growth"]][row["engine"]].append((int(row["size"]), float(row["time_s"])))
+    return times
 
 
 def measure_growth(growth: Growth) -> Found:
@@ -115,10 +150,9 @@ def measure_growth(growth: Growth) -> Found:
     return found
 
 
-def fit_exponent(points: Sequence[tuple[int, WorkPrecisionPoint]]) -> FittedParameter:
+def fit_exponent(points: Sequence[SizeTime]) -> FittedParameter:
     """Return the exponent of time over size, from the upper half of the sizes."""
-    upper = points[-max(MIN_FIT_POINTS, len(points) // 2) :]
-    sizes, times = np.log([size for size, _ in upper]), np.log([point.wall_time for _, point in upper])
+    sizes, times = np.log(points[-max(MIN_FIT_POINTS, len(points) // 2) :]).T
     return fit_slope(sizes, times)
 
 
@@ -137,7 +171,7 @@ def print_growth(growth: Growth, found: Found) -> None:
             if iterations:
                 cells[-1] += f" of {iterations}"
         print(f"| {size} | {' | '.join(cells)} |")
-    fitted = {name: fit_exponent(found[name]) for name in shown if len(found[name]) >= MIN_FIT_POINTS}
+    fitted = {name: fit_exponent(list_times(found[name])) for name in shown if len(found[name]) >= MIN_FIT_POINTS}
     powers = "; ".join(f"{name} {one.value:.2f} ± {max(one.standard_error, 0.005):.2f}" for name, one in fitted.items())
     print(f"\nExponents of the time: {powers}\n")
 
@@ -168,27 +202,28 @@ def solve_one_coordinate(count: int, times: FloatArray) -> FloatArray:
     return np.asarray(found.y[0])
 
 
-def draw_growth(results: Sequence[tuple[Growth, Found]], target: Path) -> None:
+def draw_growth(times: Times, target: Path) -> None:
     """Draw a panel for each varied size, with logarithmic axes."""
     page = Page(12.0, 4.8, "Growth of run time at equal true error")
-    for at, (growth, found) in enumerate(results):
+    for at, growth in enumerate(GROWTHS):
+        curves = times[growth.title]
         panel = page.add_panel(
             (0.065 + 0.318 * at, 0.135, 0.275, 0.68), label_sizes(growth), "" if at else "Time of a run [ms]", which="both"
         )
         panel.set(xscale="log", yscale="log")
-        panel.write_heading(f"{growth.title}, error {growth.error:g}", y=1.03)
+        panel.write_heading(f"{growth.title[:1].upper()}{growth.title[1:]}, error {growth.error:g}", y=1.03)
         use_plain_decades(panel.xaxis, panel.yaxis)
         letter = "T" if growth.unit == "simulated seconds" else "N"
         for name in reversed(ENGINES):
-            points = found[name]
+            points = curves[name]
             if len(points) < MIN_FIT_POINTS:
                 continue
             colour, marker, style = _VARIANT_STYLES[name]
-            sizes, times = [size for size, _ in points], [1e3 * point.wall_time for _, point in points]
+            sizes, milliseconds = [size for size, _ in points], [1e3 * seconds for _, seconds in points]
             label = rf"{name} $\propto {letter}^{{{fit_exponent(points).value:.2f}}}$"
-            panel.plot(sizes, times, color=colour, marker=marker, markersize=4.5, linewidth=1.5, linestyle=style, label=label)
+            panel.plot(sizes, milliseconds, color=colour, marker=marker, markersize=4.5, linewidth=1.5, linestyle=style, label=label)
         if letter == "N":
-            draw_target_slope(panel, found["multibody"])
+            draw_target_slope(panel, curves["multibody"])
         low, high = panel.get_ylim()
         panel.set_ylim(low, high * (high / low) ** 0.35)  # space for the legend
         add_legend(panel, {"color": INK, "math_fontfamily": "stix"}, loc="upper left", fontsize=9, handlelength=3.0)
@@ -200,10 +235,10 @@ def label_sizes(growth: Growth) -> str:
     return "Simulated time [s]" if growth.unit == "simulated seconds" else f"{growth.unit.capitalize()} [1]"
 
 
-def draw_target_slope(axes: Axes, points: Sequence[tuple[int, WorkPrecisionPoint]]) -> None:
+def draw_target_slope(axes: Axes, points: Sequence[SizeTime]) -> None:
     """Draw the largest accepted slope of `multibody` below its line."""
     first, last = points[len(points) // 2][0], points[-1][0]
-    lower_end = 0.5 * 1e3 * points[len(points) // 2][1].wall_time
+    lower_end = 0.5 * 1e3 * points[len(points) // 2][1]
     label = rf"target of multibody, $N^{{{MAX_EXPONENT}}}$"
     ends = [lower_end, lower_end * (last / first) ** MAX_EXPONENT]
     axes.plot([first, last], ends, color=MUTED, linewidth=1.0, linestyle=(0, (5, 3)), label=label)

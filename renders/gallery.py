@@ -6,6 +6,7 @@ Usage: make gallery
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import governor_mechanism as gm
 from governor_mechanism.render.figure_files import FigureFiles
@@ -20,31 +21,44 @@ from governor_mechanism.render.figures.sweep import sweep_figure
 from governor_mechanism.render.figures.time_series import readings_figure
 from governor_mechanism.render.figures.valve_timing.valve_gears import valve_gears_figure
 from governor_mechanism.render.figures.work_precision import work_precision_figure
+from governor_mechanism.render.film.timing import find_loop_end, select_timing
+from governor_mechanism.render.film.writer import DEFAULT_FRAME_RATE
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_mechanism.studies.flywheel.paper_comparison import compare_with_paper
 from governor_mechanism.studies.flywheel.simulation import simulate_wheels
 from governor_mechanism.studies.regulation.cyclic_irregularity import CLEARANCES, FLUCTUATION_RATIOS, study_clearance, study_cyclic_motion
 from governor_mechanism.studies.regulation.fold_jump import RAMP_RATES, study_fold_jump
 from governor_mechanism.studies.regulation.settling_time import DAMPING_COEFFICIENTS, study_settling
-from governor_mechanism.studies.valve_gears import SHIPPED_GEARS
 
 FOLDER = Path(__file__).parent
 
-FILM_INTERVALS = {
-    "watt_improved": (11.0, 16.0),
-    "porter_dry_friction": (0.0, 12.0),
-    "hartung_dubois": (0.0, 7.0),
-    "hartung_right_angle": (0.0, 7.0),
-    "haug_governor": (0.0, 6.0),
-    "watt_engine_hunting": (0.0, 8.0),
-    "watt_engine_stable": (0.0, 8.0),
-    # before and after the load changes
-    **dict.fromkeys([name for name in shipped_scenes() if name.startswith("governed_engine")], (0.0, 60.0)),
-    "governed_engine_watt_improved": (0.0, 40.0),
-    **dict.fromkeys(SHIPPED_GEARS, (0.0, 8.0)),
-    **dict.fromkeys([name for name in shipped_scenes() if name.startswith("stephenson")], (0.0, 10.0)),
+MAX_FILM_SIZE = 700_000
+"""Largest size of a film, bytes: a page with several of them still loads over a slow line."""
+
+LONGEST_FILM, LONGEST_LOOP, SHORT_FILM = 8.0, 6.0, 4.0
+"""Longest film (s) that is left as it is; of a longer one, a loop of up to the second time is shown if there is one, or else the third."""
+
+MAGNIFIED: dict[str, Any] = {"exaggerate": 10.0}
+"""Options of films whose sleeve moves by little more than a millimetre."""
+
+FILM_OPTIONS: dict[str, dict[str, Any]] = {
+    "watt_improved": {"slow_down": 1 / 7, "frames_per_second": 25.0},  # the whole loop, up and down
+    "porter_dry_friction": {"stop": 12.0},
+    "porter_cyclic": MAGNIFIED,
+    "porter_cyclic_damped": MAGNIFIED,
+    "haug_governor": {"stop": 6.0},
+    "haug_governor_open": {"stop": 6.0},
+    "watt_engine_hunting": {"stop": 8.0},
+    "watt_engine_stable": {"stop": 8.0},
+    # Before and after the load changes.
+    **{name: {"stop": 60.0} for name in shipped_scenes() if name.startswith("governed_engine")},
+    "governed_engine_watt_improved": {"stop": 36.0},
+    "stephenson_reversing": {"slow_down": 1.0},  # the whole reversal
 }
-"""Filmed interval (s) of a scene; other scenes show their first four seconds."""
+"""Options of the films of some scenes; an end is that of the run if this ends earlier."""
+
+OUTSIDE_SCENE = "porter"
+"""Scene that is also filmed from outside."""
 
 DAMPING_PAIR = ("porter_cyclic", "porter_cyclic_damped"), ("without dashpot", "with dashpot")
 """Two scenes side by side, and their captions."""
@@ -68,11 +82,13 @@ CHARACTERISTIC_SCENES = {"porter": 40.0, "watt_improved": None, "parabolic": Non
 
 def main() -> None:
     """Write a film and the figures of each scene, and the figures of the studies."""
+    films = []
     for name in shipped_scenes():
         run = gm.run(name)
         run.raise_if_failed()
-        start, stop = FILM_INTERVALS.get(name, (0.0, min(4.0, run.times[-1])))
-        gm.film(run, FOLDER / f"{name}.gif", start=start, stop=min(stop, run.times[-1]))
+        films.append(gm.film(run, FOLDER / f"{name}.gif", **choose_film_options(name, run)))
+        if name == OUTSIDE_SCENE:
+            films.append(gm.film(run, FOLDER / f"{name}_outside.gif", view="both", **choose_film_options(name, run)))
         readings_figure(run).save(FOLDER / f"{name}.png")
         write_machine_figures(run, FigureFiles(folder=FOLDER), name)
         print(f"{name}: {run.message}")
@@ -81,7 +97,7 @@ def main() -> None:
         curve = gm.speed_curve(scene, resistance=resistance)
         speed_curve_figure(scene, curve, gm.equilibria(scene)).save(FOLDER / f"{name}_characteristic.png")
     names, titles = DAMPING_PAIR
-    gm.film([gm.run(name) for name in names], FOLDER / "porter_cyclic_pair.gif", titles=titles, stop=4.0)
+    films.append(gm.film([gm.run(name) for name in names], FOLDER / "porter_cyclic_pair.gif", titles=titles, stop=SHORT_FILM, **MAGNIFIED))
     for name in ABLATION_SCENES:
         effect_ablation_figure(gm.effects_study(name)).save(FOLDER / f"{name}_effects.png")
     _write_regulation_figures()
@@ -94,6 +110,22 @@ def main() -> None:
     hartnell_figure(gm.design_hartnell()).save(FOLDER / "hartnell_design.png")
     flywheel, comparison = gm.design_flywheel(), compare_with_paper()
     draw_flywheel_plate(flywheel, simulate_wheels(flywheel, comparison), comparison).save(FOLDER / "flywheel_design.png")
+    too_large = [film.name for film in films if film.stat().st_size > MAX_FILM_SIZE]
+    if too_large:
+        raise SystemExit(f"larger than {MAX_FILM_SIZE / 1000:g} kB: {', '.join(too_large)}")
+
+
+def choose_film_options(name: str, run: gm.Trajectory) -> dict[str, Any]:
+    """Return the options of the film of a scene: those of the table, or its loop if the film of the whole run is too long."""
+    last = float(run.times[-1])
+    if name in FILM_OPTIONS:
+        return {key: min(value, last) if key == "stop" else value for key, value in FILM_OPTIONS[name].items()}
+    timing = select_timing((run,), None, None, None, None, DEFAULT_FRAME_RATE)
+    start, stop = timing.time_span
+    if (stop - start) * timing.slow_down <= LONGEST_FILM or timing.slow_down != 1.0:
+        return {}
+    loop_end = find_loop_end(run, (start, min(start + LONGEST_LOOP, last)))
+    return {"stop": start + SHORT_FILM if loop_end is None else loop_end}
 
 
 def _write_regulation_figures() -> None:

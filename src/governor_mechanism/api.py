@@ -1005,6 +1005,39 @@ def paper_rules(progress: Callable[[int, int], None] | None = None) -> gm.PaperR
     return study_paper_rules(progress)
 
 
+@check_arguments(paper=TEXT, simulate=FLAG)
+def errata(paper: str | None = None, *, simulate: bool = False) -> gm.Errata:
+    """Return what recomputing and simulating the papers has found: errors, misprints and slips of rounding, each with its proof.
+
+    Parameters
+    ----------
+    paper
+        "redtenbacher", "zehnder", "marks" or "dubois"; None for all.
+    simulate
+        Whether to simulate the machines that show the main errors, too.
+
+    Returns
+    -------
+    Errata
+        The errata, every right value recomputed now; it prints as tables.
+
+    Raises
+    ------
+    MechanismError
+        If there is no such paper.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> angle = gm.errata("dubois").errata[0]
+    >>> angle.printed, angle.right
+    ('133 deg', '137.33 deg')
+    """
+    from governor_mechanism.studies.errata.collection import collect_errata
+
+    return collect_errata(paper, simulate=simulate)
+
+
 def load_change_study(
     scene: gm.SceneSource,
     load_step: str | Sequence[float] = (1.0, 0.5),
@@ -1230,6 +1263,8 @@ def film(
     labels: bool = False,
     forces: bool = False,
     traces: bool = False,
+    view: str = "plane",
+    exaggerate: float = 1.0,
     progress: gm.Progress | None = None,
 ) -> Path:
     """Write one or several runs as an animation.
@@ -1269,6 +1304,10 @@ def film(
         Whether weights, centrifugal forces, springs and dampers are drawn as arrows.
     traces
         Whether the paths of the mass centres are drawn.
+    view
+        Of parts that turn with a spindle: "plane" for the turning plane, "outside" for the turning governor from the side, or "both".
+    exaggerate
+        Magnification of the motion about its mean position, for motions too small to be seen; the plots stay true.
     progress
         Called with the numbers of frames done and of all.
 
@@ -1307,5 +1346,7 @@ def film(
         labels=labels,
         forces=forces,
         traces=traces,
+        view=view,
+        exaggerate=exaggerate,
         progress=progress,
     )

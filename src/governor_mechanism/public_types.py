@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from governor_mechanism.statics.stability_limit import StabilityLimit as StabilityLimit
     from governor_mechanism.studies.comparison.comparison import Comparison as Comparison
     from governor_mechanism.studies.effect_ablation import EffectsStudy as EffectsStudy
+    from governor_mechanism.studies.errata.results import Errata as Errata
     from governor_mechanism.studies.flywheel.design import FlywheelDesign as FlywheelDesign
     from governor_mechanism.studies.governed_engine.results import GovernedEngineDesign as GovernedEngineDesign
     from governor_mechanism.studies.hard_cases.results import HardCasesReport as HardCasesReport
@@ -60,6 +61,7 @@ _MODULES = {
     "Energy": "model.trajectory",
     "Engine": "engines",
     "Equilibrium": "statics.equilibria",
+    "Errata": "studies.errata.results",
     "Exploration": "notebook.exploring.exploration",
     "FloatArray": "types",
     "FloatValues": "types",

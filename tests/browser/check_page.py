@@ -122,13 +122,13 @@ def test_from_outside_the_ball_in_front_covers_the_spindle(tab, pages, runs):
     eye = 12 * max(axis, width - axis)
     expected = []
     for side in (1.0, -1.0):
-        depth = side * radius * np.sin(angle)
+        depth = -side * radius * np.sin(angle)  # anticlockwise from above
         size = 1 / (1 - depth / eye)
         y = float(picture.place(view.data.poses[0, 0, :2])[1])
         expected.append([axis + side * radius * np.cos(angle) * size, height / 2 + (y - height / 2) * size])
     drawn = balls(tab, "outside")
     # The ball behind is drawn first. Rounding of axis, track and spindle angle: a few units.
-    np.testing.assert_allclose([ball[:2] for ball in drawn], expected[::-1], atol=4.0)
+    np.testing.assert_allclose([ball[:2] for ball in drawn], expected, atol=4.0)
     assert drawn[0][2] < drawn[1][2]
     order = tab.evaluate("[...document.querySelectorAll('.outside .role-ball, .outside .role-spindle')].map((e) => e.classList[0])")
     assert order[0] == order[-1] == "role-ball"

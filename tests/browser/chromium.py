@@ -97,7 +97,10 @@ class WebSocket:
 
 
 class Tab:
-    """One page of the browser; `problems` are the errors and warnings of its console, and its requests that leave the file."""
+    """One page of the browser; `problems` are the errors and warnings of its console, and its requests that leave the file.
+
+    `allowed_addresses` are the beginnings of addresses that a page may ask for.
+    """
 
     def __init__(self, port: int) -> None:
         request = urllib.request.Request(f"http://127.0.0.1:{port}/json/new?about:blank", method="PUT")
@@ -107,6 +110,7 @@ class Tab:
         self._last_id = 0
         self._is_loaded = False
         self.problems: list[str] = []
+        self.allowed_addresses = ("file:", "data:", "about:")
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.command(f"{domain}.enable")
 
@@ -119,15 +123,15 @@ class Tab:
         assert "error" not in answer, answer
         return dict(answer["result"])
 
-    def open(self, path: Path, *, width: int = 1280, height: int = 900, dark: bool = False, reduced_motion: bool = False) -> None:
-        """Open a file in a window of a size (CSS pixels)."""
+    def open(self, page: Path | str, *, width: int = 1280, height: int = 900, dark: bool = False, reduced_motion: bool = False) -> None:
+        """Open a file, or an address, in a window of a size (CSS pixels)."""
         is_telephone = width < 600
         self.command("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=is_telephone)
         self.command("Emulation.setTouchEmulationEnabled", enabled=is_telephone)
         features = {"prefers-color-scheme": "dark" if dark else "light", "prefers-reduced-motion": "reduce" if reduced_motion else ""}
         self.command("Emulation.setEmulatedMedia", features=[{"name": name, "value": value} for name, value in features.items()])
         self._is_loaded = False
-        self.command("Page.navigate", url=path.as_uri())
+        self.command("Page.navigate", url=page if isinstance(page, str) else page.as_uri())
         deadline = time.monotonic() + ANSWER_TIME
         while not self._is_loaded:
             assert time.monotonic() < deadline, "the page does not load"
@@ -170,7 +174,7 @@ class Tab:
                 self.problems.append(str(parameters["args"]))
             case "Log.entryAdded" if parameters["entry"]["level"] in ("error", "warning"):
                 self.problems.append(str(parameters["entry"]))
-            case "Network.requestWillBeSent" if not parameters["request"]["url"].startswith(("file:", "data:", "about:")):
+            case "Network.requestWillBeSent" if not parameters["request"]["url"].startswith(self.allowed_addresses):
                 self.problems.append(f"request of {parameters['request']['url']}")
 
 

@@ -12,7 +12,7 @@ from governor_mechanism.cli.film_options import gather_film_options
 from governor_mechanism.cli.main import app
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figure_files import Theme
-from governor_mechanism.render.film.options import FilmLayout
+from governor_mechanism.render.film.options import FilmLayout, FilmView
 
 DEFAULTS = dict(
     layout=FilmLayout.MACHINE_AND_PLOTS,
@@ -67,10 +67,46 @@ def test_a_time_in_another_unit_is_refused():
         (["--readings", "arm_angel"], "no reading 'arm_angel'.*Did you mean 'arm_angle'"),
         (["--film", "html", "--fps", "30"], "takes no frames per second"),
         (["--film", "html", "--labels"], "leave labels out"),
+        (["--start", "20 s"], r"within the run, 0\.\.10 s"),
+        (["--seconds", "2 s", "--stop", "3 s"], r"within the run, 0\.\.2 s"),
+        (["--slow-down", "0"], "above 0"),
+        (["--slow-down", "1000"], "at most 3600 s"),
+        (["--part", "governer"], "Did you mean 'governor'"),
+        (["--view", "both", "--film", "svg"], "turning plane only"),
+        (["--exaggerate", "0"], "at least 1"),
+        (["--set", "effects.clearance=1 mm", "--exaggerate", "3"], "have a clearance"),
     ],
 )
 def test_what_a_film_does_not_take_is_refused_before_the_simulation(options, message, monkeypatch, tmp_path):
     monkeypatch.setattr(gm, "run", lambda *arguments, **named: pytest.fail("simulated"))
     result = CliRunner().invoke(app, ["run", "porter", "--out", str(tmp_path), *options])
     assert result.exit_code == 2
-    assert re.search(message, result.output)
+    assert re.search(message, " ".join(result.output.split()))
+
+
+@pytest.mark.parametrize(
+    ("scene", "options", "message"),
+    [
+        ("slider_crank", ["--view", "both"], "nothing shown does"),
+        ("slider_crank", ["--exaggerate", "3"], "drivers prescribe"),
+        ("governed_engine", ["--view", "both"], "without view"),
+        ("governed_engine", ["--part", "governor", "--exaggerate", "3"], "one part"),
+    ],
+)
+def test_what_a_scene_does_not_show_is_refused_before_the_simulation(scene, options, message, monkeypatch, tmp_path):
+    monkeypatch.setattr(gm, "run", lambda *arguments, **named: pytest.fail("simulated"))
+    result = CliRunner().invoke(app, ["run", scene, "--out", str(tmp_path), *options])
+    assert result.exit_code == 2
+    assert re.search(message, " ".join(result.output.split()))
+
+
+@pytest.mark.parametrize(("options", "message"), [(["--readings", "arm_angel"], "'arm_angle'"), (["--start", "20 s"], "within the run")])
+def test_a_comparison_refuses_what_its_film_does_not_take_before_the_simulation(options, message, monkeypatch, tmp_path):
+    monkeypatch.setattr(gm, "compare", lambda *arguments, **named: pytest.fail("simulated"))
+    result = CliRunner().invoke(app, ["compare", "porter", "watt", "--out", str(tmp_path), *options])
+    assert result.exit_code == 2
+    assert re.search(message, " ".join(result.output.split()))
+
+
+def test_the_film_of_one_part_of_a_scene_is_chosen():
+    assert gather(part="governor", view=FilmView.BOTH, exaggerate=2.0) == {"part": "governor", "view": "both", "exaggerate": 2.0}

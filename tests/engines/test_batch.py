@@ -122,3 +122,14 @@ def test_tables_are_as_accurate_as_the_steps_need():
         found = run_in_batch(at_accuracy)
         assert np.max(np.abs(found.readings["arm_angle"] - tight.readings["arm_angle"])) < accuracy
         assert math.isfinite(found.rates["sleeve_lift"][-1])
+
+
+def test_a_motion_that_turns_back_just_before_its_bound_does_not_leave_the_range():
+    """The arms swing up to 89.9935 degrees, nearer to the horizontal than a table reaches: another engine follows them."""
+    changes = {"spindle.speed": 1000.0, "start": {"arm_angle": math.radians(89.99)}, "run.duration": 0.05}
+    scene = gm.load("porter").replace(changes)
+    assert run_in_batch(scene).outcome is gm.run(scene, engine="reduced").outcome is Outcome.DEAD_CENTRE
+    run = gm.run(scene)
+    assert run.outcome is Outcome.DONE
+    assert run.cost.engine == "multibody"
+    assert math.degrees(run.readings["arm_angle"].max()) < 90.0

@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from governor_mechanism.render.figure_files import Theme
+from governor_mechanism.render.film.encoders import FilmFrames
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
+from governor_mechanism.render.film.gif_frame_rate import FRAME_RATES, choose_gif_settings
 from render.decoding import decode_film
 
 
@@ -44,3 +47,46 @@ def test_a_frame_longer_than_the_gif_limit_is_split():
     red = make_frame((255, 0, 0))
     _, durations = write_and_read([(red, 40000)] * 3)
     assert sum(durations) == pytest.approx(1200.0)
+
+
+@pytest.mark.parametrize("n_colours", [5, 12, 13, 20])
+def test_flat_areas_are_shown_exactly_with_few_colours_and_with_many(n_colours):
+    """Also where short gaps of unchanged pixels are written anew."""
+    random = np.random.default_rng(7)
+    colours = random.choice(np.arange(8, 256, 8), (n_colours, 3), replace=True).astype(np.uint8)
+    frames = [np.pad(colours[random.integers(0, n_colours, (24, 40))], ((0, 0), (0, 0), (0, 1)), constant_values=255) for _ in range(3)]
+    for frame in frames[1:]:
+        frame[:, ::3] = frames[0][:, ::3]
+        frame[:, 20:] = frames[0][:, 20:]
+    palette = Palette([tuple(colour) for colour in colours.tolist()], frames, few_colours=True)
+    assert palette.bits == (4 if n_colours <= 12 else 5)
+    file = io.BytesIO()
+    writer = GifWriter(file, palette)
+    for frame in frames:
+        writer.add(frame, 4)
+    writer.close()
+    file.seek(0)
+    shown, _ = decode_film(file)
+    assert_array_equal(shown, np.array(frames)[..., :3])
+
+
+class StripesPainter:
+    """Frames of which a number of rows are other at random in every frame."""
+
+    canvases = ()
+
+    def __init__(self, n_rows):
+        self.n_rows = n_rows
+
+    def paint(self, k):
+        frame = np.full((480, 480, 4), 255, dtype=np.uint8)
+        frame[: self.n_rows, :, :3] = np.random.default_rng(k).choice([0, 255], (self.n_rows, 480, 1))
+        return frame
+
+    draw = paint
+
+
+@pytest.mark.parametrize(("n_rows", "rate"), [(0, FRAME_RATES[0]), (480, FRAME_RATES[-1])])
+def test_a_film_that_changes_much_gets_fewer_frames(n_rows, rate):
+    film = FilmFrames(painter=StripesPainter(n_rows), delays=[4] * 200, frame_rate=25.0, theme=Theme.LIGHT)
+    assert choose_gif_settings(film) == (rate, n_rows > 0)

@@ -104,7 +104,7 @@ def test_the_arrow_at_the_ram_opposes_its_motion_in_proportion(quick_return):
     assert np.ptp(ratios) < 1e-9 * abs(ratios[0])
     texts = [shape.text for shape in drawing.background_shapes() if isinstance(shape, TextShape)]
     largest = 200.0 * np.abs(run.velocities[:, ram, 0]).max()
-    assert texts == [f"cut: force up to {largest:.3g} N"]
+    assert texts == [f"cut: damper, both strokes, up to {largest:.3g} N"]
     assert not of_role(drawing.moving_shapes(run.poses[0], 0.0), "damper")
 
 

@@ -18,7 +18,7 @@ from governor_mechanism.cli.changed_scene import Changes, load_changed
 from governor_mechanism.cli.completion import complete_scene
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figure_files import FigureFiles
-from governor_mechanism.render.film.options import FilmLayout
+from governor_mechanism.render.film.options import FilmLayout, FilmView
 from governor_mechanism.units.quantities import number_or_text
 
 if TYPE_CHECKING:
@@ -60,6 +60,8 @@ def compare(
     labels: film_options.LabelsOption = False,
     forces: film_options.ForcesOption = False,
     traces: film_options.TracesOption = False,
+    view: film_options.ViewOption = FilmView.PLANE,
+    exaggerate: film_options.ExaggerateOption = 1.0,
     start: film_options.StartOption = None,
     stop: film_options.StopOption = None,
     slow_down: film_options.SlowDownOption = None,
@@ -83,6 +85,8 @@ def compare(
         stop=stop,
         slow_down=slow_down,
         theme=figures.theme,
+        view=view,
+        exaggerate=exaggerate,
     )
     if film is not SideBySideFormat.GIF and not no_film:
         from governor_mechanism.render.film.writer import require_video_writer
@@ -91,6 +95,8 @@ def compare(
     console.prepare_folder(figures.folder)
     duration = None if seconds is None else number_or_text(seconds)
     loaded = [_load(scene, changes, duration) for scene in scenes]
+    if not no_film:
+        film_options.check_film_options(loaded, chosen, file_format=film.value)
     between = None if working_range is None else _parse_range(working_range)
     with console.show_status("simulating"):
         comparison = gm.compare(*loaded, engine=engine, accuracy=accuracy, resistance=resistance, between=between)

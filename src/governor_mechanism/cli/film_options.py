@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.render.figure_files import Theme
-from governor_mechanism.render.film.options import FilmLayout, FilmOptions, require_page_options
+from governor_mechanism.render.film.options import (
+    FilmLayout,
+    FilmOptions,
+    FilmView,
+    make_film_options,
+    require_drawing_options,
+    require_page_options,
+    require_room_options,
+    require_view,
+)
 from governor_mechanism.units.quantities import number_or_text, parse_quantity
 
 if TYPE_CHECKING:
@@ -24,6 +34,13 @@ LabelsOption = Annotated[bool, typer.Option("--labels", help="Name the parts and
 ForcesOption = Annotated[
     bool, typer.Option("--forces", help="Draw weights, centrifugal forces, springs and dampers as arrows on the film.")
 ]
+ViewOption = Annotated[
+    FilmView, typer.Option(help="View of a governor on the film: in its turning plane, from outside while the spindle turns, or both.")
+]
+ExaggerateOption = Annotated[
+    float, typer.Option(help="Magnify the motion about its mean position on the film, for one that is too small to be seen.")
+]
+PartOption = Annotated[str | None, typer.Option(help="Show this part of the scene on the film; by default all parts.")]
 TracesOption = Annotated[bool, typer.Option("--traces", help="Draw the paths of the mass centres on the film.")]
 StartOption = Annotated[str | None, typer.Option(help='Start of the film, for example "2 s"; by default that of the run.')]
 StopOption = Annotated[str | None, typer.Option(help="End of the film; by default that of the run, or of its last whole turn or period.")]
@@ -32,36 +49,87 @@ SlowDownOption = Annotated[
 ]
 
 
-def check_film_options(scene: Scene, chosen: Mapping[str, Any], frames_per_second: float | None, *, is_page: bool) -> None:
+def check_film_options(
+    scenes: Sequence[Scene], chosen: Mapping[str, Any], frames_per_second: float | None = None, *, file_format: str = "gif"
+) -> None:
     """Check before a simulation what its film will not take, so that no run is lost.
 
     Parameters
     ----------
-    scene
-        The scene.
+    scenes
+        The scenes whose runs the film shows.
     chosen
         The options by `gather_film_options`.
     frames_per_second
         The frame rate, or None.
-    is_page
-        Whether the film is an interactive page.
+    file_format
+        Ending of the name of the file, without its dot.
 
     Raises
     ------
     MechanismError
-        If there is no such reading, or a page does not take an option.
+        If there is no such reading or part, a time is outside of the runs, or the scenes or the format do not take an option.
     """
-    if is_page:
-        frame_options = {name: value for name, value in chosen.items() if name not in ("start", "stop", "slow_down")}
-        require_page_options(frames_per_second, FilmOptions(**frame_options))
-    if "readings" in chosen:
-        from governor_mechanism.render.shown_readings import RATE_START
+    timing = {name: chosen[name] for name in ("start", "stop", "slow_down") if name in chosen}
+    part = chosen.get("part")
+    frame_options = {name: value for name, value in chosen.items() if name not in (*timing, "part")}
+    options = make_film_options(**{**_FRAME_DEFAULTS, **frame_options})
+    if file_format == PAGE_FORMAT:
+        require_page_options(frames_per_second, options)
+    if file_format == DRAWING_FORMAT:
+        require_drawing_options(options)
+    for scene in scenes:
+        _check_names(scene, part, options)
+    require_view([one for scene in scenes for one in scene.parts if part in (None, one.name)], options.view)
+    if len(scenes) == 1 and part is None and file_format != PAGE_FORMAT:
+        _check_room(scenes[0], options)
+    if options.exaggerate != 1.0:
+        from governor_mechanism.render.magnified_motion import require_one_coordinate
 
-        names = [one.name for one in scene.describe().readings]
-        names += [f"{RATE_START}{name}" for name in names]
-        for name in chosen["readings"]:
-            if name not in names:
-                raise MechanismError(f"--readings: there is no reading {name!r}; there are {', '.join(names)}.{did_you_mean(name, names)}")
+        for scene in scenes:
+            require_one_coordinate(scene)
+    if timing:
+        _check_timing(max(scene.run.duration for scene in scenes), **timing)
+
+
+_FRAME_DEFAULTS: Mapping[str, Any] = {"readings": None, **{one.name: one.default for one in fields(FilmOptions) if one.name != "readings"}}
+"""Options of the frames of a film by name, of which nothing is chosen."""
+PAGE_FORMAT, DRAWING_FORMAT = "html", "svg"
+"""Formats of an interactive page and of an animated drawing."""
+
+
+def _check_names(scene: Scene, part: str | None, options: FilmOptions) -> None:
+    """Raise MechanismError if a scene has no such part, or no such reading."""
+    parts = [one.name for one in scene.parts]
+    if part is not None and part not in parts:
+        raise MechanismError(f"--part: the scene has no part {part!r}; its parts are {', '.join(parts)}.{did_you_mean(part, parts)}")
+    if not options.readings:
+        return
+    from governor_mechanism.render.shown_readings import RATE_START
+
+    names = [one.name for one in scene.describe().readings]
+    names += [f"{RATE_START}{name}" for name in names]
+    for name in options.readings:
+        if name not in names:
+            raise MechanismError(
+                f"--readings: {scene.title!r} has no reading {name!r}; it has {', '.join(names)}.{did_you_mean(name, names)}"
+            )
+
+
+def _check_room(scene: Scene, options: FilmOptions) -> None:
+    """Raise MechanismError if a scene is shown as an engine room, which does not take an option."""
+    from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
+
+    if find_governed_engine(scene):
+        require_room_options(options)
+
+
+def _check_timing(duration: float, start: float | None = None, stop: float | None = None, slow_down: float | None = None) -> None:
+    """Raise MechanismError if times (s) are outside of runs of a duration (s), or a slow-down is out of range."""
+    from governor_mechanism.render.film.timing import select_slow_down, select_time_span
+
+    limits = 0.0, duration
+    select_slow_down(limits, select_time_span(limits, start, stop), slow_down)
 
 
 def gather_film_options(
@@ -76,6 +144,9 @@ def gather_film_options(
     stop: str | None,
     slow_down: float | None,
     theme: Theme,
+    view: FilmView = FilmView.PLANE,
+    exaggerate: float = 1.0,
+    part: str | None = None,
     is_page: bool = False,
 ) -> Mapping[str, Any]:
     """Return the options of `write_film` by name, without those at their defaults.
@@ -102,6 +173,12 @@ def gather_film_options(
         Seconds of film per second of the run, or None.
     theme
         Theme of the figures; a film takes it if it is dark.
+    view
+        View of what turns with a spindle.
+    exaggerate
+        Magnification of the motion.
+    part
+        Name of the part to show, or None.
     is_page
         Whether the film is an interactive page, which follows the theme of the reader's screen.
 
@@ -128,5 +205,8 @@ def gather_film_options(
         **({} if readings is None else {"readings": [name.strip() for name in readings.split(",") if name.strip()]}),
         **({"footer": False} if no_footer else {}),
         **({} if layout is FilmLayout.MACHINE_AND_PLOTS else {"layout": layout.value}),
+        **({} if view is FilmView.PLANE else {"view": view.value}),
+        **({} if exaggerate == 1.0 else {"exaggerate": exaggerate}),
+        **({} if part is None else {"part": part}),
         **({"theme": theme.value} if theme is Theme.DARK and not is_page else {}),
     }

@@ -19,6 +19,7 @@ from governor_mechanism.cli.changed_scene import Changes, load_changed
 from governor_mechanism.cli.compare import compare
 from governor_mechanism.cli.crosscheck import crosscheck
 from governor_mechanism.cli.design import design
+from governor_mechanism.cli.errata import errata
 from governor_mechanism.cli.regulation import regulation_app
 from governor_mechanism.cli.run import run
 from governor_mechanism.cli.scenes import describe, init, models, schema
@@ -135,7 +136,22 @@ def _write_speed_curve_figures(report: EquilibriaReport, curve: SpeedCurve, figu
     return files
 
 
-for command in (models, init, describe, schema, run, compare, crosscheck, equilibria, accuracy, effects, sweep, hard_cases, valve_gears):
+for command in (
+    models,
+    init,
+    describe,
+    schema,
+    run,
+    compare,
+    crosscheck,
+    equilibria,
+    accuracy,
+    effects,
+    sweep,
+    hard_cases,
+    valve_gears,
+    errata,
+):
     app.command(short_help=console.first_sentence(command))(console.guarded_command(command))
 # Inputs of a design may be options of their own; `design` answers a misspelt one.
 _ANY_OPTIONS = {"allow_extra_args": True, "ignore_unknown_options": True}

@@ -19,7 +19,7 @@ from governor_mechanism.cli import console, film_options
 from governor_mechanism.cli.changed_scene import Changes, load_changed
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figure_files import FigureFiles
-from governor_mechanism.render.film.options import FilmLayout
+from governor_mechanism.render.film.options import FilmLayout, FilmView
 from governor_mechanism.units.quantities import number_or_text
 
 if TYPE_CHECKING:
@@ -67,6 +67,9 @@ def run(
     labels: film_options.LabelsOption = False,
     forces: film_options.ForcesOption = False,
     traces: film_options.TracesOption = False,
+    view: film_options.ViewOption = FilmView.PLANE,
+    exaggerate: film_options.ExaggerateOption = 1.0,
+    part: film_options.PartOption = None,
     start: film_options.StartOption = None,
     stop: film_options.StopOption = None,
     slow_down: film_options.SlowDownOption = None,
@@ -88,6 +91,9 @@ def run(
         stop=stop,
         slow_down=slow_down,
         theme=figures.theme,
+        view=view,
+        exaggerate=exaggerate,
+        part=part,
         is_page=film is FilmFormat.HTML,
     )
     frame_options = {"frames_per_second": fps} | ({} if size is None else {"size": parse_film_size(size)})
@@ -99,7 +105,7 @@ def run(
     duration = None if seconds is None else number_or_text(seconds)
     loaded = load_changed(scene, changes, run__duration=duration, title=title)
     if not no_film:
-        film_options.check_film_options(loaded, chosen, fps, is_page=film is FilmFormat.HTML)
+        film_options.check_film_options([loaded], chosen, fps, file_format=film.value)
     selected_engine = engine if max_steps is None else _limit_steps(engine, loaded, accuracy, max_steps)
     with console.show_status("simulating"):
         result = gm.run(loaded, engine=selected_engine, accuracy=accuracy)

@@ -27,10 +27,14 @@ class BellCrankMasses(Effect):
     key = "bell_cranks"
     changes_bodies_of = "a Hartung governor"
 
-    mass: float = scene_key("mass", sign="not negative", examples=("6 kg",), default=0.0)
-    weight_width: float = scene_key("length", sign="not negative", examples=("150 mm",), default=0.0)
-    weight_height: float = scene_key("length", sign="not negative", examples=("200 mm",), default=0.0)
-    weight_depth: float = scene_key("length", sign="not negative", default=0.0)
+    mass: float = scene_key("mass", sign="not negative", examples=("6 kg",), default=0.0, meaning="mass of each bell crank")
+    weight_width: float = scene_key(
+        "length", sign="not negative", examples=("150 mm",), default=0.0, meaning="size of a weight across its arm"
+    )
+    weight_height: float = scene_key(
+        "length", sign="not negative", examples=("200 mm",), default=0.0, meaning="size of a weight along its arm"
+    )
+    weight_depth: float = scene_key("length", sign="not negative", default=0.0, meaning="size of a weight normal to the plane")
 
     def __post_init__(self) -> None:
         sizes = ("weight_width", "weight_height", "weight_depth")

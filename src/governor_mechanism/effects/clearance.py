@@ -34,7 +34,7 @@ class Clearance(Effect):
         examples=("0.5 mm",),
         hint="; write clearance = false if there is none",
     )
-    restitution: float = scene_key(RESTITUTION_KIND, default=0.0)
+    restitution: float = scene_key(RESTITUTION_KIND, default=0.0, meaning="coefficient of restitution, 0 to 1")
 
     def __post_init__(self) -> None:
         require_positive(self.width, "m", "clearance")

@@ -30,11 +30,20 @@ class CrankMasses(Effect):
     changes_bodies_of = "a slider crank"
 
     crank: float = scene_key("mass", meaning="the mass of the crank (rod and crosshead may have none)", examples=("80 kg",))
-    crank_centre: float = scene_key("length", sign="any", default=0.0)
-    rod: float = scene_key("mass", sign="not negative", examples=("70 kg",), default=0.0)
-    rod_centre: float | None = scene_key("length", sign="not negative", default=None)
-    rod_inertia: float | None = scene_key("moment_of_inertia", default=None)
-    crosshead: float = scene_key("mass", sign="not negative", examples=("110 kg",), default=0.0)
+    crank_centre: float = scene_key(
+        "length",
+        sign="any",
+        default=0.0,
+        meaning="mass centre of the crank from the shaft toward the crank pin; negative for a counterweight",
+    )
+    rod: float = scene_key("mass", sign="not negative", examples=("70 kg",), default=0.0, meaning="mass of the connecting rod")
+    rod_centre: float | None = scene_key(
+        "length", sign="not negative", default=None, meaning="mass centre of the rod from the crank pin; its middle if left out"
+    )
+    rod_inertia: float | None = scene_key(
+        "moment_of_inertia", default=None, meaning="moment of inertia of the rod about its mass centre; that of a slender rod if left out"
+    )
+    crosshead: float = scene_key("mass", sign="not negative", examples=("110 kg",), default=0.0, meaning="mass of the crosshead")
 
     def __post_init__(self) -> None:
         require_positive(self.crank, "kg", "masses.crank")

@@ -58,13 +58,29 @@ class Dashpot(OutputForce):
     key = "dashpot"
     value_fields = ("linear",)
     derivations = (
-        Derivation("quadratic", orifice_damping_coefficient, {"piston": "area", "hole": "area", "screw": "ratio", "oil": "density"}),
+        Derivation(
+            field="quadratic",
+            function=orifice_damping_coefficient,
+            kinds={"piston": "area", "hole": "area", "screw": "ratio", "oil": "density"},
+            meanings={
+                "piston": "area of the piston of an oil dashpot, instead of quadratic",
+                "hole": "area of its orifice",
+                "screw": "fraction of the orifice that the adjusting screw leaves open; 1 if left out",
+                "oil": "density of the oil; 900 kg/m^3 if left out",
+            },
+        ),
     )
     law_name = "dashpots"
     dissipates = True
 
-    linear: float = scene_key("damping", "torsion_damping", sign="not negative", default=0.0)
-    quadratic: float = scene_key("quadratic_damping", "quadratic_torsion_damping", sign="not negative", default=0.0)
+    linear: float = scene_key("damping", "torsion_damping", sign="not negative", default=0.0, meaning="force per speed")
+    quadratic: float = scene_key(
+        "quadratic_damping",
+        "quadratic_torsion_damping",
+        sign="not negative",
+        default=0.0,
+        meaning="force per squared speed, as of oil in an orifice",
+    )
 
     def __post_init__(self) -> None:
         for name in ("linear", "quadratic"):

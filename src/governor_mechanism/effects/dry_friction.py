@@ -23,7 +23,13 @@ class DryFriction(OutputEffect):
     value_fields = ("force",)
 
     force: InputFunction = scene_key(
-        "force", "torque", sign="not negative", reason=", because friction opposes the motion", is_program=True, default=InputFunction()
+        "force",
+        "torque",
+        sign="not negative",
+        reason=", because friction opposes the motion",
+        is_program=True,
+        default=InputFunction(),
+        meaning="limit of the friction; it may change with time",
     )
 
     def __post_init__(self) -> None:

@@ -22,7 +22,7 @@ class Gravity(Effect):
     key = "gravity"
     value_fields = ("acceleration",)
 
-    acceleration: float = scene_key("acceleration", bounded=False, default=DEFAULT_GRAVITY)
+    acceleration: float = scene_key("acceleration", bounded=False, default=DEFAULT_GRAVITY, meaning="gravitational acceleration along -y")
 
     def __post_init__(self) -> None:
         require_positive(self.acceleration, "m/s2", "gravity")

@@ -25,10 +25,16 @@ class LinkMasses(Effect):
     key = "link_masses"
     changes_bodies_of = "a gear with a link"
 
-    link: float = scene_key("mass", sign="not negative", examples=("25 kg",), default=0.0)
-    eccentric_rod: float = scene_key("mass", sign="not negative", examples=("15 kg",), default=0.0)
-    valve: float = scene_key("mass", sign="not negative", examples=("60 kg",), default=0.0)
-    shaft_inertia: float | None = scene_key("moment_of_inertia", default=None)
+    link: float = scene_key(
+        "mass", sign="not negative", examples=("25 kg",), default=0.0, meaning="mass of the link, a thin arc between the rod pins"
+    )
+    eccentric_rod: float = scene_key("mass", sign="not negative", examples=("15 kg",), default=0.0, meaning="mass of each eccentric rod")
+    valve: float = scene_key(
+        "mass", sign="not negative", examples=("60 kg",), default=0.0, meaning="mass of the valve with its spindle and the die block"
+    )
+    shaft_inertia: float | None = scene_key(
+        "moment_of_inertia", default=None, meaning="moment of inertia of the shaft with crank and eccentrics; massless if left out"
+    )
 
     def __post_init__(self) -> None:
         for name in ("link", "eccentric_rod", "valve"):

@@ -25,10 +25,16 @@ class PistonMasses(Effect):
     key = "piston_masses"
     changes_bodies_of = "an engine with a flywheel"
 
-    piston: float = scene_key("mass", sign="not negative", examples=("120 kg",), default=0.0)
-    connecting_rod: float = scene_key("mass", sign="not negative", examples=("60 kg",), default=0.0)
-    pump_piston: float = scene_key("mass", sign="not negative", examples=("120 kg",), default=0.0)
-    pump_connecting_rod: float = scene_key("mass", sign="not negative", examples=("60 kg",), default=0.0)
+    piston: float = scene_key(
+        "mass", sign="not negative", examples=("120 kg",), default=0.0, meaning="mass of the piston with piston rod and crosshead"
+    )
+    connecting_rod: float = scene_key("mass", sign="not negative", examples=("60 kg",), default=0.0, meaning="mass of the connecting rod")
+    pump_piston: float = scene_key(
+        "mass", sign="not negative", examples=("120 kg",), default=0.0, meaning="mass of the pump piston with its rod and crosshead"
+    )
+    pump_connecting_rod: float = scene_key(
+        "mass", sign="not negative", examples=("60 kg",), default=0.0, meaning="mass of the connecting rod of the pump"
+    )
 
     def __post_init__(self) -> None:
         for name in ("piston", "connecting_rod", "pump_piston", "pump_connecting_rod"):

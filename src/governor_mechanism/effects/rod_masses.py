@@ -25,9 +25,9 @@ class RodMasses(Effect):
     key = "rods"
     changes_bodies_of = "a governor with arms and links"
 
-    arm_mass: float = scene_key("mass", sign="not negative", examples=("0.6 kg",), default=0.0)
-    link_mass: float = scene_key("mass", sign="not negative", examples=("0.5 kg",), default=0.0)
-    ball_radius: float = scene_key("length", sign="not negative", default=0.0)
+    arm_mass: float = scene_key("mass", sign="not negative", examples=("0.6 kg",), default=0.0, meaning="mass of each arm")
+    link_mass: float = scene_key("mass", sign="not negative", examples=("0.5 kg",), default=0.0, meaning="mass of each link")
+    ball_radius: float = scene_key("length", sign="not negative", default=0.0, meaning="radius of each ball")
 
     def __post_init__(self) -> None:
         for name, unit in (("arm_mass", "kg"), ("link_mass", "kg"), ("ball_radius", "m")):

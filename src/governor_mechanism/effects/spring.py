@@ -56,14 +56,26 @@ class OutputSpring(OutputForce):
     """
 
     key = "spring"
-    derivations = (Derivation("rate", helical_spring_rate, {"wire": "length", "coil": "length", "turns": "number", "modulus": "modulus"}),)
+    derivations = (
+        Derivation(
+            field="rate",
+            function=helical_spring_rate,
+            kinds={"wire": "length", "coil": "length", "turns": "number", "modulus": "modulus"},
+            meanings={
+                "wire": "diameter of the wire of a helical spring, instead of rate",
+                "coil": "mean diameter of its coil",
+                "turns": "number of its active turns",
+                "modulus": "shear modulus of the wire",
+            },
+        ),
+    )
     law_name = "springs on readings"
     dissipates = False
 
     rate: float = scene_key("stiffness", "torsion_stiffness")
-    preload: float = scene_key("force", "torque", sign="any", default=0.0)
-    zero: float = scene_key("length", "angle", sign="any", default=0.0)
-    one_sided: bool = scene_key(FLAG_KIND, default=False)
+    preload: float = scene_key("force", "torque", sign="any", default=0.0, meaning="force at the value zero")
+    zero: float = scene_key("length", "angle", sign="any", default=0.0, meaning="value of the reading at which the spring has its preload")
+    one_sided: bool = scene_key(FLAG_KIND, default=False, meaning="whether the spring only pulls, and is slack otherwise")
 
     def __post_init__(self) -> None:
         require_positive(self.rate, "N/m", f"rate of the spring on {self.reading!r}")

@@ -25,9 +25,25 @@ class Stops(OutputEffect):
     value_fields = ("low", "high")
     common_keys = ("restitution",)
 
-    low: float = scene_key("length", "angle", sign="any", bounded=False, examples=("10 mm", "15 deg"), default=-math.inf)
-    high: float = scene_key("length", "angle", sign="any", bounded=False, examples=("60 mm", "45 deg"), default=math.inf)
-    restitution: float = scene_key(RESTITUTION_KIND, default=0.0)
+    low: float = scene_key(
+        "length",
+        "angle",
+        sign="any",
+        bounded=False,
+        examples=("10 mm", "15 deg"),
+        default=-math.inf,
+        meaning="position of the low stop; none if left out",
+    )
+    high: float = scene_key(
+        "length",
+        "angle",
+        sign="any",
+        bounded=False,
+        examples=("60 mm", "45 deg"),
+        default=math.inf,
+        meaning="position of the high stop; none if left out",
+    )
+    restitution: float = scene_key(RESTITUTION_KIND, default=0.0, meaning="coefficient of restitution, 0 to 1")
 
     def __post_init__(self) -> None:
         if math.isnan(self.low) or math.isnan(self.high) or not self.low < self.high:

@@ -71,12 +71,15 @@ class Machine(ABC):
         Dimensions that prescribe the motion of a driven machine; empty for a machine that [start] sets in motion.
     supported_effects
         Types of the effects that change its bodies, in the order of the arguments of `mechanism`.
+    reading_meanings
+        What each reading is, by its name: all that the machine may have.
     """
 
     name: ClassVar[str]
     plane: ClassVar[str] = TURNING_PLANE
     driver_dimensions: ClassVar[tuple[str, ...]] = ()
     supported_effects: ClassVar[tuple[type[Effect], ...]] = ()
+    reading_meanings: ClassVar[Mapping[str, str]] = {}
 
     def __post_init__(self) -> None:
         # Only plausible dimensions can be tested together.

@@ -27,6 +27,12 @@ class HartnellGovernor(base.Machine):
     """Two balls as points on massless bell cranks, and a sleeve on their rollers. Lengths in m, masses in kg, angles in rad."""
 
     name: ClassVar[str] = "hartnell"
+    reading_meanings: ClassVar[Mapping[str, str]] = {
+        "arm_angle": "angle of the ball arms from the upright, positive outward",
+        "ball_radius": "distance of the right ball from the spindle axis",
+        "sleeve_lift": "height of the sleeve above its position with the balls at inner_radius",
+        "static_sleeve_force": "force on the sleeve, upward, that balances springs and weights without rotation",
+    }
 
     ball_arm: float = dimension_field("length", "from the pivot of a bell crank to its ball's centre")
     sleeve_arm: float = dimension_field("length", "from the pivot to the roller under the sleeve")

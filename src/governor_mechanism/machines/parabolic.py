@@ -24,6 +24,10 @@ class ParabolicGovernor(Machine):
     """Two balls as points in guides, and a sleeve. Lengths in m, masses in kg."""
 
     name: ClassVar[str] = "parabolic_governor"
+    reading_meanings: ClassVar[Mapping[str, str]] = {
+        "ball_radius": "distance of the right ball from the spindle axis",
+        "sleeve_lift": "height of the sleeve above its position with the balls at the inner end of the guides",
+    }
 
     double_parameter: float = dimension_field("length", "c of the guide x^2 = c y")
     inner_radius: float = dimension_field("length", "of the guide's inner end from the spindle axis")

@@ -32,6 +32,12 @@ class ProellGovernor(base.Machine):
     """Balls as points on massless lower arms, upper arms as distances, and a sleeve. Lengths in m, masses in kg, angles in rad."""
 
     name: ClassVar[str] = "proell"
+    reading_meanings: ClassVar[Mapping[str, str]] = {
+        "arm_angle": "angle of the upper arms from the downward vertical, positive outward",
+        "ball_radius": "distance of the right ball from the spindle axis",
+        "sleeve_lift": "height of the sleeve above its position with hanging arms, or at the low end of the travel",
+        "static_sleeve_force": "force on the sleeve, upward, that balances springs and weights without rotation",
+    }
 
     arm: float = dimension_field("length", "from the suspension to the joint of upper and lower arm")
     link: float | None = optional_field("length", "of the lower arm, from this joint to the sleeve; as long as arm if left out")

@@ -7,7 +7,7 @@ toward the shaft does. After Müller-Melchiors on Marks' construction, Dinglers 
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar
@@ -16,7 +16,13 @@ from governor_mechanism.machines import driven_crank
 from governor_mechanism.machines.base import Machine, choice_field, dimension_field, optional_field, rotate_point, x_coordinate
 from governor_mechanism.machines.driven_crank import CROSSHEAD, VALVE, advance_problems
 from governor_mechanism.machines.slider_crank import rod_length_problems
-from governor_mechanism.machines.steam_readings import CRANK_END_TRAVEL, VALVE_DISPLACEMENT, piston_readings, port_readings
+from governor_mechanism.machines.steam_readings import (
+    CRANK_END_TRAVEL,
+    STEAM_READING_MEANINGS,
+    VALVE_DISPLACEMENT,
+    piston_readings,
+    port_readings,
+)
 from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import BodyAngle, Reading
@@ -63,6 +69,10 @@ class SlideValve(Machine):
     """
 
     name: ClassVar[str] = "slide_valve"
+    reading_meanings: ClassVar[Mapping[str, str]] = {
+        "crank_angle": "angle of the crank from the dead centre at the crank end, continuous over full turns",
+        **STEAM_READING_MEANINGS,
+    }
     plane: ClassVar[str] = FIXED_PLANE
     driver_dimensions: ClassVar[tuple[str, ...]] = ("crank_speed", "crank_start")
 

@@ -28,6 +28,11 @@ class SliderCrank(Machine):
     """Slider crank. Lengths in m, angles in rad, constant crank speed in rad/s."""
 
     name: ClassVar[str] = "slider_crank"
+    reading_meanings: ClassVar[Mapping[str, str]] = {
+        "crank_angle": "angle of the crank from the outer dead centre, anticlockwise, continuous over full turns",
+        "crosshead_distance": "distance of the crosshead from the shaft",
+        "rod_angle": "angle of the connecting rod from the line of the crosshead, anticlockwise",
+    }
     plane: ClassVar[str] = FIXED_PLANE
     supported_effects: ClassVar[tuple[type[Effect], ...]] = (CrankMasses,)
     driver_dimensions: ClassVar[tuple[str, ...]] = ("crank_speed", "crank_start")

@@ -6,6 +6,19 @@ from governor_mechanism.model.output_variables import PointCoordinate
 
 VALVE_DISPLACEMENT, CRANK_END_TRAVEL = "valve_displacement", "crank_end_travel"
 """Names of the readings of valve and piston, which grow away from the shaft."""
+PORT_OPENINGS = ("crank_end_steam", "crank_end_exhaust", "head_end_steam", "head_end_exhaust")
+"""Names of the openings of the ports; a negative opening is the overlap of a closed port."""
+
+STEAM_READING_MEANINGS = {
+    VALVE_DISPLACEMENT: "displacement of the valve from the centre of its motion, away from the shaft",
+    CRANK_END_TRAVEL: "travel of the piston from the crank end of its stroke",
+    "head_end_travel": "travel of the piston from the head end of its stroke",
+    "crank_end_steam": "opening of the crank-end port to steam; negative where it is closed",
+    "crank_end_exhaust": "opening of the crank-end port to the exhaust; negative where it is closed",
+    "head_end_steam": "opening of the head-end port to steam; negative where it is closed",
+    "head_end_exhaust": "opening of the head-end port to the exhaust; negative where it is closed",
+}
+"""What the readings of valve, piston and ports are, by name."""
 
 
 def piston_readings(crosshead: Point, crank: float, crank_end: float, side: float = 1.0) -> tuple[PointCoordinate, ...]:
@@ -54,9 +67,10 @@ def port_readings(valve: Point, centre: float, outside_lap: float, inside_lap: f
     tuple[PointCoordinate, ...]
         Readings of steam port and exhaust at the crank end and at the head end.
     """
+    crank_end_steam, crank_end_exhaust, head_end_steam, head_end_exhaust = PORT_OPENINGS
     return (
-        x_coordinate("crank_end_steam", valve, sign=side, zero=centre + outside_lap),
-        x_coordinate("crank_end_exhaust", valve, sign=-side, zero=-centre + inside_lap),
-        x_coordinate("head_end_steam", valve, sign=-side, zero=-centre + outside_lap),
-        x_coordinate("head_end_exhaust", valve, sign=side, zero=centre + inside_lap),
+        x_coordinate(crank_end_steam, valve, sign=side, zero=centre + outside_lap),
+        x_coordinate(crank_end_exhaust, valve, sign=-side, zero=-centre + inside_lap),
+        x_coordinate(head_end_steam, valve, sign=-side, zero=-centre + outside_lap),
+        x_coordinate(head_end_exhaust, valve, sign=side, zero=centre + inside_lap),
     )

@@ -68,11 +68,14 @@ class Derivation:
         Function of the keys; those with a default may be left out.
     kinds
         Kinds of quantity of the keys; all are positive.
+    meanings
+        What each key is.
     """
 
     field: str
     function: Callable[..., float]
     kinds: Mapping[str, str]
+    meanings: Mapping[str, str]
 
 
 def scene_key(kind: str, angle_kind: str = "", *, default: Any = MISSING, **properties: Any) -> Any:

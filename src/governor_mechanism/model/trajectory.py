@@ -349,8 +349,8 @@ class Trajectory:
         Returns
         -------
         xarray.Dataset
-            Readings ("reading_..."), rates ("rate_..."), errors, motion, energies, reactions and events with their units, by time, body,
-            component and joint.
+            Readings (as "reading_arm_angle"), rates ("rate_arm_angle"), errors, motion, energies, reactions and events with their units, by
+            time, body, component and joint.
 
         Raises
         ------
@@ -437,6 +437,8 @@ class Trajectory:
         labels: bool = False,
         forces: bool = False,
         traces: bool = False,
+        view: str = "plane",
+        exaggerate: float = 1.0,
         progress: Callable[[int, int], None] | None = None,
     ) -> Film:
         """Write the run as an animation, which a notebook shows.
@@ -472,6 +474,10 @@ class Trajectory:
             Whether weights, centrifugal forces, springs and dampers are drawn as arrows.
         traces
             Whether the paths of the mass centres are drawn.
+        view
+            Of parts that turn with a spindle: "plane" for the turning plane, "outside" for the turning governor from the side, or "both".
+        exaggerate
+            Magnification of the motion about its mean position, for motions too small to be seen; the plots stay true.
         progress
             Called with the numbers of frames done and of all.
 
@@ -503,6 +509,8 @@ class Trajectory:
             labels=labels,
             forces=forces,
             traces=traces,
+            view=view,
+            exaggerate=exaggerate,
             progress=progress,
         )
 

@@ -22,8 +22,8 @@ PACKAGE_ROOT = Path(__file__).parents[1]
 KERNEL_IMPORT_PATTERN = re.compile(rb"numerics\.jit import")
 """Import that marks a file with kernels."""
 
-KERNEL_FOLDERS = {"numerics", "effects", "mechanics", "integrators"}
-"""Folders whose files all enter the cache key: kernels there use constants of modules without kernels."""
+KERNEL_FOLDERS = {"numerics", "effects", "mechanics", "integrators", "engines"}
+"""Folders whose files all enter the cache key: kernels there use constants and compile functions of modules without kernels."""
 
 
 class Kernel:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from governor_mechanism.model.trajectory import Outcome, Trajectory
 
-FIGURE_UNITS = {"rad": ("°", 180 / math.pi), "m": ("mm", 1e3), "rad/s": ("rpm", 30 / math.pi), "1": ("", 1.0)}
+FIGURE_UNITS = {"rad": ("°", 180 / math.pi), "m": ("mm", 1e3), "rad/s": ("rpm", 30 / math.pi), "Pa": ("bar", 1e-5), "1": ("", 1.0)}
 """Display unit of an SI unit and the factor to it. Other units are shown unchanged."""
 
 _GREEK_CAPITALS = ("Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Phi", "Psi", "Omega")

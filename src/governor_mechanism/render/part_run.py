@@ -27,11 +27,20 @@ FLASH_DURATION = 0.25
 
 @dataclass(frozen=True, kw_only=True)
 class PartRun:
-    """A part of a run whose seconds take `slow_down` seconds of film. Readings have their plain names, without that of the part."""
+    """A part of a run whose seconds take `slow_down` seconds of film. Readings have their plain names, without that of the part.
+
+    Positions of a run whose motion is magnified, by a factor other than 1, cannot be read off scales, which then are left out.
+    """
 
     run: Trajectory
     part: Part
     slow_down: float = 1.0
+    magnification: float = 1.0
+
+    @property
+    def is_magnified(self) -> bool:
+        """Whether the motion is magnified."""
+        return self.magnification != 1.0
 
     @property
     def _prefix(self) -> str:

@@ -71,7 +71,9 @@ class CrossingTable(SceneFileTable):
     value: Annotated[float, SchemaValidator(_parse_value, json_schema=NUMBER_OR_TEXT)] = Field(
         description='the value that the reading passes, as "20 mm"'
     )
-    direction: Annotated[str, choice(CROSSING_DIRECTIONS)] = NamedCrossing.direction
+    direction: Annotated[str, choice(CROSSING_DIRECTIONS)] = Field(
+        NamedCrossing.direction, description="whether the reading rises or falls through the value, or either"
+    )
 
 
 def parse_crossings(table: object, watched: WatchedReadings, collector: ProblemCollector) -> tuple[NamedCrossing, ...]:

@@ -224,7 +224,11 @@ def _value_schemas(effect: type[Effect]) -> list[dict[str, Any]]:
         schemas.append(_key_schema(keys[effect.value_fields[0]]))
     elif effect.value_fields:
         schemas.append({"type": "array", "items": dict(NUMBER_OR_TEXT), "minItems": 2, "maxItems": 2})
-    derived = {name: quantity_schema(kind) for derivation in effect.derivations for name, kind in derivation.kinds.items()}
+    derived = {
+        name: quantity_schema(kind) | {"description": derivation.meanings[name]}
+        for derivation in effect.derivations
+        for name, kind in derivation.kinds.items()
+    }
     properties = {name: _key_schema(key) for name, key in keys.items()} | derived
     if len(effect.value_fields) < len(properties):
         schemas.append({"type": "object", "properties": properties, "additionalProperties": False})
@@ -234,9 +238,8 @@ def _value_schemas(effect: type[Effect]) -> list[dict[str, Any]]:
 def _key_schema(key: SceneKey) -> dict[str, Any]:
     """Return the schema of a key of an effect."""
     if key.kind == FLAG_KIND:
-        return {"type": "boolean"}
-    if key.kind == RESTITUTION_KIND or key.kind not in QUANTITY_KINDS:
-        return quantity_schema("ratio")
-    schema = quantity_schema(key.kind, key.sign)
-    schema["description"] = key.meaning or schema["description"]
-    return or_load(schema) if key.is_program else schema
+        return {"type": "boolean"} | ({"description": key.meaning} if key.meaning else {})
+    is_ratio = key.kind == RESTITUTION_KIND or key.kind not in QUANTITY_KINDS
+    schema = quantity_schema("ratio") if is_ratio else quantity_schema(key.kind, key.sign)
+    schema["description"] = f"{key.meaning}; {schema['description']}" if key.meaning else schema["description"]
+    return or_load(schema) | {"description": key.meaning} if key.is_program else schema

@@ -5,7 +5,7 @@ A load is a constant, a function of time, a function of a reading, or a sum of t
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import count
-from typing import Annotated, Any, ClassVar, Final
+from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
 from pydantic import Field, PlainValidator
 
@@ -37,11 +37,11 @@ class ReadingFunctionTable(SceneFileTable):
     example = '{ reading = "sleeve_lift", gain = "200 N m/m", about = "20 mm" }'
 
     reading: Label = Field(description='the name of the reading, as "sleeve_lift"')
-    table: Any = None
-    gain: Any = None
-    about: Any = 0.0
-    harmonics: Any = None
-    lag: Annotated[float, quantity("time", "not negative")] = 0.0
+    table: Any = Field(None, description="a list of [reading, value], with straight lines between the points")
+    gain: Any = Field(None, description='the value per unit of the reading, as "200 N m/m"')
+    about: Any = Field(0.0, description="the reading at which a gain gives zero")
+    harmonics: Any = Field(None, description="a list of [order, cosine, sine] over an angle")
+    lag: Annotated[float, quantity("time", "not negative")] = Field(0.0, description="the time constant of a first-order lag")
 
     @classmethod
     def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
@@ -145,16 +145,20 @@ def _add_up(loads: Sequence[InputFunction]) -> InputFunction:
     return InputFunction(times=base.times, values=tuple(value + constant for value in base.values), functions=functions)
 
 
+RatioCouplingClass: TypeAlias = type[RatioCoupling]
+"""Named here, because `type` is a key of the tables below, and Python 3.14 reads annotations within the class."""
+
+
 class FollowTable(SceneFileTable):
     """A spindle that follows an angle without reaction."""
 
-    element: ClassVar[type[RatioCoupling]] = FollowCoupling
+    element: ClassVar[RatioCouplingClass] = FollowCoupling
     example = '{ type = "follow", first = "engine.crank_angle", second = "governor.spindle_angle", ratio = 2.0 }'
 
-    type: str = ""
+    type: str = Field("", description="gear, follow or control")
     first: Label = Field(description='the angle that is followed, as "engine.crank_angle"')
     second: Label = Field(description='the angle of the spindle that follows, as "governor.spindle_angle"')
-    ratio: Annotated[float, quantity("number", "not zero")] = 1.0
+    ratio: Annotated[float, quantity("number", "not zero")] = Field(1.0, description="the speed of the second angle relative to the first")
 
 
 class GearTable(FollowTable):
@@ -165,7 +169,9 @@ class GearTable(FollowTable):
 
     first: Label = Field(description='the first angle, as "engine.crank_angle"')
     second: Label = Field(description='the second angle, as "governor.spindle_angle"')
-    until: Annotated[float | None, quantity("time", "not negative")] = None
+    until: Annotated[float | None, quantity("time", "not negative")] = Field(
+        None, description="the time at which the gear lets go; it holds for good by default"
+    )
 
 
 class ControlTable(SceneFileTable):
@@ -173,14 +179,14 @@ class ControlTable(SceneFileTable):
 
     example = '{ type = "control", reading = "governor.sleeve_lift", sets = "engine.torque", gain = "-200 N m/m", about = "20 mm" }'
 
-    type: str = ""
+    type: str = Field("", description="gear, follow or control")
     reading: Label = Field(description='the reading that is followed, as "governor.sleeve_lift"')
-    sets: Label = ""
-    scales: Label = ""
-    table: Any = None
-    gain: Any = None
-    about: Any = 0.0
-    lag: Any = 0.0
+    sets: Label = Field("", description='the load to which the function is added, as "engine.torque"; or scales')
+    scales: Label = Field("", description="the load that is multiplied by the function; or sets")
+    table: Any = Field(None, description="a list of [reading, value], with straight lines between the points")
+    gain: Any = Field(None, description='the value per unit of the reading, as "200 N m/m"')
+    about: Any = Field(0.0, description="the reading at which a gain gives zero")
+    lag: Any = Field(0.0, description="the time constant of a first-order lag")
 
     @classmethod
     def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
@@ -212,7 +218,9 @@ class LoadTable(SceneFileTable):
 
     angle: Label = Field(description='the angle of the shaft, as "engine.crank_angle"')
     rated_torque: Annotated[float, quantity("torque", "positive")] = Field(description='the torque at full load, as "700 N m"')
-    fraction: Annotated[Any, SchemaValidator(_parse_fraction, json_schema=or_load(quantity_schema("ratio", "not negative")))] = None
+    fraction: Annotated[Any, SchemaValidator(_parse_fraction, json_schema=or_load(quantity_schema("ratio", "not negative")))] = Field(
+        None, description="the share of the rated torque, over time or as a function of a reading; full load by default"
+    )
 
 
 COUPLING_TABLES: SceneFileTables = {"gear": GearTable, "follow": FollowTable, "control": ControlTable}

@@ -39,12 +39,12 @@ class CommonSceneTable(SceneFileTable):
     """The top level of any scene file."""
 
     machine: Annotated[str, choice((*MACHINES, CUSTOM_MACHINE))] = Field(description=f"one of {', '.join((*MACHINES, CUSTOM_MACHINE))}")
-    title: Title = None
-    effects: AnyTable = None
-    spindle: AnyTable = None
-    start: AnyTable = None
-    run: AnyTable = None
-    events: AnyTable = None
+    title: Title = Field(None, description="the title in reports and films")
+    effects: AnyTable = Field(None, description="the effects that act; what is not listed is not simulated")
+    spindle: AnyTable = Field(None, description="the spindle with which the plane turns")
+    start: AnyTable = Field(None, description="values and rates of readings at the start")
+    run: AnyTable = Field(None, description="duration, output interval, accuracy and engine")
+    events: AnyTable = Field(None, description="crossings of readings, by name")
 
     @classmethod
     def unknown_key(cls, key: str, value: object) -> str:
@@ -61,12 +61,12 @@ class CommonSceneTable(SceneFileTable):
 class CoupledSceneTable(SceneFileTable):
     """The top level of a scene file with several parts."""
 
-    title: Title = None
-    run: AnyTable = None
-    events: AnyTable = None
-    load: AnyTable = None
+    title: Title = Field(None, description="the title in reports and films")
+    run: AnyTable = Field(None, description="duration, output interval, accuracy and engine")
+    events: AnyTable = Field(None, description="crossings of readings, by name")
+    load: AnyTable = Field(None, description="the load on the shaft of an engine")
     part: AnyTable = Field(description="the parts, one table [part.NAME] for each")
-    coupling: AnyTable = None
+    coupling: AnyTable = Field(None, description="what couples the parts, one table [coupling.NAME] for each")
 
     @classmethod
     def unknown_key(cls, key: str, value: object) -> str:
@@ -79,7 +79,7 @@ class CoupledSceneTable(SceneFileTable):
 class SceneTable(CommonSceneTable):
     """The top level of a scene file with a machine that dimensions describe."""
 
-    dimensions: AnyTable = None
+    dimensions: AnyTable = Field(None, description="the dimensions of the machine")
 
 
 def _parse_speed(value: object) -> Spindle:
@@ -97,8 +97,10 @@ class SpindleTable(SceneFileTable):
         description='the speed, as "120 rpm", or over time, as [[0, "120 rpm"], [5, "126 rpm"]]; '
         "a free spindle has inertia and start_speed instead"
     )
-    speed_fluctuation: Annotated[float, number_between(0, 1, open_ends="high", reason=": it is (highest - lowest) / mean speed")] = 0.0
-    cycles_per_turn: Annotated[float, quantity("number", "positive")] = 1.0
+    speed_fluctuation: Annotated[float, number_between(0, 1, open_ends="high", reason=": it is (highest - lowest) / mean speed")] = Field(
+        0.0, description="the coefficient of fluctuation of the speed, (highest - lowest) / mean, for a cyclic variation"
+    )
+    cycles_per_turn: Annotated[float, quantity("number", "positive")] = Field(1.0, description="the number of fluctuations in a turn")
 
     @classmethod
     def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
@@ -120,9 +122,11 @@ class FreeSpindleTable(SceneFileTable):
     alternative_keys = ("speed", "speed_fluctuation", "cycles_per_turn")
     alternative_hint = "the speed of a free spindle follows from its torque; leave it out, or give spindle.speed"
 
-    inertia: Annotated[float, quantity("moment_of_inertia", "not negative", bounded=True)] = 0.0
-    start_speed: Annotated[float, quantity("angular_speed")] = 0.0
-    torque: Annotated[Any, input_function("torque", "torque")] = None
+    inertia: Annotated[float, quantity("moment_of_inertia", "not negative", bounded=True)] = Field(
+        0.0, description="the moment of inertia of the spindle alone, without the governor"
+    )
+    start_speed: Annotated[float, quantity("angular_speed")] = Field(0.0, description="the speed at which a free spindle starts")
+    torque: Annotated[Any, input_function("torque", "torque")] = Field(None, description="the torque on the spindle; none by default")
 
     @classmethod
     def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
@@ -148,10 +152,16 @@ class RunTable(SceneFileTable):
     """[run]."""
 
     element = RunSettings
-    duration: Annotated[float, quantity("time", "positive")] = 0.0
-    output_interval: Annotated[float, quantity("time", "positive")] = 0.0
-    accuracy: Annotated[float, number_between(0, 1, open_ends="low high", reason=", relative to the scale of each reading, as 1e-6")] = 0.0
-    engine: Annotated[str, choice(ENGINE_CHOICES)] = ""
+    duration: Annotated[float, quantity("time", "positive")] = Field(default=RunSettings.duration, description="the simulated time")
+    output_interval: Annotated[float, quantity("time", "positive")] = Field(
+        default=RunSettings.output_interval, description="the interval of the reported times"
+    )
+    accuracy: Annotated[float, number_between(0, 1, open_ends="low high", reason=", relative to the scale of each reading, as 1e-6")] = (
+        Field(default=RunSettings.accuracy, description="the largest error, relative to the scale of each reading")
+    )
+    engine: Annotated[str, choice(ENGINE_CHOICES)] = Field(
+        default=RunSettings.engine, description="the engine; auto takes the cheapest that can model the scene"
+    )
 
 
 @cache

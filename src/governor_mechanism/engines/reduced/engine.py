@@ -132,7 +132,11 @@ class ReducedRunner(CertifiedRunner):
         self.setup_time = sum(one.motion_table.setup_time for one in self._reduced_runs.values())
         reported_states = reduced_run.state_history(solution)
         outcome, detail = describe_passage_end(
-            self.scene, reduced_run.motion_table.describe_end(solution.side), solution.status, solution.end_time, self.max_steps
+            self.scene,
+            reduced_run.motion_table.describe_end(solution.side, solution.stops_short),
+            solution.status,
+            solution.end_time,
+            self.max_steps,
         )
         if (control_exit := find_first_control_exit(self.scene, reported_states)) is not None:
             outcome, n_kept = Outcome.CONTROL_OUT_OF_RANGE, control_exit[0]

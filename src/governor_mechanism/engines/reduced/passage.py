@@ -20,13 +20,17 @@ from governor_mechanism.types import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class PassageEnd:
-    """How an integration ended: status, last step (s), number of times reached, time of the state (s), and the side left last."""
+    """How an integration ended: status, last step (s), number of times reached, time of the state (s), the side left last.
+
+    `stops_short` is whether the motion turns back between the end of the table and the bound of the coordinate.
+    """
 
     status: IntegrationStatus
     step: float
     n_reached: int
     time: float
     side: int
+    stops_short: bool = False
 
 
 def integrate_passage(
@@ -89,16 +93,19 @@ def integrate_passage(
         side = status - IntegrationStatus.BELOW_TABLE
         if motion_table.extend(side):
             continue
-        table, scale = motion_table.table, motion_table.arrays.lagrangian.assembly.coordinate_scale
-        travel_left = float(table.intervals[table.end_pieces[side], side]) - state[0]
+        scale = motion_table.arrays.lagrangian.assembly.coordinate_scale
+        travel_left = motion_table.edge(side) - state[0]
         time_left, distance_scale = time_at_rate(travel_left, state[1]), max(scale, abs(state[0]))
         step, is_end = approach_table_end(
             travel_left, time_left, step, time > last_time, distance_scale, max(time_scale, end - time), limits
         )
         last_time = time
         if is_end:
-            time += time_to_travel(motion_table.end_coordinate(side) - state[0], state[1], buffers.stages.derivatives[1, 0])
-            return PassageEnd(IntegrationStatus.TABLE_ENDED, step, n_filled, time, side)
+            rate, acceleration = state[1], buffers.stages.derivatives[1, 0]
+            edge, end_coordinate = motion_table.edge(side), motion_table.end_coordinate(side)
+            stops_short = end_coordinate != edge and stops_within(end_coordinate - state[0], rate, acceleration)
+            time += time_to_travel((edge if stops_short else end_coordinate) - state[0], rate, acceleration)
+            return PassageEnd(IntegrationStatus.TABLE_ENDED, step, n_filled, time, side, stops_short)
     return PassageEnd(IntegrationStatus.DONE, step, n_filled, time, side)
 
 
@@ -121,6 +128,11 @@ def make_table_end_limits(settings: ReducedSettings) -> TableEndLimits:
 def time_at_rate(travel: float, rate: float) -> float:
     """Return the time (s) of a travel at a rate; 0 if the rate does not lead there."""
     return max(travel / rate, 0.0) if rate != 0.0 else 0.0
+
+
+def stops_within(travel: float, rate: float, acceleration: float) -> bool:
+    """Return whether a rate leads away from the end of a travel, or a constant acceleration ends it before."""
+    return not (rate * travel > 0.0 and rate * rate + 2.0 * acceleration * travel > 0.0)
 
 
 def time_to_travel(travel: float, rate: float, acceleration: float) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from governor_mechanism.engines.certificate import TOLERANCE_SAFETY_FACTOR
 from governor_mechanism.engines.reduced.integration import ReducedEquation, integrate_without_contacts, make_reduced_buffers
-from governor_mechanism.engines.reduced.passage import TableEndLimits, approach_table_end, time_at_rate, time_to_travel
+from governor_mechanism.engines.reduced.passage import TableEndLimits, approach_table_end, stops_within, time_at_rate, time_to_travel
 from governor_mechanism.engines.reduced.row_arrays import RowArrays, RowScalar
 from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.equation import StepBuffers
@@ -26,7 +26,14 @@ from governor_mechanism.mechanics.reduction.node_evaluation import (
     ReductionArrays,
     make_lagrangian_workspace,
 )
-from governor_mechanism.mechanics.reduction.table import ExtensionStatus, PiecewiseTable, allocate_table, begin_table, evaluate_node
+from governor_mechanism.mechanics.reduction.table import (
+    EndReason,
+    ExtensionStatus,
+    PiecewiseTable,
+    allocate_table,
+    begin_table,
+    evaluate_node,
+)
 from governor_mechanism.mechanics.reduction.table_refinement import extend_table, start_table
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import N_CHEBYSHEV_NODES
@@ -34,7 +41,11 @@ from governor_mechanism.numerics.jit import jit_in_place, jit_unlocked
 from governor_mechanism.types import FloatArray, IntArray
 
 approach_table_end_jit = jit_in_place(approach_table_end)
-time_at_rate_jit, time_to_travel_jit = jit_in_place(time_at_rate), jit_in_place(time_to_travel)
+time_at_rate_jit, time_to_travel_jit, stops_within_jit = (
+    jit_in_place(time_at_rate),
+    jit_in_place(time_to_travel),
+    jit_in_place(stops_within),
+)
 begin_table_jit, find_end_coordinate_jit = jit_in_place(begin_table), jit_in_place(find_end_coordinate)
 
 
@@ -250,11 +261,14 @@ def _integrate_row(arrays: RowArrays, request: RowRequest, buffers: RowBuffers, 
     if status == _TABLE_TOO_SMALL:
         return False
     edge, bound = table.intervals[table.end_pieces[side], side], reduction.high if side == 1 else reduction.low
-    end_coordinate = find_end_coordinate_jit(edge, bound, assembly.coordinate_scale)
+    end_coordinate, reason = find_end_coordinate_jit(edge, bound, assembly.coordinate_scale), table.end_reasons[side]
     if status == IntegrationStatus.TABLE_ENDED:
-        time += time_to_travel_jit(end_coordinate - state[0], state[1], buffers.steps.stages.derivatives[1, 0])
+        acceleration = buffers.steps.stages.derivatives[1, 0]
+        if end_coordinate != edge and stops_within_jit(end_coordinate - state[0], state[1], acceleration):
+            end_coordinate, reason = edge, EndReason.AT_SINGULARITY
+        time += time_to_travel_jit(end_coordinate - state[0], state[1], acceleration)
     end[RowEnd.STATUS], end[RowEnd.TIME], end[RowEnd.REACHED_COUNT] = status, time, 1 + n_reached
-    end[RowEnd.SIDE], end[RowEnd.END_REASON] = side, table.end_reasons[side]
+    end[RowEnd.SIDE], end[RowEnd.END_REASON] = side, reason
     end[RowEnd.END_COORDINATE], end[RowEnd.IS_AT_BOUND] = end_coordinate, end_coordinate == bound
     _evaluate_readings(arrays, buffers, buffers.states[: 1 + n_reached], readings)
     return True

@@ -39,7 +39,10 @@ INITIAL_EVENT_CAPACITY = 4096
 
 @dataclass(frozen=True)
 class ReducedSolution:
-    """Result of one integration: times (n,) s reached, states (n, N_STATES) and modes there, events, and how and when (s) it ended."""
+    """Result of one integration: times (n,) s reached, states (n, N_STATES) and modes there, events, and how and when (s) it ended.
+
+    `stops_short` is whether the motion turns back between the end of the table and the bound of the coordinate.
+    """
 
     times: FloatArray
     states: FloatArray
@@ -48,6 +51,7 @@ class ReducedSolution:
     status: IntegrationStatus
     end_time: float
     side: int
+    stops_short: bool
     last_step: float
 
 
@@ -112,7 +116,7 @@ class ReducedRun:
             event_log.counts[:] = 0
         n_filled, step = int(len(times) > 0 and times[0] == 0.0), settings.first_step_ratio * max_step
         status = IntegrationStatus.DONE
-        time, side, last_time = 0.0, 0, float(times[-1]) if len(times) else 0.0
+        time, side, stops_short, last_time = 0.0, 0, False, float(times[-1]) if len(times) else 0.0
         states[:n_filled], modes[:n_filled] = state, mode
         inner_breakpoints = self.breakpoints[(self.breakpoints > 0) & (self.breakpoints < last_time)]
         for start, end in pairwise([0.0, *inner_breakpoints.tolist(), last_time]):
@@ -123,7 +127,7 @@ class ReducedRun:
             passage = integrate_passage(
                 motion_table, make_equation, buffers, (start, end), *arguments, time_scale=time_scale, settings=settings
             )
-            status, step, time, side = passage.status, passage.step, passage.time, passage.side
+            status, step, time, side, stops_short = passage.status, passage.step, passage.time, passage.side, passage.stops_short
             n_filled += passage.n_reached
             if status != IntegrationStatus.DONE:
                 break
@@ -138,7 +142,7 @@ class ReducedRun:
             return self.integrate(times, tolerance, step_factor, 2 * n_events)
         events = drop_cancelled_events(start_events + make_events(event_log, self._subjects), SIMULTANEITY_TOLERANCE * time_scale)
         reached = slice(n_filled)
-        return ReducedSolution(times[reached], states[reached], modes[reached], events, status, time, side, step)
+        return ReducedSolution(times[reached], states[reached], modes[reached], events, status, time, side, stops_short, step)
 
     def integrate_from_row(self, solution: ReducedSolution, tolerance: float, k: int, time: float) -> Motion | None:
         """Return poses and velocities (bodies, 3) at a time, s, after that of row k, integrated from that row; None on failure."""

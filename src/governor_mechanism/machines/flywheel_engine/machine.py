@@ -7,7 +7,7 @@ Luftexpansions-Maschine (1853), theory of the flywheel.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -50,6 +50,20 @@ class FlywheelEngine(FlywheelEngineDimensions):
     """Engine with expansion cylinder, pump and flywheel."""
 
     name: ClassVar[str] = "flywheel_engine"
+    reading_meanings: ClassVar[Mapping[str, str]] = {
+        "crank_angle": "angle of the shaft from the dead centre where the piston_travel is 0, continuous over full turns",
+        "piston_travel": "travel of the piston",
+        "pump_piston_travel": "travel of the pump piston",
+        "shaft_speed": "speed of the shaft",
+        "gas_torque": "torque of the gas on the shaft",
+        "load_torque": "torque of the load, positive against the motion",
+        "expansion_pressure": "absolute pressure of the working gas on the driving face of the expansion piston",
+        "suction_pressure": "absolute pressure on the suction face of the pump",
+        "delivery_pressure": "absolute pressure on the delivery face of the pump",
+        "throttle_opening": "opening of the throttle, 0 to 1",
+        "cut_off": "travel at which the admission ends, relative to the stroke",
+        "stored_work": "kinetic energy of the engine less that at the start",
+    }
     plane: ClassVar[str] = FIXED_PLANE
     supported_effects: ClassVar[tuple[type[Effect], ...]] = (PistonMasses,)
 

@@ -162,6 +162,14 @@ class HartungGovernor(HartungDimensions):
     """
 
     name: ClassVar[str] = "hartung"
+    reading_meanings: ClassVar[Mapping[str, str]] = {
+        "lever_angle": "angle of the weight arms of the bell cranks from the upright, positive inward",
+        "weight_radius": "distance of the centre of the right weight from the spindle axis",
+        "sleeve_lift": "height of the sleeve above its position at the inner end of the stroke, or with upright weight arms",
+        "spring_force": "force of the spring between the weights, positive in tension",
+        "static_sleeve_force": "force on the sleeve, upward, that balances springs and weights without rotation",
+        "regulating_force": "the share insensitivity of static_sleeve_force",
+    }
     supported_effects: ClassVar[tuple[type[Effect], ...]] = (BellCrankMasses,)
 
     def dimension_problems(self) -> list[str]:

@@ -46,6 +46,12 @@ class PendulumGovernor(Machine):
     """Two balls on arms and a sleeve on links. Lengths in m, masses in kg; the effect `rods` gives mass to arms and links."""
 
     name: ClassVar[str] = "pendulum_governor"
+    reading_meanings: ClassVar[Mapping[str, str]] = {
+        "arm_angle": "angle of the arms from the downward vertical, positive outward",
+        "ball_radius": "distance of the right ball from the spindle axis",
+        "sleeve_lift": "height of the sleeve above its position with hanging arms, or at the low end of the travel",
+        "sleeve_clearance": "height of the sleeve above the lower end of the links, with the effect clearance",
+    }
     supported_effects: ClassVar[tuple[type[Effect], ...]] = (RodMasses, Clearance)
 
     arm: float = dimension_field("length", "from the suspension to the ball's centre")

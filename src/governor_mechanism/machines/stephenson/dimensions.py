@@ -84,7 +84,7 @@ class StephensonDimensions(Machine):
     suspension_y: float | None = optional_field("length", "from the arc's middle up to the suspension", signed=True)
     hanger: float = dimension_field("length", "from the link up to the arm that the reversing lever moves")
     reverser: float | PrescribedMotion = dimension_field(
-        "ratio", "of the reversing lever: 1 is full forward gear, -1 full back", default=1.0, signed=True, is_program=True
+        "ratio", "of the travel of the reversing lever: 1 is full forward gear, -1 full back", default=1.0, signed=True, is_program=True
     )
     slot_half_length: float | None = optional_field("length", "of the slot along the arc from its middle to each end")
     outside_lap: float = dimension_field("length", "by which the valve in its middle covers the outer edges", signed=True)

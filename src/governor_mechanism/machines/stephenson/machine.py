@@ -8,7 +8,7 @@ Polytechnisches Journal 241 (1881), p. 161.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
@@ -21,7 +21,13 @@ from governor_mechanism.machines.base import rotate_point, values_of, x_coordina
 from governor_mechanism.machines.driven_crank import CRANK, CROSSHEAD, PLACEHOLDER_MASS, VALVE
 from governor_mechanism.machines.mass_elements import MassElement, slender_rod, thin_arc
 from governor_mechanism.machines.slide_valve import VALVE_GUIDE
-from governor_mechanism.machines.steam_readings import CRANK_END_TRAVEL, VALVE_DISPLACEMENT, piston_readings, port_readings
+from governor_mechanism.machines.steam_readings import (
+    CRANK_END_TRAVEL,
+    STEAM_READING_MEANINGS,
+    VALVE_DISPLACEMENT,
+    piston_readings,
+    port_readings,
+)
 from governor_mechanism.machines.stephenson.dimensions import StephensonDimensions
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import GROUND, ArcSlot, Distance, Joint, Pin, Point, Slider, TranslationalDriver
@@ -47,6 +53,13 @@ class StephensonGear(StephensonDimensions):
     """Stephenson's link motion with the engine that it reverses."""
 
     name: ClassVar[str] = "stephenson"
+    reading_meanings: ClassVar[Mapping[str, str]] = {
+        "crank_angle": "angle of the crank from the dead centre at the crank end, continuous over full turns",
+        "die_slip": "position of the die block along the arc of the link, from the middle of the arc",
+        "link_angle": "angle of the link, anticlockwise",
+        "reverser": "position of the reversing lever: 1 is full forward gear, -1 full back gear",
+        **STEAM_READING_MEANINGS,
+    }
     plane: ClassVar[str] = FIXED_PLANE
     driver_dimensions: ClassVar[tuple[str, ...]] = ("crank_speed", "crank_start")
     supported_effects: ClassVar[tuple[type[Effect], ...]] = (LinkMasses,)

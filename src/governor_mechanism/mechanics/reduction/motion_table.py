@@ -96,11 +96,16 @@ class MotionTable:
 
     def end_coordinate(self, side: int) -> float:
         """Return the coordinate at which the table ends below (0) or above (1): its bound, or the end of the last piece."""
-        edge = float(self.table.intervals[self.table.end_pieces[side], side])
-        return find_end_coordinate(edge, self._bound(side), self.arrays.lagrangian.assembly.coordinate_scale)
+        return find_end_coordinate(self.edge(side), self._bound(side), self.arrays.lagrangian.assembly.coordinate_scale)
 
-    def describe_end(self, side: int) -> "TableEnd":
-        """Return how the table ends below (0) or above (1)."""
+    def edge(self, side: int) -> float:
+        """Return the coordinate up to which the table has values, below (0) or above (1)."""
+        return float(self.table.intervals[self.table.end_pieces[side], side])
+
+    def describe_end(self, side: int, stops_short: bool = False) -> "TableEnd":
+        """Return how the table ends below (0) or above (1) for a motion that reaches its bound, or stops short of it."""
+        if stops_short:
+            return TableEnd(side, EndReason.AT_SINGULARITY, self.edge(side), False)
         coordinate = self.end_coordinate(side)
         return TableEnd(side, int(self.table.end_reasons[side]), coordinate, coordinate == self._bound(side))
 

@@ -1,9 +1,13 @@
 """Figure of a hard case: true error and estimate of every engine against the hard parameter."""
 
 import math
+import textwrap
+from collections.abc import Mapping
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from governor_mechanism.render.figures.page import Page, Panel, add_legend, use_plain_decades
@@ -14,6 +18,11 @@ from governor_mechanism.studies.hard_cases.study import ROUNDING_ERROR
 
 _ENGINE_STYLES = {"reduced": (GREEN, "o"), "multibody": (BLUE, "s"), "impulse": (VERMILLION, "^"), "every": (INK, "D")}
 """Colour and marker of each engine."""
+
+_ESTIMATE_STYLE: Mapping[str, Any] = {"markerfacecolor": "none", "linewidth": 0.9, "linestyle": (0, (4, 2))}
+"""How estimates differ from errors: hollow and dashed."""
+_OUTCOME_SIZE, _OUTCOME_LINE_LENGTH, _ROW_PITCH = 7.5, 125, 0.068
+"""Font size (points) of the outcomes above the panel, number of letters in a line of its width, and height of an engine's row in it."""
 
 _MIN_SHOWN_ERROR, _MAX_SHOWN_ERROR = 1e-17, 10.0
 """Limits of the axis of errors."""
@@ -44,12 +53,10 @@ def hard_case_figure(report: HardCasesReport, case: HardCase) -> Page:
     engines = [name for name in _ENGINE_STYLES if any(row.engine == name for row in rows)]
     page = Page(8.4, 5.2 + 0.22 * len(engines))
     page.write_title(case.title)
-    page.write_title(
-        "filled: true error; hollow: error estimate; above: outcomes of runs that do not reach their end", y=0.893, size=9.5, colour=MUTED
-    )
+    page.write_title("Above: outcomes of runs that do not reach their end", y=0.893, size=9.5, colour=MUTED)
     values = sorted({row.value for row in rows}, key=lambda value: (math.isnan(value), value))
     panel = page.add_panel(
-        (0.095, 0.155, 0.875, 0.555), _parameter_label(case.parameter), "Error of a reading [its scale]", tick_colour=INK, which="both"
+        (0.115, 0.155, 0.855, 0.555), _parameter_label(case.parameter), "Error of a reading [its scale]", tick_colour=INK, which="both"
     )
     places = _choose_places(panel, values)
     panel.set(yscale="log", ylim=(_MIN_SHOWN_ERROR, _MAX_SHOWN_ERROR))
@@ -60,8 +67,10 @@ def hard_case_figure(report: HardCasesReport, case: HardCase) -> Page:
     for line, engine in enumerate(engines):
         _draw_engine(panel, places, [row for row in rows if row.engine == engine], line)
     handles, _ = panel.get_legend_handles_labels()
+    kinds = (("true error", {"markerfacecolor": INK, "linewidth": 1.3}), ("its estimate", _ESTIMATE_STYLE))
+    handles += [Line2D([], [], color=INK, marker="o", markersize=5, label=name, **style) for name, style in kinds]
     place = {"loc": "lower left", "bbox_to_anchor": (0.085, 0.0)}
-    add_legend(page, {"fontsize": 9, "color": INK}, handles=handles, ncols=len(engines), **place)
+    add_legend(page, {"fontsize": 9, "color": INK}, handles=handles, ncols=len(handles), **place)
     return page
 
 
@@ -77,7 +86,8 @@ def _choose_places(panel: Panel, values: list[float]) -> dict[float, float]:
     """Return the place of each value on the axis: the value itself on a wide range, else its number, with the value as a label."""
     is_positive = all(value > 0 and math.isfinite(value) for value in values)
     if is_positive and len(values) > 1 and all(high / low >= _MIN_VALUE_RATIO for low, high in pairwise(values)):
-        panel.set(xscale="log", xlim=(values[0] / 2, values[-1] * 2))
+        margin = max(2.0, (values[-1] / values[0]) ** 0.09)  # for the outcomes, which are centred at their values
+        panel.set(xscale="log", xlim=(values[0] / margin, values[-1] * margin))
         use_plain_decades(panel.xaxis)
         return {value: value for value in values}
     panel.set(xlim=(-0.5, len(values) - 0.5))
@@ -92,19 +102,27 @@ def _draw_engine(panel: Panel, places: dict[float, float], rows: list[HardCaseRo
     errors = np.array([_shown(row.error) for row in rows])
     estimates = np.array([_shown(row.estimate) if row.error is not None else math.nan for row in rows])
     panel.plot(x, errors, color=colour, marker=marker, markersize=5, linewidth=1.3, zorder=3, label=rows[0].engine)
-    panel.plot(
-        x, estimates, color=colour, marker=marker, markersize=5, markerfacecolor="none", linewidth=0.9, linestyle=(0, (4, 2)), zorder=2
-    )
+    panel.plot(x, estimates, color=colour, marker=marker, markersize=5, zorder=2, **_ESTIMATE_STYLE)
+    height = 1.05 + _ROW_PITCH * line
+    line_length = int(_OUTCOME_LINE_LENGTH * _smallest_distance(panel, list(places.values())))
+    named = [row for row in rows if row.verdict is not Verdict.WITHIN_ESTIMATE]
+    if named:
+        panel.write_note(rows[0].engine, (-0.012, height), xycoords="axes fraction", color=colour, fontsize=_OUTCOME_SIZE, ha="right")
     for row, place in zip(rows, x, strict=True):
         if row.verdict is Verdict.WITHIN_ESTIMATE:
             continue
         words = row.outcome.lower().replace("_", " ") if row.verdict is Verdict.NAMED_END else row.verdict.value
         weight = "normal" if row.verdict.passed else "bold"
-        position = (place, 1.02 + 0.065 * line)
-        note = panel.write_note(
-            words.replace(" ", "\n"), position, xycoords=("data", "axes fraction"), color=colour, fontsize=6.5, ha="center"
-        )
-        note.set(fontweight=weight, linespacing=0.9)
+        text = textwrap.fill(words, max(line_length, 9))
+        position = (place, height)
+        note = panel.write_note(text, position, xycoords=("data", "axes fraction"), color=colour, fontsize=_OUTCOME_SIZE, ha="center")
+        note.set(fontweight=weight, linespacing=0.95)
+
+
+def _smallest_distance(panel: Panel, places: list[float]) -> float:
+    """Return the smallest distance of neighbouring places on the axis, relative to its length."""
+    fractions = sorted(panel.transLimits.transform(panel.transScale.transform([(place, 1.0) for place in places]))[:, 0].tolist())
+    return min((high - low for low, high in pairwise(fractions)), default=1.0)
 
 
 def _shown(error: float | None) -> float:

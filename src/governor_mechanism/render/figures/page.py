@@ -1,6 +1,7 @@
 """Common parts of all figures: pages with titles and notes, framed plates in the style of old engravings, panels, files."""
 
 import io
+import math
 import os
 import textwrap
 from collections.abc import Mapping
@@ -249,7 +250,15 @@ def format_plain_ticks(axis: Axis, limits: tuple[float, float]) -> None:
 
 
 def use_plain_decades(*axes: Any) -> None:
-    """Write plain numbers at the decades of logarithmic axes, and none between them."""
+    """Write plain numbers, or powers of ten for long ones, at the decades of logarithmic axes, and none between them."""
     for axis in axes:
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: _format_decade(value)))
         axis.set_minor_formatter(NullFormatter())
+
+
+def _format_decade(value: float) -> str:
+    """Return a number of at most five digits as it is, and another decade as a power of ten."""
+    if not value > 0.0 or 0.9e-3 < value < 0.9e5:
+        return f"{value:g}"
+    exponent = round(math.log10(value))
+    return f"$10^{{{exponent}}}$" if math.isclose(value, 10.0**exponent) else f"{value:g}"

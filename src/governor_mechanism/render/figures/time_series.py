@@ -15,6 +15,7 @@ from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.figures.page import (
     READING_NOISE_RATIO,
+    SERIES_LINE_STYLES,
     Page,
     Panel,
     add_legend,
@@ -46,7 +47,7 @@ _MAX_NAMED_KINDS = 6
 _EVENT_STYLES: dict[EventKind, tuple[str, Any]] = {
     EventKind.STICK: (VERMILLION, (0, (4, 2))),
     EventKind.REST: (SERIES_COLOURS[3], (0, (1, 1.5))),
-    EventKind.SLIP: (GREEN, (0, (4, 2))),
+    EventKind.SLIP: (GREEN, (0, (7, 1.5, 1.5, 1.5))),
     EventKind.SEPARATION: (SKY, (0, (1, 1.5))),
     EventKind.IMPACT: (INK, (0, (1, 2))),
 }
@@ -259,7 +260,8 @@ def _times_by_style(events: Sequence[Event]) -> dict[tuple[str, str, Any], list[
     times: dict[tuple[str, str, Any], list[float]] = {}
     for event in events:
         if event.kind == EventKind.CROSSING:
-            style = event.subject, SERIES_COLOURS[names.index(event.subject) % len(SERIES_COLOURS)], "solid"
+            number = names.index(event.subject) % len(SERIES_COLOURS)
+            style = format_name(event.subject), SERIES_COLOURS[number], SERIES_LINE_STYLES[number]
         else:
             colour, dashes = _EVENT_STYLES.get(event.kind, _OTHER_EVENT_STYLE)
             style = event.kind.value, colour, dashes

@@ -8,12 +8,17 @@ from typing import Any, cast
 
 import numpy as np
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.text import Text
 
 from governor_mechanism.render.figure_files import Theme
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
+from governor_mechanism.render.film.moving_parts import pale_colour
 from governor_mechanism.render.film.painters import Painter
 from governor_mechanism.render.film.svg_animation import write_animation
-from governor_mechanism.render.style import FILM_COLOURS, parse_rgb
+from governor_mechanism.render.style import FILM_COLOURS, GREEN, SERIES_COLOURS, parse_rgb
 from governor_mechanism.render.theme import themed_colour
 
 AddFrame = Callable[[int, int], None]
@@ -24,26 +29,47 @@ N_PALETTE_SAMPLES = 5
 
 @dataclass(frozen=True, kw_only=True)
 class FilmFrames:
-    """The frames of a film: their painter, display times (hundredths of a second), rate (1/s) and theme."""
+    """The frames of a film: their painter, display times (hundredths of a second), rate (1/s), theme; a GIF of `few_colours` is smaller."""
 
     painter: Painter
     delays: Sequence[int]
     frame_rate: float
     theme: Theme
+    few_colours: bool = False
 
 
 OpenEncoder = Callable[[Path, FilmFrames], AbstractContextManager[AddFrame]]
 """Opens a file for the frames of a film."""
 
 
+def choose_palette(film: FilmFrames) -> Palette:
+    """Return the palette of a film: the colours of its artists, also of those that only show later, and blends from a few frames."""
+    painter, n_frames = film.painter, len(film.delays)
+    samples = [painter.paint(int(k)).copy() for k in np.unique(np.linspace(0, n_frames - 1, N_PALETTE_SAMPLES).astype(int))]
+    shown = {to_hex(colour) for canvas in painter.canvases for colour in artist_colours(canvas.figure)}
+    whole_curves = (pale_colour(colour) for colour in (*SERIES_COLOURS, GREEN))
+    film_colours = (to_hex(themed_colour(colour, film.theme)) for colour in (*FILM_COLOURS, *whole_curves))
+    return Palette([parse_rgb(colour) for colour in film_colours if colour in shown], samples, few_colours=film.few_colours)
+
+
+def artist_colours(figure: Figure) -> Iterator[Any]:
+    """Yield the colours of all lines, patches and texts of a figure."""
+    for artist in figure.findobj():
+        match artist:
+            case Text():
+                yield artist.get_color()
+            case Line2D():
+                yield from (artist.get_color(), artist.get_markeredgecolor(), artist.get_markerfacecolor())
+            case Patch():
+                yield from (artist.get_facecolor(), artist.get_edgecolor())
+
+
 @contextmanager
 def open_gif(path: Path, film: FilmFrames) -> Iterator[AddFrame]:
     """Open a GIF; its palette is chosen from a few frames."""
-    painter, n_frames = film.painter, len(film.delays)
-    samples = [painter.paint(int(k)).copy() for k in np.unique(np.linspace(0, n_frames - 1, N_PALETTE_SAMPLES).astype(int))]
-    colours = [parse_rgb(to_hex(themed_colour(colour, film.theme))) for colour in FILM_COLOURS]
+    painter, palette = film.painter, choose_palette(film)
     with path.open("wb") as file:
-        writer = GifWriter(file, Palette(colours, samples))
+        writer = GifWriter(file, palette)
         yield lambda k, delay: writer.add(painter.draw(k), delay)
         writer.close()
 

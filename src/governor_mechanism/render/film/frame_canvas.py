@@ -22,7 +22,7 @@ from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import PixelView
 from governor_mechanism.render.film.moving_artist import MovingArtist
-from governor_mechanism.render.film.moving_parts import CachedNumber, Panel
+from governor_mechanism.render.film.moving_parts import CachedNumber, Panel, SortedPanel
 from governor_mechanism.render.film.options import DEFAULT_OPTIONS, FilmOptions
 from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
 from governor_mechanism.render.number_format import format_closing_lines
@@ -109,6 +109,22 @@ class FrameCanvas:
         brush = Brush(axes, self._points_per_pixel, base_zorder=3)
         artists = [MovingArtist(artist) for artist in brush.paint(shapes_at(0))]
         return Panel(artists, lambda k: artist_paths(shapes_at(k)))
+
+    def _make_sorted_panel(
+        self,
+        view: PixelView,
+        static_shapes: Sequence[DrawnShape],
+        shapes_at: Callable[[int], Sequence[DrawnShape]],
+        order_at: Callable[[int], Sequence[int]],
+    ) -> Panel:
+        """Return a panel in metres with static shapes and with moving shapes, each an artist of its own, drawn in the order of frame k."""
+        axes = self._add_axes(view.rect)
+        axes.set_axis_off()
+        axes.set(xlim=view.box[:2], ylim=view.box[2:])
+        Brush(axes, self._points_per_pixel).paint(static_shapes)
+        brush = Brush(axes, self._points_per_pixel, base_zorder=3)
+        artists = [MovingArtist(artist) for shape in shapes_at(0) for artist in brush.paint([shape])]
+        return SortedPanel(artists, lambda k: [path for shape in shapes_at(k) for path in artist_paths([shape])], order_at)
 
     def _add_axes(self, rect: layout.PixelRect) -> Axes:
         """Add axes in a rectangle (pixels of 480)."""

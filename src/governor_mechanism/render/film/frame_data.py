@@ -7,11 +7,12 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.part import Part
+from governor_mechanism.model.part import TURNING_PLANE, Part
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, enclose_boxes
 from governor_mechanism.render.machines.registry import drawing_of
+from governor_mechanism.render.magnified_motion import magnify_motion
 from governor_mechanism.render.number_format import display_unit_of
 from governor_mechanism.render.shown_readings import RATE_START, ShownReading, chosen_readings, shown_readings
 from governor_mechanism.types import FloatArray
@@ -30,22 +31,30 @@ class FrameData:
     true after the last. `poses` (f, bodies, 3) are those of the part, by cubic Hermite polynomials; `readings` are by plain name, with
     values (f,) interpolated linearly; `spindle_angle` (f,) rad counts from the start and is zero without a spindle speed. `drawing` is that
     of the whole run. A second of the run takes `slow_down` seconds of film. `chosen` are names of readings of the run, or "rate of ...",
-    that are shown besides.
+    that are shown besides. The motion of the drawing is magnified by `magnification`; the readings are not.
 
     `sample_times` (s,) are the reported times within the time span and its ends; curves are drawn through them, since a fast crank moves
     far from one frame to the next.
     """
 
     def __init__(
-        self, run: Trajectory, part: Part, time_span: Vec2, times: FloatArray, slow_down: float = 1.0, chosen: Sequence[str] = ()
+        self,
+        run: Trajectory,
+        part: Part,
+        time_span: Vec2,
+        times: FloatArray,
+        slow_down: float = 1.0,
+        chosen: Sequence[str] = (),
+        magnification: float = 1.0,
     ) -> None:
         # Frame times are computed, so that the last may lie beyond the end by rounding.
         self.has_ended = times > run.times[-1] + END_TOLERANCE * max(abs(time_span[1] - time_span[0]), abs(run.times[-1]))
         times = np.clip(times, run.times[0], run.times[-1])
         self.part, self.time_span, self.times, self.slow_down = part, time_span, times, slow_down
-        self.drawing = drawing_of(run, part, slow_down)
+        drawn = run if magnification == 1.0 else magnify_motion(run, magnification)
+        self.drawing = drawing_of(drawn, part, slow_down, magnification)
         if len(run.times) > 1:
-            self._motion = CubicHermiteSpline(run.times, self.drawing.poses, self.drawing.select_bodies(run.velocities))
+            self._motion = CubicHermiteSpline(run.times, self.drawing.poses, self.drawing.select_bodies(drawn.velocities))
         else:
             self._motion = None
         self.poses = self.poses_at(times)
@@ -83,6 +92,11 @@ class FrameData:
 
 ShownParts = Sequence[FrameData]
 """Shown parts of a run, from left to right."""
+
+
+def turns_with_spindle(data: FrameData) -> bool:
+    """Return whether a part turns with a spindle: it then has a plan view, and one from outside."""
+    return data.part.plane == TURNING_PLANE and "spindle_speed" in data.readings
 
 
 def enclosing_box(column: Sequence[FrameData]) -> BoundingBox:

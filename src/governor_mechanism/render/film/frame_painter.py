@@ -10,14 +10,22 @@ from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.elevation_overlay import ElevationOverlay
 from governor_mechanism.render.film.frame_canvas import FrameCanvas
-from governor_mechanism.render.film.frame_data import FrameData, ShownParts, common_axis_limits, enclosing_box, on_one_scale
+from governor_mechanism.render.film.frame_data import (
+    FrameData,
+    ShownParts,
+    common_axis_limits,
+    enclosing_box,
+    on_one_scale,
+    turns_with_spindle,
+)
 from governor_mechanism.render.film.layout import PixelView, fit_view, frame_layout, shift_rect
 from governor_mechanism.render.film.moving_parts import Curve, Panel, plot_curves
-from governor_mechanism.render.film.options import DEFAULT_OPTIONS, FilmOptions
-from governor_mechanism.render.film.overlays import plan_shapes_at
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, round_step
+from governor_mechanism.render.film.options import DEFAULT_OPTIONS, FilmOptions, FilmView
+from governor_mechanism.render.film.outside_view import OutsideView
+from governor_mechanism.render.film.overlays import box_with_rotation_arrow, plan_shapes_at, rotation_arrow
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, enclose_boxes, round_step
 from governor_mechanism.render.number_format import display_unit_of, format_film_speed, format_name, format_numbers
-from governor_mechanism.render.style import GREEN, MUTED, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT
+from governor_mechanism.render.style import GREEN, MUTED, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
 
 TRACE_DURATION = 1.0
@@ -49,37 +57,54 @@ class FramePainter(FrameCanvas):
         options: FilmOptions = DEFAULT_OPTIONS,
         animated: bool = True,
     ) -> None:
-        self._places = places = frame_layout(options, _has_plan(parts[-1]))
-        super().__init__(size, (len(parts) - 1) * places.part_pitch, options, places.width)
+        # By part, its data in all runs.
+        self._columns = list(zip(*(compared or [parts]), strict=True))
+        has_plan = any(turns_with_spindle(data) for data in self._columns[-1])
+        self._places = places = frame_layout(options, has_plan, _aspect_ratio(self._columns))
+        # The panels of drawings from left to right: the number of the part, and whether it is seen from outside.
+        self._slots = [(k, is_outside) for k, data in enumerate(parts) for is_outside in _views_of(data, options.view)]
+        super().__init__(size, (len(self._slots) - 1) * places.part_pitch, options, places.width)
         self._shown_parts = parts
         self.frame_data = frame_data = parts[-1]
         # Whether the plan of the turning plane is shown.
-        self._has_dial = places.dial is not None and _has_plan(frame_data)
-        # By part, its data in all runs.
-        self._columns = list(zip(*(compared or [parts]), strict=True))
+        self._has_dial = places.dial is not None and turns_with_spindle(frame_data)
         self._add_title_and_footer(run, run.scene.title if title is None else title, frame_data)
-        panels: list[Panel] = [self._make_elevation(data, k) for k, data in enumerate(self._shown_parts)]
+        panels: list[Panel] = [self._make_drawing(position) for position in range(len(self._slots))]
         panels += self._make_reading_plots()
         if places.dial is not None and self._has_dial:
             panels.append(self._make_plan(places.dial))
         self._finish(panels, animated)
 
-    def _make_elevation(self, frame_data: FrameData, position: int) -> Panel:
-        """Return the panel of a part at a position from the left, and write its scale bar and, if there are several, its name."""
-        shift, name_height = position * self._places.part_pitch - self._shift, 0.0
+    def _make_drawing(self, position: int) -> Panel:
+        """Return the panel of a drawing at a position from the left, and write what stands above it: the name of its part, and a factor."""
+        index, is_outside = self._slots[position]
+        frame_data = self._shown_parts[index]
+        shift, above = position * self._places.part_pitch - self._shift, 0.0
+        x, y = layout.PART_NAME_POSITION
         if len(self._shown_parts) > 1:
-            x, y = layout.PART_NAME_POSITION
             self._add_text(format_name(frame_data.part.name), (x + shift, y), 12.5, fontfamily=SERIF_FONT, max_width=260)
-            name_height = layout.PART_NAME_HEIGHT
-        rect = shift_rect(self._places.elevation, shift + self._shift, name_height)
-        overlay = ElevationOverlay(frame_data, enclosing_box(on_one_scale(self._columns[position], frame_data)), self._options)
+            above = layout.PART_NAME_HEIGHT
+        elif self._options.exaggerate > 1.0:
+            words = f"motion magnified {self._options.exaggerate:.4g}x"
+            self._add_text(words, (x + shift, y), 12, color=VERMILLION, fontweight="bold")
+            above = layout.PART_NAME_HEIGHT
+        return (self._make_outside if is_outside else self._make_elevation)(frame_data, index, (shift, above))
+
+    def _make_elevation(self, frame_data: FrameData, index: int, place: Vec2) -> Panel:
+        """Return the panel of the plane of part `index`, and write its scale bar.
+
+        `place` is its distance from the rightmost drawing, and the height taken from its top, pixels.
+        """
+        shift, above = place
+        rect = shift_rect(self._places.elevation, shift + self._shift, above)
+        overlay = ElevationOverlay(frame_data, enclosing_box(on_one_scale(self._columns[index], frame_data)), self._options)
         if overlay.arrows.largest:
             rect = shift_rect(rect, 0.0, FORCE_NAMES_HEIGHT)
         if overlay.label_width:
             rect = (*rect[:2], rect[2] - overlay.label_width, rect[3])
         self.view = fit_view(overlay.box, rect)
         overlay.place_labels(self.view, self._add_text, self._shift)
-        self._add_scale_bars(frame_data, self.view, shift, name_height, overlay)
+        self._add_scale_bars(frame_data, self.view, shift, above, overlay)
         drawing, poses = frame_data.drawing, frame_data.poses
         path = None if self._options.traces else drawing.traced_path(frame_data.poses_at(frame_data.sample_times))
         ends = drawing.traced_path(poses)
@@ -90,6 +115,17 @@ class FramePainter(FrameCanvas):
 
         return self._make_shape_panel(self.view, (*overlay.static_shapes, *drawing.static_shapes), shapes_at)
 
+    def _make_outside(self, frame_data: FrameData, index: int, place: Vec2) -> Panel:
+        """Return the panel of part `index` seen from outside, and write its scale bar; the place is as for its plane."""
+        shift, above = place
+        seen = OutsideView(frame_data)
+        column = [seen if data is frame_data else OutsideView(data) for data in on_one_scale(self._columns[index], frame_data)]
+        box = enclose_boxes(one.box for one in column)
+        view = fit_view(box_with_rotation_arrow(box), shift_rect(self._places.elevation, shift + self._shift, above))
+        self._add_view_caption(view, shift, "seen from outside", frame_data)
+        self.outside_view = view
+        return self._make_sorted_panel(view, rotation_arrow(frame_data, box), seen.shapes_at, seen.order_at)
+
     def _traced_path(self, data: FrameData, path: FloatArray, ends: FloatArray, k: int) -> Lines:
         """Return the part in the last second of film before frame k of a path (s, 2) m, which ends at its point (f, 2) m of the frame."""
         time = float(data.times[k])
@@ -99,7 +135,7 @@ class FramePainter(FrameCanvas):
     def _make_plan(self, rect: layout.PixelRect) -> Panel:
         """Return the panel of the turning plane seen from above, and write its caption."""
         frame_data = self.frame_data
-        column = [data for data in on_one_scale(self._columns[-1], frame_data) if _has_plan(data)]
+        column = [data for data in on_one_scale(self._columns[-1], frame_data) if turns_with_spindle(data)]
         ring_radius = max(data.drawing.dial_ring_radius() for data in column)
         half_width = 1.12 * ring_radius
         view = fit_view((-half_width, half_width, -half_width, half_width), shift_rect(rect, self._shift))
@@ -137,7 +173,7 @@ class FramePainter(FrameCanvas):
         if self._options.readings:
             named = [(data, data.plain_name(name)) for name in self._options.readings for data in self._shown_parts]
             return [(data, name) for data, name in named if name is not None]
-        max_readings = MAX_SHOWN_READINGS[self._has_dial]
+        max_readings = MAX_SHOWN_READINGS[self._has_dial] if self._places.plot_columns == 1 else self._places.plot_columns
         columns = [[(data, name) for name in self._readings_of_part(data, max_readings)] for data in self._shown_parts]
         return [one for row in zip_longest(*columns) for one in row if one is not None][:max_readings]
 
@@ -152,23 +188,39 @@ class FramePainter(FrameCanvas):
                 names = (*list(dict.fromkeys(names))[: max_readings - 1], "spindle_speed", *machine_readings)
         return [name for name in dict.fromkeys(names) if name in readings]
 
-    def _add_scale_bars(self, frame_data: FrameData, view: PixelView, shift: float, name_height: float, overlay: ElevationOverlay) -> None:
+    def _add_scale_bars(self, frame_data: FrameData, view: PixelView, shift: float, above: float, overlay: ElevationOverlay) -> None:
         """Add a scale bar of a round length in millimetres below the elevation of a part, one of its forces, and how fast the film is."""
+        left, top, _, bottom = shift_rect(self._places.caption, shift)
+        if not overlay.arrows.largest:
+            self._add_view_caption(view, shift, "seen in the turning plane" if frame_data.part.plane == TURNING_PLANE else "", frame_data)
+            return
+        end = self._add_length_bar(view, shift)
+        force = round_step(0.5 * overlay.arrows.largest, 1)
+        self._add_scale_bar((end + 14.0, (top + bottom) / 2), force * overlay.arrows.scale * view.scale, f"{force:g} N")
+        self._name_forces(overlay.arrows.kinds, (left, self._places.elevation[1] + above + 7.0))
+        plane = "turning plane" if frame_data.part.plane == TURNING_PLANE else ""
+        # The bars take the whole line.
+        self._add_view_words(plane, frame_data, shift, -14.0)
+
+    def _add_view_caption(self, view: PixelView, shift: float, words: str, frame_data: FrameData) -> None:
+        """Add a scale bar of a round length below a drawing, and how it is seen."""
+        self._add_length_bar(view, shift)
+        self._add_view_words(words, frame_data, shift)
+
+    def _add_length_bar(self, view: PixelView, shift: float) -> float:
+        """Add a scale bar of a round length in millimetres, and return where its words end."""
         left, top, right, bottom = shift_rect(self._places.caption, shift)
-        y = (top + bottom) / 2
         # The bar stays as short in a wide frame.
         length = round_step(min(right - left, 300.0) / view.scale, 8)
-        end = self._add_scale_bar((left, y), length * view.scale, f"{length * 1e3:g} mm")
-        if overlay.arrows.largest:
-            force = round_step(0.5 * overlay.arrows.largest, 1)
-            self._add_scale_bar((end + 14.0, y), force * overlay.arrows.scale * view.scale, f"{force:g} N")
-            self._name_forces(overlay.arrows.kinds, (left, self._places.elevation[1] + name_height + 7.0))
-            y -= 14.0  # the bars take the whole line
-        text = format_film_speed(frame_data.slow_down)
-        if frame_data.part.plane == TURNING_PLANE:
-            text = f"turning plane, {text}" if text else "seen in the turning plane"
+        return self._add_scale_bar((left, (top + bottom) / 2), length * view.scale, f"{length * 1e3:g} mm")
+
+    def _add_view_words(self, words: str, frame_data: FrameData, shift: float, rise: float = 0.0) -> None:
+        """Write at the right below a drawing how it is seen and how fast the film is."""
+        _, top, right, bottom = shift_rect(self._places.caption, shift)
+        speed = format_film_speed(frame_data.slow_down)
+        text = f"{words.removeprefix('seen in the ')}, {speed}" if words and speed else words or speed
         if text:
-            self._add_text(text, (right, y), 9.5, color=MUTED, ha="right")
+            self._add_text(text, (right, (top + bottom) / 2 + rise), 9.5, color=MUTED, ha="right")
 
     def _name_forces(self, kinds: Sequence[str], start: Vec2) -> None:
         """Write the names of kinds of forces in their colours, in one line from a position on."""
@@ -187,6 +239,18 @@ class FramePainter(FrameCanvas):
         return right + 6.0 + float(text.get_window_extent().width) * layout.REFERENCE_SIZE / self._size
 
 
-def _has_plan(data: FrameData) -> bool:
-    """Return whether a part has a plan view: it turns with a spindle."""
-    return data.part.plane == TURNING_PLANE and "spindle_speed" in data.readings
+def _views_of(data: FrameData, view: FilmView) -> tuple[bool, ...]:
+    """Return for each drawing of a part whether it is the view from outside; what does not turn has none."""
+    return _SEEN_FROM_OUTSIDE[view] if turns_with_spindle(data) else (False,)
+
+
+_SEEN_FROM_OUTSIDE = {FilmView.PLANE: (False,), FilmView.OUTSIDE: (True,), FilmView.BOTH: (True, False)}
+"""Drawings of a part that turns with a spindle, by the view: whether each is from outside."""
+
+
+def _aspect_ratio(columns: Sequence[Sequence[FrameData]]) -> float:
+    """Return the smallest width relative to the height of what is drawn in the runs of one part; 1 for several parts."""
+    if len(columns) > 1:
+        return 1.0
+    boxes = [enclosing_box(on_one_scale(columns[0], data)) for data in columns[0]]
+    return min((right - left) / (top - bottom) for left, right, bottom, top in boxes)

@@ -1,5 +1,6 @@
 """Layout of a film frame: rectangles in pixels of a 480-pixel square, and the view from metres to pixels."""
 
+import math
 from dataclasses import dataclass, replace
 
 from governor_mechanism.render.film.options import FilmLayout, FilmOptions
@@ -66,6 +67,7 @@ class FrameLayout:
     """Places in a frame of one part that is `width` (pixels) wide; each further part adds `part_pitch` at the left.
 
     Without plots, `readings` and `dial` are None. A dial below the readings takes from their height, one beside them from the elevation.
+    `plot_columns` is the largest number of plots in a row: 1 beside a machine, more below one.
     """
 
     width: float = REFERENCE_SIZE
@@ -74,26 +76,44 @@ class FrameLayout:
     caption: PixelRect = CAPTION_RECT
     readings: PixelRect | None = READINGS_RECT
     dial: PixelRect | None = DIAL_RECT
+    plot_columns: int = 1
 
     def reading_rects(self, count: int, has_dial: bool) -> list[PixelRect]:
-        """Return the rectangles of `count` readings, stacked, above the dial if it is below them."""
+        """Return the rectangles of `count` readings: stacked, above the dial if it is below them, or in rows below the machine."""
         if self.readings is None:
             return []
         left, top, right, bottom = self.readings
         if has_dial and self.dial is not None and self.dial[0] >= left:
             bottom = self.dial[1] - 8.0
-        height = (bottom - top) / max(count, 1)
-        return [(left, top + k * height, right, top + (k + 1) * height) for k in range(count)]
+        n_rows = max(math.ceil(count / self.plot_columns), 1)
+        n_columns = max(math.ceil(count / n_rows), 1)
+        height, pitch = (bottom - top) / n_rows, (right - left + PLOT_GAP) / n_columns
+        places = [divmod(k, n_columns) for k in range(count)]
+        return [(left + k * pitch, top + j * height, left + (k + 1) * pitch - PLOT_GAP, top + (j + 1) * height) for j, k in places]
 
 
 WIDE_WIDTH = REFERENCE_SIZE * 16 / 9
 """Width (pixels) of a frame in 16:9."""
+PLOT_GAP = 12.0
+"""Distance (pixels) of plots that are side by side."""
+MAX_PLOT_COLUMNS = 3
+"""Largest number of plots in a row below a machine: a fourth would leave no place for the name of a reading beside its number."""
+MIN_ROW_HEIGHTS, MAX_ROW_HEIGHT = {1: 120.0, 2: 92.0}, 200.0
+"""Smallest height (pixels) of a row of plots by the number of rows, with its words, and the largest: higher plots are upright strips."""
+CAPTION_HEIGHT = 24.0
+"""Height (pixels) of the caption between a machine and the plots below it."""
+MIN_GAIN = 1.15
+"""Least gain in scale for which the plots stand below a machine: a smaller one would not make up for their smaller width."""
 FOOTER_HEIGHT = 16.0
 """Height (pixels) that a frame without a footer gives to its panels."""
 
 
-def frame_layout(options: FilmOptions, has_dial: bool) -> FrameLayout:
-    """Return the places in a frame, for a machine with or without a plan view."""
+def frame_layout(options: FilmOptions, has_dial: bool, aspect_ratio: float = 1.0) -> FrameLayout:
+    """Return the places in a frame for a machine with or without a plan view.
+
+    `aspect_ratio` is the width of what is drawn, relative to its height: a wide machine stands over the whole width, above its plots, if it
+    is then larger.
+    """
     match options.layout:
         case FilmLayout.MACHINE:
             right = REFERENCE_SIZE - 8.0
@@ -111,8 +131,32 @@ def frame_layout(options: FilmOptions, has_dial: bool) -> FrameLayout:
                 dial=(414.0, 358.0, 508.0, 452.0),
             )
         case _:
-            places = FrameLayout()
+            beside, above = FrameLayout(), _machine_above_plots(aspect_ratio, len(options.readings) or MAX_PLOT_COLUMNS)
+            gain = _fitted_height(above.elevation, aspect_ratio) / _fitted_height(beside.elevation, aspect_ratio)
+            places = above if gain >= MIN_GAIN and not has_dial else beside
     return places if options.footer else _without_footer(places)
+
+
+def _machine_above_plots(aspect_ratio: float, n_plots: int) -> FrameLayout:
+    """Return the places of a machine of an aspect ratio over the whole width, with a number of plots in rows below it."""
+    left, top, right, bottom = 8.0, 42.0, REFERENCE_SIZE - 8.0, READINGS_RECT[3]
+    n_rows = math.ceil(n_plots / MAX_PLOT_COLUMNS)
+    height = bottom - top - CAPTION_HEIGHT
+    lowest, highest = height - n_rows * MAX_ROW_HEIGHT, height - n_rows * MIN_ROW_HEIGHTS[n_rows]
+    middle = top + min(max((right - left) / aspect_ratio, lowest), highest)
+    return FrameLayout(
+        elevation=(left, top, right, middle),
+        caption=(left + 6.0, middle + 4.0, right - 6.0, middle + 20.0),
+        readings=(left + 6.0, middle + CAPTION_HEIGHT, right - 2.0, bottom),
+        dial=None,
+        plot_columns=MAX_PLOT_COLUMNS,
+    )
+
+
+def _fitted_height(rect: PixelRect, aspect_ratio: float) -> float:
+    """Return the height (pixels) of the largest box of an aspect ratio in a rectangle."""
+    left, top, right, bottom = rect
+    return min((right - left) / aspect_ratio, bottom - top)
 
 
 def _without_footer(places: FrameLayout) -> FrameLayout:
@@ -121,6 +165,8 @@ def _without_footer(places: FrameLayout) -> FrameLayout:
     def lower(rect: PixelRect, top: float = 0.0) -> PixelRect:
         return rect[0], rect[1] + top, rect[2], rect[3] + FOOTER_HEIGHT
 
+    if places.plot_columns > 1:
+        return replace(places, readings=None if places.readings is None else lower(places.readings))
     return replace(
         places,
         elevation=lower(places.elevation),

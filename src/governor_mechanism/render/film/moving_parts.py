@@ -41,6 +41,19 @@ class Panel:
 
 
 @dataclass(frozen=True)
+class SortedPanel(Panel):
+    """A panel whose artists are drawn in another order at every frame, the furthest first."""
+
+    order_at: Callable[[int], Sequence[int]]
+
+    def draw(self, renderer: Any, k: int) -> None:
+        """Draw frame k."""
+        paths = self.paths_at(k)
+        for number in self.order_at(k):
+            self.artists[number].draw(renderer, paths[number])
+
+
+@dataclass(frozen=True)
 class CurvePanel(Panel):
     """A plot whose artists are a line and a dot for each of its `curves`, points (n, 2) in data units; the line ends at the dot."""
 
@@ -99,7 +112,7 @@ def plot_curves(
     for curve in reversed(curves):
         points = _thin_out(_visible_points(curve, frame_data.time_span))
         width = 1.4 * points_per_pixel
-        axes.add_line(Line2D(*points.T, color=_pale(curve.colour), linewidth=width, solid_joinstyle="round", zorder=2.5))
+        axes.add_line(Line2D(*points.T, color=pale_colour(curve.colour), linewidth=width, solid_joinstyle="round", zorder=2.5))
         line = Line2D([], [], color=curve.colour, linewidth=width, solid_joinstyle="round", zorder=3)
         dot = Line2D([], [], color=curve.colour, marker="o", markersize=5 * points_per_pixel, clip_on=False, zorder=4)
         dot.set(markeredgecolor=PAPER, markeredgewidth=0.8 * points_per_pixel)
@@ -125,7 +138,7 @@ THIN_COLUMNS = 250
 """Number of columns of a plot of which each keeps its first, lowest, highest and last point: more than a plot has pixels at 480."""
 
 
-def _pale(colour: str) -> str:
+def pale_colour(colour: str) -> str:
     """Return a colour blended with that of the paper."""
     parts = (PALE_SHARE * one + (1.0 - PALE_SHARE) * paper for one, paper in zip(parse_rgb(colour), parse_rgb(PAPER), strict=True))
     return "#" + "".join(f"{round(part):02x}" for part in parts)

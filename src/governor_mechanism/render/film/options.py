@@ -1,10 +1,12 @@
 """What a film shows and how: its layout, plots, colours, and what is drawn beside the machine on demand. Nothing heavy is imported here."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
 
 from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.figure_files import Theme
 from governor_mechanism.units.quantities import format_value
 
@@ -18,6 +20,14 @@ class FilmLayout(StrEnum):
     MACHINE = "machine"
     MACHINE_AND_PLOTS = "machine+plots"
     WIDE = "wide"
+
+
+class FilmView(StrEnum):
+    """View of a part that turns with a spindle: its plane, from outside, or both side by side."""
+
+    PLANE = "plane"
+    OUTSIDE = "outside"
+    BOTH = "both"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +50,10 @@ class FilmOptions:
         Whether the forces on the bodies are drawn as arrows.
     traces
         Whether the paths of the mass centres are drawn.
+    view
+        How parts that turn with a spindle are seen.
+    exaggerate
+        Magnification of the motion about its mean position; 1 is the true motion.
     """
 
     layout: FilmLayout = FilmLayout.MACHINE_AND_PLOTS
@@ -49,6 +63,8 @@ class FilmOptions:
     labels: bool = False
     forces: bool = False
     traces: bool = False
+    view: FilmView = FilmView.PLANE
+    exaggerate: float = 1.0
 
 
 DEFAULT_OPTIONS = FilmOptions()
@@ -56,7 +72,16 @@ DEFAULT_OPTIONS = FilmOptions()
 
 
 def make_film_options(
-    layout: str, readings: Sequence[str] | None, theme: str, *, footer: bool, labels: bool, forces: bool, traces: bool
+    layout: str,
+    readings: Sequence[str] | None,
+    theme: str,
+    *,
+    footer: bool,
+    labels: bool,
+    forces: bool,
+    traces: bool,
+    view: str = FilmView.PLANE,
+    exaggerate: float = 1.0,
 ) -> FilmOptions:
     """Return the checked options of a film.
 
@@ -76,6 +101,10 @@ def make_film_options(
         Whether the forces are drawn.
     traces
         Whether the paths of the mass centres are drawn.
+    view
+        Name of a view.
+    exaggerate
+        Magnification of the motion, at least 1.
 
     Returns
     -------
@@ -85,7 +114,8 @@ def make_film_options(
     Raises
     ------
     MechanismError
-        If there is no such layout or theme, or the readings are no list of texts, too many, or have no place in the layout.
+        If there is no such layout, theme or view, the magnification is out of range, options do not go together, or the readings are no
+        list of texts, too many, or have no place in the layout.
     """
     if layout not in set(FilmLayout):
         raise MechanismError(f"a film's layout must be one of {', '.join(FilmLayout)}; got {layout!r}.{did_you_mean(layout, FilmLayout)}")
@@ -98,6 +128,15 @@ def make_film_options(
         raise MechanismError(f"a film plots at most {MAX_PLOTS} readings; got {len(names)}: {', '.join(names)}")
     if names and layout == FilmLayout.MACHINE:
         raise MechanismError("a film of the layout 'machine' plots no readings; leave them out, or choose 'machine+plots' or 'wide'")
+    if view not in set(FilmView):
+        raise MechanismError(f"a film's view must be one of {', '.join(FilmView)}; got {view!r}.{did_you_mean(view, FilmView)}")
+    overlays = [name for name, is_on in (("labels", labels), ("forces", forces), ("traces", traces)) if is_on]
+    if overlays and view == FilmView.OUTSIDE:
+        raise MechanismError(f"{' and '.join(overlays)} stand on the turning plane; leave them out, or choose the view 'both'")
+    if not (math.isfinite(exaggerate) and exaggerate >= 1.0):
+        raise MechanismError(f"exaggerate must be a number of at least 1, which is the true motion; got {exaggerate:g}")
+    if forces and exaggerate > 1.0:
+        raise MechanismError("forces are those of the true positions, which exaggerate does not show; leave one of the two out")
     return FilmOptions(
         layout=FilmLayout(layout),
         readings=tuple(dict.fromkeys(names)),
@@ -106,6 +145,8 @@ def make_film_options(
         labels=labels,
         forces=forces,
         traces=traces,
+        view=FilmView(view),
+        exaggerate=float(exaggerate),
     )
 
 
@@ -129,3 +170,62 @@ def require_page_options(frames_per_second: float | None, options: FilmOptions) 
     if options != DEFAULT_OPTIONS:
         changed = [one.name for one in fields(options) if getattr(options, one.name) != getattr(DEFAULT_OPTIONS, one.name)]
         raise MechanismError(f"a page has its own layout, switches and colours; leave {' and '.join(changed)} out, or write a .gif")
+
+
+def require_view(parts: Sequence[Part], view: str) -> None:
+    """Check that a view has something to show; call it before long work.
+
+    Parameters
+    ----------
+    parts
+        The shown parts.
+    view
+        Name of the view.
+
+    Raises
+    ------
+    MechanismError
+        If no part turns with a spindle, but a view from outside is requested.
+    """
+    if view != FilmView.PLANE and not any(part.turns for part in parts):
+        names = ", ".join(part.name for part in parts)
+        raise MechanismError(f"the view {str(view)!r} shows what turns with a spindle, and nothing shown does ({names}); leave view out")
+
+
+def require_room_options(options: FilmOptions) -> None:
+    """Check that nothing is to be drawn over one part, where an engine room is shown; call it before long work.
+
+    Parameters
+    ----------
+    options
+        The options.
+
+    Raises
+    ------
+    MechanismError
+        If something is.
+    """
+    names = ("labels", "forces", "traces", "view", "exaggerate")
+    requested = [name for name in names if getattr(options, name) != getattr(DEFAULT_OPTIONS, name)]
+    if requested:
+        raise MechanismError(
+            f"the film of a governed engine shows its engine room, without {' and '.join(requested)}; "
+            "choose a part, as part='governor', or leave them out"
+        )
+
+
+def require_drawing_options(options: FilmOptions) -> None:
+    """Check that an animated drawing can show what is requested; call it before long work.
+
+    Parameters
+    ----------
+    options
+        The options.
+
+    Raises
+    ------
+    MechanismError
+        If a view from outside is requested, whose parts change places in depth.
+    """
+    if options.view is not FilmView.PLANE:
+        raise MechanismError("an animated drawing (.svg) shows the turning plane only; leave view out, or write a .gif")

@@ -97,5 +97,8 @@ def make_painter(
     if governed := find_engine_room(runs, part):
         engine, governor = (FrameData(runs[0], shown, time_span, times, slow_down) for shown in (governed.engine, governed.governor))
         return EngineRoomPainter(runs[0], governed, engine, governor, size, options=options)
-    frame_data = [[FrameData(one, shown, time_span, times, slow_down, options.readings) for shown in find_parts(one, part)] for one in runs]
+    frame_data = [
+        [FrameData(one, shown, time_span, times, slow_down, options.readings, options.exaggerate) for shown in find_parts(one, part)]
+        for one in runs
+    ]
     return SideBySidePainter(runs, titles, frame_data, size, options)

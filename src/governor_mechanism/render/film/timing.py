@@ -24,6 +24,9 @@ ENGINE_ROOM_FILM_DURATION = 10.0
 """Longest default duration (s) of the film of an engine room, for a file of less than 700 kB."""
 MIN_FRAMES_PER_TURN = 20
 """Number of frames of a turn below which a crank jumps, or seems to turn backward: a wheel with five spokes looks the same after 14."""
+MIN_FRAMES_PER_SPINDLE_TURN = 10
+"""Number of frames of a turn of a spindle seen from outside below which it is slowed: two balls look the same after half a turn, and seem
+to turn backward from a quarter of a turn between frames on."""
 MAX_TURNING_FILM_DURATION = 12.0
 """Longest film (s) of a crank that is slowed, for a file of less than 700 kB."""
 RETURN_TOLERANCE = 0.01
@@ -56,22 +59,41 @@ def choose_slow_down(duration: float) -> float:
 
 
 def select_timing(
-    runs: Sequence[Trajectory], part: str | None, start: float | None, stop: float | None, slow_down: float | None, frame_rate: float
+    runs: Sequence[Trajectory],
+    part: str | None,
+    start: float | None,
+    stop: float | None,
+    slow_down: float | None,
+    frame_rate: float,
+    *,
+    shows_rotation: bool = False,
 ) -> Timing:
     """Return what a film of machines shows, with the given values where there are any; `frame_rate` in 1/s.
 
-    Cranks are slowed to at least MIN_FRAMES_PER_TURN frames a turn. The film of one run ends on a whole turn or period.
+    Cranks are slowed to at least MIN_FRAMES_PER_TURN frames a turn, and spindles whose rotation is shown to MIN_FRAMES_PER_SPINDLE_TURN.
+    The film of one run ends on a whole turn or period.
     """
     limits = min(float(one.times[0]) for one in runs), max(float(one.times[-1]) for one in runs)
     begin, end = select_time_span(limits, start, stop)
     factor = select_slow_down(limits, (begin, end), slow_down)
-    motions = [_Motion(PartRun(run=one, part=shown)) for one in runs for shown in find_parts(one, part)]
+    motions = _motions_of(runs, part, shows_rotation=shows_rotation)
     if slow_down is None:
         factor, end = _slow_cranks(motions, (begin, end), factor, frame_rate, may_shorten=stop is None)
     if stop is None and len(runs) == 1:
-        end = _last_whole_period(motions, begin, end)
+        whole_end = _last_whole_period(motions, begin, end)
+        end = end if whole_end is None else whole_end
     has_cranks = any(math.isfinite(motion.turn_time(begin, end)) for motion in motions)
     return Timing(time_span=(begin, end), slow_down=factor, has_cranks=has_cranks)
+
+
+def find_loop_end(run: Trajectory, time_span: Vec2) -> float | None:
+    """Return the last time (s) in a time span (s) at which all parts of a run move as at its start; None for one that is not periodic."""
+    return _last_whole_period(_motions_of((run,), None), *select_time_span((float(run.times[0]), float(run.times[-1])), *time_span))
+
+
+def _motions_of(runs: Sequence[Trajectory], part: str | None, *, shows_rotation: bool = False) -> list["_Motion"]:
+    """Return the motions of the shown parts of all runs."""
+    return [_Motion(PartRun(run=one, part=shown), shows_rotation=shows_rotation) for one in runs for shown in find_parts(one, part)]
 
 
 def select_time_span(limits: Vec2, start: float | None, stop: float | None) -> Vec2:
@@ -133,20 +155,27 @@ def select_room_timing(run: Trajectory, start: float | None, stop: float | None,
 class _Motion:
     """Motion of the bodies of one part in its plane, as columns: positions (m), and cosine and sine of angles."""
 
-    def __init__(self, part_run: PartRun) -> None:
+    def __init__(self, part_run: PartRun, *, shows_rotation: bool = False) -> None:
         run = part_run.run
+        spindle = part_run.select_entries(run.readings).get("spindle_speed") if shows_rotation and part_run.part.turns else None
+        self._spindle_speed = np.zeros(len(run.times)) if spindle is None else np.abs(spindle)
         self.times, self.poses, self._velocities = run.times, part_run.poses, part_run.select_bodies(run.velocities)
         self._length_scale = part_run.part.mechanism.length_scale
         self._spline = CubicHermiteSpline(run.times, self.poses, self._velocities) if len(run.times) > 1 else None
 
     def turn_time(self, begin: float, end: float) -> float:
-        """Return the shortest duration (s) of a turn between two times (s) of a body that makes whole turns; infinite without one."""
+        """Return the shortest duration (s) of a turn between two times (s) of a body that makes whole turns; infinite without one.
+
+        That of a spindle counts as longer, as it needs fewer frames.
+        """
         inside = (self.times >= begin) & (self.times <= end)
         if not inside.any() or not self.poses.shape[1]:
             return math.inf
+        spindle_rate = float(self._spindle_speed[inside].max()) * MIN_FRAMES_PER_SPINDLE_TURN / MIN_FRAMES_PER_TURN
         is_turning = np.ptp(self.poses[inside, :, 2], axis=0) >= (1.0 - 1e-6) * 2 * math.pi  # a film of one turn has rounded ends
         rates = np.abs(self._velocities[inside, :, 2][:, is_turning])
-        return 2 * math.pi / float(rates.max()) if rates.size and rates.max() > 0.0 else math.inf
+        fastest = max(spindle_rate, float(rates.max(initial=0.0)))
+        return 2 * math.pi / fastest if fastest > 0.0 else math.inf
 
     def difference(self, times: FloatArray, begin: float, scales: FloatArray) -> FloatArray:
         """Return the largest difference (n,) of the columns at times (n,) s from those at the begin (s), relative to their scales."""
@@ -182,15 +211,15 @@ class _Motion:
         return np.stack([x, y, np.cos(angle), np.sin(angle)], axis=-1).reshape(len(poses), -1)
 
 
-def _last_whole_period(motions: Sequence[_Motion], begin: float, end: float) -> float:
-    """Return the last time (s) up to the end at which all parts move as at the begin, or the end if the motion is not periodic.
+def _last_whole_period(motions: Sequence[_Motion], begin: float, end: float) -> float | None:
+    """Return the last time (s) up to the end at which all parts move as at the begin, or None if the motion is not periodic.
 
     A motion that comes back only at first, or that stops, is not periodic.
     """
     times = motions[0].times
     times = np.unique(np.concatenate([[begin], times[(times > begin) & (times < end)], [end]]))
     if len(times) < 5:
-        return end
+        return None
     scales = [motion.scales(begin, end) for motion in motions]
 
     def difference(at: FloatArray) -> FloatArray:
@@ -211,5 +240,5 @@ def _last_whole_period(motions: Sequence[_Motion], begin: float, end: float) -> 
             returns.append(time)
             is_away = False
     if len(returns) == 1 or end - returns[-1] > MAX_REST_RATIO * float(np.diff(returns).max()):
-        return end
+        return None
     return returns[-1]

@@ -5,40 +5,42 @@ A second of film is a second of the run, except for very short or long runs; the
 
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from importlib import import_module
-from itertools import pairwise
 from pathlib import Path
-
-import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.figure_files import Theme
 from governor_mechanism.render.film.encoders import FilmFrames, OpenEncoder, open_gif, open_svg, open_video, open_webm
-from governor_mechanism.render.film.options import FilmLayout, FilmOptions, make_film_options, require_page_options
+from governor_mechanism.render.film.frame_data import find_parts
+from governor_mechanism.render.film.frame_schedules import Schedule, schedule_equal_steps, schedule_frames, schedule_video_frames
+from governor_mechanism.render.film.gif_frame_rate import choose_gif_settings
+from governor_mechanism.render.film.options import (
+    FilmLayout,
+    FilmView,
+    make_film_options,
+    require_drawing_options,
+    require_page_options,
+    require_room_options,
+    require_view,
+)
 from governor_mechanism.render.film.painters import find_engine_room, make_painter
 from governor_mechanism.render.film.timing import Timing, select_room_timing, select_slow_down, select_time_span, select_timing
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.machines.engine_room.settling import settled_time
 from governor_mechanism.render.shown_readings import chosen_readings
-from governor_mechanism.types import FloatArray
 from governor_mechanism.units.arguments import FLAG, NUMBER, PATH, TEXT, check_arguments
 from governor_mechanism.units.quantities import format_value
 
 FilmProgress = Callable[[int, int], None]
 """Called with the number of frames done and in total."""
-FrameSchedule = tuple[FloatArray, list[int]]
-"""Times of the frames (s) and the display time of each in hundredths of a second."""
-Schedule = Callable[[float, float, float, float], FrameSchedule]
-"""Returns the frames from a start to a stop (s) at a frame rate (1/s) and a slow-down."""
 
 DEFAULT_FRAME_RATE = 25.0
 """Frames per second, 1/s."""
 MAX_SMOOTH_GIF_DURATION, LONG_GIF_FRAME_RATE = 8.0, 12.5
 """Longest GIF (s) of the default frame rate, and the frame rate (1/s) of a longer one, for a file of less than 700 kB."""
-MAX_FRAME_RATE = 50
-"""Largest frame rate (1/s): viewers show a GIF frame of less than 2 hundredths of a second far too long."""
 MAX_TRUE_TIME_PAGE_DURATION = 100.0
 """Longest run (s) that a page shows in true time at first: one can go on in it at any time, and it keeps 30 moments a second."""
 MAX_RUNS = 6
@@ -61,6 +63,8 @@ ENGINE_ROOM_FRAME_RATE = 12.5
     labels=FLAG,
     forces=FLAG,
     traces=FLAG,
+    view=TEXT,
+    exaggerate=NUMBER,
 )
 def write_film(
     run: Trajectory | Sequence[Trajectory],
@@ -80,6 +84,8 @@ def write_film(
     labels: bool = False,
     forces: bool = False,
     traces: bool = False,
+    view: str = FilmView.PLANE,
+    exaggerate: float = 1.0,
     progress: FilmProgress | None = None,
 ) -> Path:
     """Write one run, or several side by side, as a film.
@@ -97,7 +103,8 @@ def write_film(
     size
         Height of the film in pixels, and its width per run of one part; at least 320. A page fits its window.
     frames_per_second
-        Frames per second of film, 1 to 50. None is 25, and 12.5 for an engine room. A page has none of its own.
+        Frames per second of film, 1 to 50. None is 25, and 12.5 for an engine room; a GIF that would exceed 700 kB (480 pixels high) takes
+        a lower rate, down to 10. A page has none of its own.
     part
         Name of the part to show. None shows all parts, each in a panel of its own; an engine and the governor that it drives, and that
         controls it, are shown as one elevation of an engine room.
@@ -126,6 +133,12 @@ def write_film(
         Whether the forces on the bodies are drawn: weight, centrifugal force, springs and dampers.
     traces
         Whether the paths of the mass centres are drawn.
+    view
+        How parts that turn with a spindle are seen: "plane" for the turning plane, "outside" for the turning governor from the side, or
+        "both". A spindle that would make a turn in fewer than 10 frames is then slowed as a crank is.
+    exaggerate
+        Magnification of the motion about its mean position, at least 1, for motions too small to be seen; the plots stay true. The scene
+        must have one part whose positions follow one free coordinate.
     progress
         Called as ``progress(done, total)`` after each frame; once for a page.
 
@@ -145,7 +158,9 @@ def write_film(
         raise MechanismError(f"a film's name must end in .gif or .mp4, .webm or .svg, or in .html for a page; got {target.name!r}")
     if suffix in VIDEO_SUFFIXES:
         require_video_writer(suffix)
-    options = make_film_options(layout, readings, theme, footer=footer, labels=labels, forces=forces, traces=traces)
+    options = make_film_options(
+        layout, readings, theme, footer=footer, labels=labels, forces=forces, traces=traces, view=view, exaggerate=exaggerate
+    )
     runs = tuple(run) if isinstance(run, list | tuple) else (run,)
     if not all(isinstance(one, Trajectory) for one in runs):
         raise MechanismError(f"a film shows a run, as from gm.run, or a list of several; found {format_value(run)}")
@@ -162,12 +177,16 @@ def write_film(
         time_span = select_time_span(limits, start, stop)
         slow_factor = select_slow_down(limits, time_span, slow_down, MAX_TRUE_TIME_PAGE_DURATION)
         return _write_page(runs[0], target, part, time_span, slow_factor, progress)
+    shows_rotation = options.view is not FilmView.PLANE
+    if suffix == ".svg":
+        require_drawing_options(options)
     governed = find_engine_room(runs, part)
     schedule, open_encoder = FILM_FORMATS[suffix]
     if governed is None:
-        timing = select_timing(runs, part, start, stop, slow_down, DEFAULT_FRAME_RATE)
+        require_view([shown for one in runs for shown in find_parts(one, part)], options.view)
+        timing = select_timing(runs, part, start, stop, slow_down, DEFAULT_FRAME_RATE, shows_rotation=shows_rotation)
     else:
-        _refuse_overlays(options)
+        require_room_options(options)
         settled = settled_time(runs[0], governed) if start is None and stop is None else stop
         timing = select_room_timing(runs[0], start, settled, slow_down)
     chosen_rate = _choose_frame_rate(suffix, timing, is_engine_room=governed is not None)
@@ -176,6 +195,12 @@ def write_film(
         times, delays = schedule(*timing.time_span, frame_rate, timing.slow_down)
         painter = make_painter(runs, part, timing.time_span, times, timing.slow_down, size, titles, options)
         film = FilmFrames(painter=painter, delays=delays, frame_rate=frame_rate, theme=options.theme)
+        if suffix == ".gif" and frames_per_second is None:
+            fitting_rate, few_colours = choose_gif_settings(film)
+            if fitting_rate < frame_rate:
+                times, delays = schedule(*timing.time_span, fitting_rate, timing.slow_down)
+                painter = make_painter(runs, part, timing.time_span, times, timing.slow_down, size, titles, options)
+            film = replace(film, painter=painter, delays=delays, frame_rate=fitting_rate, few_colours=few_colours)
         with open_encoder(temporary, film) as add_frame:
             for k, delay in enumerate(delays):
                 add_frame(k, delay)
@@ -191,16 +216,6 @@ def _choose_frame_rate(suffix: str, timing: Timing, *, is_engine_room: bool) -> 
     duration = (timing.time_span[1] - timing.time_span[0]) * timing.slow_down
     is_long = suffix == ".gif" and duration > MAX_SMOOTH_GIF_DURATION and not timing.has_cranks
     return LONG_GIF_FRAME_RATE if is_long else DEFAULT_FRAME_RATE
-
-
-def _refuse_overlays(options: FilmOptions) -> None:
-    """Raise MechanismError if something is to be drawn over one part, but an engine room is shown."""
-    requested = [name for name in ("labels", "forces", "traces") if getattr(options, name)]
-    if requested:
-        raise MechanismError(
-            f"the film of a governed engine shows its engine room, without {' and '.join(requested)}; "
-            "choose a part, as part='governor', or leave them out"
-        )
 
 
 def _write_page(run: Trajectory, target: Path, part: str | None, time_span: Vec2, slow_down: float, progress: FilmProgress | None) -> Path:
@@ -230,36 +245,6 @@ def require_video_writer(suffix: str = ".mp4") -> None:
         import_module("imageio_ffmpeg")
     except ImportError as missing:
         raise MechanismError(f"writing {suffix} needs ffmpeg: pip install imageio-ffmpeg, or write a .gif") from missing
-
-
-def schedule_frames(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> FrameSchedule:
-    """Return the frames of a film whose frames may last differently long.
-
-    The display times add up to `slow_down` times the shown duration. Each frame is shown from half a step before its time to half a step
-    after it, so the first and the last frame are shown half as long as the others.
-    """
-    if not 1 <= frames_per_second <= MAX_FRAME_RATE:
-        raise MechanismError(f"frames_per_second must be 1..{MAX_FRAME_RATE}; got {frames_per_second:g}")
-    hundredths = max(round((stop - start) * slow_down * 100), 1)
-    steps = round(hundredths / 100 * frames_per_second)
-    if steps < 1:
-        return np.array([start]), [hundredths]
-    times = np.linspace(start, stop, steps + 1)
-    edges = [0, *(round(hundredths * (k + 0.5) / steps) for k in range(steps)), hundredths]
-    return times, [end_edge - start_edge for start_edge, end_edge in pairwise(edges)]
-
-
-def schedule_equal_steps(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> FrameSchedule:
-    """Return frames from the start to the stop, between which a drawing moves evenly: as in a GIF, but at equal times."""
-    times, delays = schedule_frames(start, stop, frames_per_second, slow_down)
-    return (times, delays) if len(times) > 1 else (np.array([start, stop]), [delays[0], 0])
-
-
-def schedule_video_frames(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> FrameSchedule:
-    """Return one frame at the middle of each step: every frame of a video lasts equally long."""
-    duration = (stop - start) * slow_down
-    count = max(round(duration * frames_per_second), 1)
-    return start + (stop - start) * (np.arange(count) + 0.5) / count, [round(100 * duration / count)] * count
 
 
 def _check_runs(runs: Sequence[Trajectory], titles: Sequence[str] | None) -> None:

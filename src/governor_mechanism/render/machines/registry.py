@@ -27,6 +27,6 @@ MACHINE_DRAWINGS: dict[str, type[MachineDrawing]] = {
 }
 
 
-def drawing_of(run: Trajectory, part: Part, slow_down: float = 1.0) -> MachineDrawing:
-    """Return the drawing of a part of a run whose seconds take `slow_down` seconds of film."""
-    return MACHINE_DRAWINGS.get(part.machine, GenericDrawing)(run=run, part=part, slow_down=slow_down)
+def drawing_of(run: Trajectory, part: Part, slow_down: float = 1.0, magnification: float = 1.0) -> MachineDrawing:
+    """Return the drawing of a part of a run whose seconds take `slow_down` seconds of film, and whose motion is magnified by a factor."""
+    return MACHINE_DRAWINGS.get(part.machine, GenericDrawing)(run=run, part=part, slow_down=slow_down, magnification=magnification)

@@ -71,10 +71,10 @@ def _make_card(name: str, run: Trajectory) -> _Card:
         f"<p>{escape(facts.read_caption(run.scene))}</p>"
         f"<code>governor-mechanism run {escape(name)} <span>--film html</span></code></li>"
     )
-    return _Card(group=_group_of(run.scene), content=content, roles=roles)
+    return _Card(group=find_group(run.scene), content=content, roles=roles)
 
 
-def _group_of(scene: Scene) -> str:
+def find_group(scene: Scene) -> str:
     """Return the heading under which a scene stands."""
     if find_governed_engine(scene):
         return "Governed engines"

@@ -15,6 +15,9 @@ PICTURE_SIZE = 10_000
 _MIN_GAIN = 0.25
 """Squared change of an outline that begins at another point, relative to that without, below which it begins there."""
 
+_STRETCH = 32
+"""Number of samples whose shapes are kept at a time: with millions of points, the garbage collector would search them again and again."""
+
 Outline = tuple[int, ...]
 """Number of points of each polyline of a shape: one number for a polygon."""
 
@@ -81,32 +84,57 @@ class RecordedShape:
 
 def record_shapes(picture: Picture, shapes_at: Callable[[int], Sequence[DrawnShape]], n_samples: int) -> list[RecordedShape]:
     """Return the shapes at samples 0 to `n_samples` - 1, back to front; every sample has the same shapes."""
-    columns = zip(*(shapes_at(k) for k in range(n_samples)), strict=True)
-    return [_record_column(picture, column) for column in columns]
+    stretches = []
+    for start in range(0, n_samples, _STRETCH):
+        columns = zip(*(shapes_at(k) for k in range(start, min(start + _STRETCH, n_samples))), strict=True)
+        stretches.append([_read_stretch(column) for column in columns])
+    return [_record_column(picture, first, column) for first, column in zip(shapes_at(0), zip(*stretches, strict=True), strict=True)]
 
 
-def _record_column(picture: Picture, column: Sequence[DrawnShape]) -> RecordedShape:
-    """Return one shape over time."""
-    first = column[0]
-    kind = {Circle: "circle", Polygon: "polygon", Lines: "lines", TextShape: "text"}[type(first)]
+@dataclass(frozen=True, kw_only=True)
+class _Stretch:
+    """One shape at some samples: the outline at each, the points (m, 2) of all one after the other, m, and the radii of a circle, m."""
+
+    outlines: Sequence[Outline]
+    points: FloatArray
+    radii: FloatArray
+
+
+def _read_stretch(column: Sequence[DrawnShape]) -> _Stretch:
+    """Return one shape at some samples."""
     polylines = [_polylines_of(shape) for shape in column]
-    outlines = [tuple(len(line) for line in lines) for lines in polylines]
-    radii = np.array([shape.radius for shape in column if isinstance(shape, Circle)]) * picture.scale
-    visible = np.array([sum(outline) > 0 for outline in outlines]) if not len(radii) else radii > 0.0
+    points = np.array([point for lines in polylines for line in lines for point in line], dtype=float).reshape(-1, 2)
+    radii = np.array([shape.radius for shape in column if isinstance(shape, Circle)])
+    return _Stretch(outlines=[tuple(len(line) for line in lines) for lines in polylines], points=points, radii=radii)
+
+
+def _record_column(picture: Picture, first: DrawnShape, stretches: Sequence[_Stretch]) -> RecordedShape:
+    """Return one shape over time."""
+    kind = {Circle: "circle", Polygon: "polygon", Lines: "lines", TextShape: "text"}[type(first)]
+    outlines = [outline for stretch in stretches for outline in stretch.outlines]
+    points = picture.place(np.concatenate([stretch.points for stretch in stretches]))
+    radii = np.concatenate([stretch.radii for stretch in stretches]) * picture.scale
+    counts = np.array([sum(outline) for outline in outlines])
+    starts = np.cumsum(counts) - counts
+    visible = counts > 0 if not len(radii) else radii > 0.0
     shown = sorted({outline for outline in outlines if sum(outline)})
     text = first.text if isinstance(first, TextShape) else ""
     if len(shown) > 1:
-        frames = tuple(tuple(picture.place(np.array(line)) for line in lines if len(line)) for lines in polylines)
-        empty = np.zeros((len(column), 0, 2))
+        frames = tuple(_split_lines(points[start:], outline) for start, outline in zip(starts.tolist(), outlines, strict=True))
+        empty = np.zeros((len(outlines), 0, 2))
         return RecordedShape(role=first.role, kind=kind, outline=(), points=empty, visible=visible, radii=radii, changing=frames)
     outline = shown[0] if shown else ()
-    flat = [[point for line in lines for point in line] for lines in polylines]
-    rows = _nearest_visible(visible)
-    points = np.array([flat[row] for row in rows], dtype=float).reshape(len(column), -1, 2) if shown else np.zeros((len(column), 0, 2))
-    placed = picture.place(points)
+    rows = starts[_nearest_visible(visible)]
+    placed = points[rows[:, None] + np.arange(sum(outline))] if shown else np.zeros((len(outlines), 0, 2))
     if kind == "polygon":
         placed = align_outlines(placed)
     return RecordedShape(role=first.role, kind=kind, outline=outline, points=placed, visible=visible, radii=radii, text=text)
+
+
+def _split_lines(points: FloatArray, outline: Outline) -> tuple[FloatArray, ...]:
+    """Return the polylines (m, 2) of an outline whose points (n, 2) come first, without empty ones."""
+    ends = np.cumsum(outline, dtype=int)
+    return tuple(points[end - length : end] for end, length in zip(ends.tolist(), outline, strict=True) if length)
 
 
 def align_outlines(points: FloatArray) -> FloatArray:

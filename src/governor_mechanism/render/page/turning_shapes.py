@@ -57,7 +57,7 @@ HIDDEN_ROLES = frozenset(
     }
 )
 """Roles that the view from outside leaves out: what only a section shows, and the shine, which is on the front of a ball anyway."""
-KEYED_ROLES = frozenset({"frame", "rod", "coil", "coil behind", "coil edge", "arm", "link", "plate"})
+KEYED_ROLES = frozenset({"frame", "frame plate", "rod", "coil", "coil behind", "coil edge", "arm", "link", "plate"})
 """Roles of shapes that turn though they are as long to the left of the axis as to the right."""
 SPHERE_ROLE = "ball"
 SEEN_AS = {"weight section": SPHERE_ROLE}

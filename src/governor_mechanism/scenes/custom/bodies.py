@@ -23,10 +23,12 @@ class MomentsTable(SceneFileTable):
 
     element = SecondMoments
     example = '{ xx = "0.5 kg m^2" }'
-    xx: Annotated[float, built("moment_of_inertia", "not negative")] = 0.0
-    yy: Annotated[float, built("moment_of_inertia", "not negative")] = 0.0
-    xy: Annotated[float, built("moment_of_inertia", "any")] = 0.0
-    zz: Annotated[float, built("moment_of_inertia", "not negative")] = 0.0
+    xx: Annotated[float, built("moment_of_inertia", "not negative")] = Field(
+        0.0, description="the integral of x^2 over the mass, about the mass centre"
+    )
+    yy: Annotated[float, built("moment_of_inertia", "not negative")] = Field(0.0, description="the integral of y^2 over the mass")
+    xy: Annotated[float, built("moment_of_inertia", "any")] = Field(0.0, description="the integral of x y over the mass")
+    zz: Annotated[float, built("moment_of_inertia", "not negative")] = Field(0.0, description="the integral of z^2 over the mass")
 
     @model_validator(mode="after")
     def _check_determinant(self) -> MomentsTable:
@@ -49,7 +51,7 @@ class DiscTable(SceneFileTable):
     element = custom.disc_shape
     example = '{ radius = "100 mm" }'
     radius: PositiveLength = Field(description='the radius of the disc, as "100 mm"')
-    thickness: Length = 0.0
+    thickness: Length = Field(0.0, description="the size normal to the plane")
 
 
 class PlateTable(SceneFileTable):
@@ -59,7 +61,7 @@ class PlateTable(SceneFileTable):
     example = '{ width = "100 mm", height = "50 mm" }'
     width: PositiveLength = Field(description='the width along x, as "100 mm"')
     height: PositiveLength = Field(description='the height along y, as "100 mm"')
-    thickness: Length = 0.0
+    thickness: Length = Field(0.0, description="the size normal to the plane")
 
 
 class PointMassTable(SceneFileTable):
@@ -68,26 +70,30 @@ class PointMassTable(SceneFileTable):
     example = '{ mass = "5 kg", at = ["300 mm", 0] }'
     mass: Annotated[float, built("mass")] = Field(description='the mass, as "5 kg"')
     position: Position = Field(alias="at", description='the position in the axes of the body, as ["300 mm", 0]')
-    radius: Length = 0.0
+    radius: Length = Field(0.0, description="the radius of the ball; 0 for a mass in a point")
 
 
 class BodyTable(SceneFileTable):
     """[[body]]; the validation context is the `PointRegistry`."""
 
     name: NewBodyName = Field(description='the name of the body in other tables, as "crank"')
-    mass: Mass = 0.0
-    point_masses: Annotated[tuple[Any, ...], table_list(PointMassTable, "point mass")] = ()
-    inertia: Annotated[float, built("moment_of_inertia", hint="; a body that does not rotate has turns = false")] = 0.0
-    centre: Position = (0.0, 0.0)
-    moments: MomentsTable | None = None
-    rod: RodTable | None = None
-    disc: DiscTable | None = None
-    plate: PlateTable | None = None
-    point: Bool = False
-    turns: Bool = True
-    points: NamedPoints = Field(default_factory=dict)
-    at: Position = (0.0, 0.0)
-    angle: Angle = 0.0
+    mass: Mass = Field(0.0, description="the mass, without point masses")
+    point_masses: Annotated[tuple[Any, ...], table_list(PointMassTable, "point mass")] = Field(
+        (), description="further masses on the body, each a table"
+    )
+    inertia: Annotated[float, built("moment_of_inertia", hint="; a body that does not rotate has turns = false")] = Field(
+        0.0, description="the moment of inertia about the mass centre, normal to the plane; instead of rod, disc or plate"
+    )
+    centre: Position = Field((0.0, 0.0), description="the mass centre in the axes of the body")
+    moments: MomentsTable | None = Field(None, description="second moments of mass, for a body in a turning plane")
+    rod: RodTable | None = Field(None, description="the body is a slender uniform rod along x, with the points start and end")
+    disc: DiscTable | None = Field(None, description="the body is a uniform disc in the plane, about its origin")
+    plate: PlateTable | None = Field(None, description="the body is a uniform plate in the plane, about its origin")
+    point: Bool = Field(False, description="whether all mass is in the origin")
+    turns: Bool = Field(True, description="whether the body can rotate")
+    points: NamedPoints = Field(default_factory=dict, description='points by name, as { A = ["100 mm", 0] }, in the axes of the body')
+    at: Position = Field((0.0, 0.0), description="the initial position of the origin; assembly starts from it")
+    angle: Angle = Field(0.0, description="the initial angle of its axes, anticlockwise from x; assembly starts from it")
 
     @classmethod
     def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:

@@ -31,7 +31,7 @@ class ElementTable(SceneFileTable):
     one_body_message: ClassVar[str] = "both ends are of {body}; they must be of two different bodies"
     """Message about two ends on the same body."""
 
-    name: Label = ""
+    name: Label = Field("", description="the name in messages and results; by default the type and the two bodies")
 
     @property
     def ends(self) -> tuple[Point | str, Point | str]:
@@ -62,7 +62,7 @@ class LinkTable(_PointTable):
     """[[link]]: a massless bar, by default as long as the initial distance of its ends."""
 
     element = joints.Distance
-    length: PositiveLength = 0.0
+    length: PositiveLength = Field(0.0, description="the length; by default the initial distance of its ends")
 
     def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the distance of the ends."""
@@ -88,7 +88,9 @@ class WeldTable(JointTable):
     """Type "weld"; by default the relative angle is the initial one."""
 
     element: ClassVar[Callable[..., Any]] = joints.Weld
-    relative_angle: Angle = Field(0.0, alias="turn")
+    relative_angle: Angle = Field(
+        0.0, alias="turn", description="the angle of the second body against the first; by default the initial one"
+    )
 
     def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the relative angle."""
@@ -120,7 +122,7 @@ class CurveSlotTable(JointTable):
 
     element = joints.CurveSlot
     curve: CurveValue = Field(description="the curve y(x), as { coefficients = [0, 0, 5] } or { points = [[0, 0], [0.1, 0.05]] }")
-    angle: Angle = 0.0
+    angle: Angle = Field(0.0, description="the direction of the x axis of the curve in the axes of the first body")
 
 
 class _BodyJointTable(JointTable):
@@ -137,7 +139,9 @@ class GearTable(_BodyJointTable):
     ratio: Annotated[float, built("ratio", "not zero")] = Field(
         description="the rotation of the second body per rotation of the first; negative for external gears"
     )
-    offset: Angle = 0.0
+    offset: Angle = Field(
+        0.0, description="the angle of the second body where the first has none; by default that of the initial configuration"
+    )
 
     def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the offset."""
@@ -151,8 +155,10 @@ class RackTable(_BodyJointTable):
     radius: Annotated[float, built("length", "not zero")] = Field(
         description='the radius of the pinion, as "20 mm"; negative for the opposite direction'
     )
-    angle: Angle = 0.0
-    offset: Annotated[float, quantity("length")] = 0.0
+    angle: Angle = Field(0.0, description="the direction in which the rack moves")
+    offset: Annotated[float, quantity("length")] = Field(
+        0.0, description="the displacement of the rack where the pinion has no angle; by default that of the initial configuration"
+    )
 
     def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the offset."""
@@ -184,9 +190,13 @@ class DrivenTurnTable(_BodyJointTable, _DriverTable):
 
     element = partial(_drive, joints.RotationalDriver)
     rate_example = 'rate = "120 rpm", or motion = [[0, "0 deg"], [1, "90 deg"]]'
-    rate: Annotated[float, quantity("angular_speed")] = 0.0
-    start: Angle = 0.0
-    motion: field_types.AngleMotion = None
+    rate: Annotated[float, quantity("angular_speed")] = Field(
+        0.0, description="the constant speed of the second body against the first; instead of motion"
+    )
+    start: Angle = Field(0.0, description="the relative angle at the start, with a rate; by default the initial one")
+    motion: field_types.AngleMotion = Field(
+        None, description="the relative angle over time: a list of [time, angle], or a start and a rate with harmonics"
+    )
 
     def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the start."""
@@ -198,9 +208,13 @@ class DrivenSlideTable(_DriverTable, SliderTable):
 
     element = partial(_drive, joints.TranslationalDriver)
     rate_example = 'rate = "50 mm/s", or motion = [[0, "0 mm"], [1, "50 mm"]]'
-    rate: Annotated[float, quantity("speed")] = 0.0
-    start: Annotated[float, quantity("length")] = 0.0
-    motion: field_types.DisplacementMotion = None
+    rate: Annotated[float, quantity("speed")] = Field(0.0, description="the constant speed along the line; instead of motion")
+    start: Annotated[float, quantity("length")] = Field(
+        0.0, description="the displacement at the start, with a rate; by default the initial one"
+    )
+    motion: field_types.DisplacementMotion = Field(
+        None, description="the displacement over time: a list of [time, length], or a start and a rate with harmonics"
+    )
 
     def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
         """Return the start."""
@@ -218,7 +232,7 @@ class SpringForceTable(ForceElementTable, _PointTable):
 
     element = force_elements.Spring
     stiffness: Annotated[float, built("stiffness")] = Field(description='the stiffness, as "2 N/mm"')
-    free_length: Length = 0.0
+    free_length: Length = Field(0.0, description="the length without force")
 
 
 class DamperTable(ForceElementTable, _PointTable):
@@ -230,7 +244,7 @@ class DamperTable(ForceElementTable, _PointTable):
 
 class _TorsionTable(ForceElementTable):
     second: field_types.BodyRef = Field(description='the body on which it acts, as "crank"')
-    first: field_types.BodyRef = GROUND
+    first: field_types.BodyRef = Field(GROUND, description="the body on which the opposite torque acts")
 
 
 class TorsionSpringForceTable(_TorsionTable):
@@ -238,7 +252,7 @@ class TorsionSpringForceTable(_TorsionTable):
 
     element = force_elements.TorsionSpring
     stiffness: Annotated[float, built("torsion_stiffness")] = Field(description='the stiffness, as "3 N m/rad"')
-    free_angle: Angle = 0.0
+    free_angle: Angle = Field(0.0, description="the relative angle without torque")
 
 
 class TorsionDamperTable(_TorsionTable):
@@ -253,7 +267,7 @@ class TorqueTable(ForceElementTable):
 
     element = force_elements.Torque
     second: field_types.BodyRef = Field(alias="body", description='the body on which it acts, as "crank"')
-    first: field_types.BodyRef = Field(GROUND, alias="against")
+    first: field_types.BodyRef = Field(GROUND, alias="against", description="the body on which the opposite torque acts")
     moment: Annotated[Any, input_function("torque", "moment")] = Field(
         description='the moment, as "5 N m", or over time, as [[0, "5 N m"], [2, "6 N m"]]'
     )
@@ -265,8 +279,8 @@ class ForceTable(ForceElementTable):
     element = partial(force_elements.Force, x=InputFunction(), y=InputFunction())
     one_body_message = "point must be of a moving body; a force on the ground has no effect"
     point: PointRef = Field(description='the point at which it acts, as "slider.centre"')
-    x: Annotated[Any, input_function("force", "force")] = None
-    y: Annotated[Any, input_function("force", "force")] = None
+    x: Annotated[Any, input_function("force", "force")] = Field(None, description="the component along x")
+    y: Annotated[Any, input_function("force", "force")] = Field(None, description="the component along y, upward")
 
     @property
     def ends(self) -> tuple[Point | str, Point | str]:

@@ -34,15 +34,17 @@ TableList = Annotated[list[Any] | None, instance_of(list | tuple, "must be a lis
 class CustomSceneTable(CommonSceneTable):
     """The top level of a scene file with a custom machine."""
 
-    size: PositiveLength = 0.0
-    plane: Annotated[str, choice((FIXED_PLANE, TURNING_PLANE))] = ""
-    ground: AnyTable = None
+    size: PositiveLength = Field(0.0, description="the length to which accuracy and tolerances are relative; by default that of the bodies")
+    plane: Annotated[str, choice((FIXED_PLANE, TURNING_PLANE))] = Field(
+        "", description="whether the plane turns with a spindle; turning by default if there is a [spindle]"
+    )
+    ground: AnyTable = Field(None, description='points of the ground by name, as O = [0, "100 mm"]')
     body: TableList = Field(description="the moving parts, one table [[body]] for each")
-    joint: TableList = None
-    link: TableList = None
-    force: TableList = None
-    readings: AnyTable = None
-    valve: AnyTable = None
+    joint: TableList = Field(None, description="the joints, one table [[joint]] for each")
+    link: TableList = Field(None, description="massless bars, one table [[link]] for each")
+    force: TableList = Field(None, description="springs, dampers, torques and forces, one table [[force]] for each")
+    readings: AnyTable = Field(None, description="what is read off the mechanism, by name; by default angles of bodies")
+    valve: AnyTable = Field(None, description="the slide valve that the mechanism moves, for its timing")
 
 
 class CustomMachineParser:

@@ -23,8 +23,8 @@ _Y_COORDINATE = partial(PointCoordinate, quantity="length", direction_x=0.0, dir
 class AngleTable(SceneFileTable):
     """Angle of a body against another one."""
 
-    angle: BodyRef
-    against: BodyRef = GROUND
+    angle: BodyRef = Field(..., description='the body whose angle it is, as "crank"')
+    against: BodyRef = Field(GROUND, description="the body from which the angle is measured")
 
     def make_element(self, **arguments: Any) -> Reading:
         """Return the reading."""
@@ -36,7 +36,7 @@ class AngleTable(SceneFileTable):
 class LineTable(SceneFileTable):
     """Angle of a line from x, counterclockwise."""
 
-    line: TwoPointRefs
+    line: TwoPointRefs = Field(..., description="the two points of the line")
 
     def make_element(self, **arguments: Any) -> Reading:
         """Return the reading."""
@@ -48,7 +48,7 @@ class LineTable(SceneFileTable):
 class DistanceTable(SceneFileTable):
     """Distance of two points."""
 
-    distance: TwoPointRefs
+    distance: TwoPointRefs = Field(..., description="the two points")
 
     def make_element(self, **arguments: Any) -> Reading:
         """Return the reading."""
@@ -66,15 +66,17 @@ class XTable(SceneFileTable):
     """Coordinate x of a point, relative to another one."""
 
     element = _X_COORDINATE
-    origin: PointRef = Field(Point(body=GROUND), alias="from")
-    point: PointRef = Field(alias="x")
+    origin: PointRef = Field(
+        Point(body=GROUND), alias="from", description="the point from which it is measured, along the axes of its body"
+    )
+    point: PointRef = Field(alias="x", description="the point whose coordinate x it is")
 
 
 class YTable(XTable):
     """Coordinate y of a point, relative to another one."""
 
     element = _Y_COORDINATE
-    point: PointRef = Field(alias="y")
+    point: PointRef = Field(alias="y", description="the point whose coordinate y it is")
 
 
 READING_TABLES: SceneFileTables = {"angle": AngleTable, "line": LineTable, "x": XTable, "y": YTable, "distance": DistanceTable}

@@ -87,12 +87,22 @@ class ValveTable(SceneFileTable):
     steam_lap: Annotated[float, quantity("length", bounded=True)] = Field(
         description='the length by which the valve in its centre covers the edges that admit steam, as "24 mm"'
     )
-    exhaust_lap: Annotated[float, quantity("length", bounded=True)] = 0.0
-    centre: Annotated[float | str, SchemaValidator(_parse_centre, json_schema=NUMBER_OR_TEXT)] = EQUAL_LEADS
-    piston: Annotated[str, SchemaValidator(_parse_length_reading, json_schema=TEXT)] = ""
-    admission: Annotated[str, choice(ADMISSIONS)] = Valve.admission
-    crank: Annotated[str, SchemaValidator(_parse_driver, json_schema=TEXT)] = ""
-    reverser: Annotated[Any, SchemaValidator(lambda value: validate(ReverserTable, value).make_element(), json_schema=TABLE)] = None
+    exhaust_lap: Annotated[float, quantity("length", bounded=True)] = Field(
+        0.0, description="the length by which the valve in its centre covers the edges of the exhaust; negative leaves them open"
+    )
+    centre: Annotated[float | str, SchemaValidator(_parse_centre, json_schema=NUMBER_OR_TEXT)] = Field(
+        EQUAL_LEADS, description=f"the reading in the centre of the valve's motion, or a rule: {', '.join(CENTRE_RULES)}"
+    )
+    piston: Annotated[str, SchemaValidator(_parse_length_reading, json_schema=TEXT)] = Field(
+        "", description="the reading of the piston's position, which grows away from the shaft"
+    )
+    admission: Annotated[str, choice(ADMISSIONS)] = Field(Valve.admission, description="the edges of the valve over which steam enters")
+    crank: Annotated[str, SchemaValidator(_parse_driver, json_schema=TEXT)] = Field(
+        "", description="the name of the driver that turns the crank; by default the only one"
+    )
+    reverser: Annotated[Any, SchemaValidator(lambda value: validate(ReverserTable, value).make_element(), json_schema=TABLE)] = Field(
+        None, description="what reverses the gear: { key, forward, back }, a key of the scene file and its values at the ends"
+    )
 
     def make_element(self, **arguments: Any) -> Valve:
         """Return the valve."""

@@ -133,6 +133,7 @@ CASES = (
             Outcome.STEP_LIMIT: FAST_END,
             Outcome.LEFT_RANGE: "the arms go beyond the travel",
             Outcome.JOINT_OPENED: "the joints of impulse do not hold loads that are thousands of times the weights",
+            Outcome.DEAD_CENTRE: "the arms turn back nearer to the horizontal than the table of reduced reaches",
         },
     ),
     HardCase(

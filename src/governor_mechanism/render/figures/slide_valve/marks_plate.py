@@ -140,7 +140,8 @@ def _draw_approximation_errors(panel: Panel, data: EccentricDiagram) -> None:
         panel.plot(x, z, color=colour, linewidth=2.0, linestyle=style, zorder=4)
         panel.annotate_point(position, f"{name}: at most {np.abs(z).max():.3g} µm", (0, 8), ha=alignment, va="bottom", color=colour)
     text = "on the hyperbola $(z+d)^2-\\xi_0^2=l^2-r^2$:\npoints of the mechanism"
-    panel.annotate_point((0, 0), text, (0, -7), ha="center", va="top", color=BLUE, linespacing=1.4, fontsize=9.5)
+    # Both curves turn away from the middle of the lower edge.
+    panel.annotate_point((0, panel.get_ylim()[0]), text, (0, 6), ha="center", va="bottom", color=BLUE, linespacing=1.4, fontsize=9.5)
 
 
 def _draw_valve_ellipse(panel: Panel, data: EccentricDiagram) -> None:

@@ -24,7 +24,7 @@ from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SERIF
 from governor_mechanism.studies.valve_timing import ValveEvent
 
 _EVENTS_CAPTION = {(0.605, 0.862): "Valve events of the mechanism"}
-_STROKES_CAPTION = {(0.605, 0.36): "Fig. 2.  Steam phases over the stroke"}
+_STROKES_CAPTION = {(0.605, 0.36): "Fig. 2.  Steam phases over the stroke; grey: compression"}
 _POLAR_POSITION = (0.03, 0.862)
 _POLAR_RECT = (0.03, 0.07, 0.565, 0.785)
 _STROKES_RECT = (0.645, 0.115, 0.287, 0.205)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 from governor_mechanism.render.geometry.outlines import make_bar, make_rectangle
 from governor_mechanism.render.geometry.points import arc_points
@@ -39,21 +40,21 @@ class EngineView:
     base: float
     length: float = 0.0
 
-    @property
+    @cached_property
     def _has_yoke(self) -> bool:
         return math.isinf(self.rod)
 
-    @property
+    @cached_property
     def _drawn_rod(self) -> float:
         """Length of the connecting rod, or of the rod of the yoke, in crank radii."""
         return 1.2 if self._has_yoke else min(self.rod / self.crank, MAX_DRAWN_ROD)
 
-    @property
+    @cached_property
     def needed_length(self) -> float:
         """Length of the picture in crank radii with the shortest piston rod."""
         return WHEEL_RADIUS + self._drawn_rod + 1.0 + _PISTON_ROD + _CYLINDER_LENGTH
 
-    @property
+    @cached_property
     def scale(self) -> float:
         """Crank radius of the picture, m."""
         return (self.right - self.left) / max(self.needed_length, self.length)
@@ -63,7 +64,7 @@ class EngineView:
         """Height of the picture, m."""
         return 2 * WHEEL_RADIUS * self.scale
 
-    @property
+    @cached_property
     def shaft(self) -> Vec2:
         """Middle of the shaft in the picture, m."""
         return self.left + WHEEL_RADIUS * self.scale, self.base + WHEEL_RADIUS * self.scale
@@ -79,7 +80,7 @@ class EngineView:
         (left, low), (right, high) = self._to_picture(near, -_CYLINDER_HALF_HEIGHT), self._to_picture(far, _CYLINDER_HALF_HEIGHT)
         return left, right, low, high
 
-    @property
+    @cached_property
     def _cylinder_ends(self) -> Vec2:
         """Ends of the cylinder, in crank radii from the shaft."""
         start = max(self.needed_length, self.length) - WHEEL_RADIUS - _CYLINDER_LENGTH

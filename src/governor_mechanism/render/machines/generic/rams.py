@@ -99,10 +99,10 @@ def drag_arrow_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
 
 
 def drag_caption_shapes(extents: MechanismExtents) -> Iterator[DrawnShape]:
-    """Yield what the arrow of each drag means, above its guide."""
+    """Yield what the arrow of each drag means, above its guide: a damper resists both strokes, not only that of a cut."""
     u = extents.length_scale
     for name, (slider, _, largest) in ram_drags(extents).items():
-        text = f"{format_name(name)}: force up to {largest:.3g} N"
+        text = f"{format_name(name)}: damper, both strokes, up to {largest:.3g} N"
         low, _ = extents.joint_travels[slider.name]
         x, y = axes_to_plane((slider.first.x, slider.first.y, slider.angle), low, ram_offsets(extents)[slider.name] + 0.13 * u)
         yield TextShape("scale", x, y, text, _LETTER_WIDTH * len(text) * u)

@@ -40,7 +40,7 @@ class HartnellDrawing(HartnellProportions):
         yield from _casing_shapes(self)
         yield from _stop_shapes(self)
         yield from parts.cylinder_shapes(self)
-        yield from _lift_scale_shapes(self)
+        yield from () if self.is_magnified else _lift_scale_shapes(self)
         yield from spindle_drive_shapes(foot - 0.32 * u, _GEAR_UNIT * u)
         yield from self.throttle_gear.background_shapes()
         yield from parts.shoe_key_shapes(self, (0.48 * u, foot + 0.05 * u), _GEAR_UNIT * u)

@@ -54,8 +54,9 @@ class HartungDrawing(HartungProportions):
         yield make_rectangle("spindle", -1.7 * w, 1.7 * w, collar_height - 0.10 * u, collar_height - 0.04 * u)
         yield from _frame_shapes(self)
         yield from _static_effect_shapes(self)
-        ticks = parts.lift_ticks(self.reading_range(parts.LIFT_READING), self.zero_lift_height, 0.1 * u, 0.3 * u)
-        yield from parts.lift_scale_shapes(self.sleeve_size[0] + 0.38 * u, ticks, (0.14 * u, 0.08 * u, 0.18 * u, 0.9 * u))
+        if not self.is_magnified:
+            ticks = parts.lift_ticks(self.reading_range(parts.LIFT_READING), self.zero_lift_height, 0.1 * u, 0.3 * u)
+            yield from parts.lift_scale_shapes(self.sleeve_size[0] + 0.38 * u, ticks, (0.14 * u, 0.08 * u, 0.18 * u, 0.9 * u))
         yield from spindle_drive_shapes(collar_height - 0.34 * u, _GEAR_UNIT * u)
         yield from self.throttle_gear.background_shapes()
         yield from parts.shoe_key_shapes(self, (-2.3 * u, collar_height), _GEAR_UNIT * u)

@@ -43,7 +43,7 @@ class ParabolicDrawing(ParabolicProportions):
         yield make_rectangle("spindle", -1.7 * w, 1.7 * w, foot - 0.05 * u, foot - 0.01 * u)
         yield from _frame_shapes(self)
         yield from _static_effect_shapes(self)
-        yield from _lift_scale_shapes(self)
+        yield from () if self.is_magnified else _lift_scale_shapes(self)
         yield from spindle_drive_shapes(foot - 0.25 * u, u)
         yield from self.throttle_gear.background_shapes()
         yield from parts.shoe_key_shapes(self, (0.26 * u, foot - 0.03 * u), u)

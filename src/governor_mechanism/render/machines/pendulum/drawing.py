@@ -40,7 +40,7 @@ class PendulumDrawing(PendulumProportions):
         # The cross piece with the arm pins, keyed to the spindle.
         yield make_rectangle("frame", -0.062 * u, 0.062 * u, -0.062 * u, 0.085 * u)
         yield make_bar("frame", (-abs(self.offset), 0.0), (abs(self.offset), 0.0), 0.085 * u)
-        yield from _lift_scale_shapes(self)
+        yield from () if self.is_magnified else _lift_scale_shapes(self)
         yield from lens.lens_frame(self)
         yield from spindle_drive_shapes(spindle_foot - 0.19 * u, u)
         yield from self.throttle_gear.background_shapes()

@@ -34,7 +34,8 @@ def lift_magnification(governor: PendulumProportions) -> float:
     """Return the magnification of the lift in the detail, of one digit, or 0 for a lift that needs none, or where others show it."""
     low, high = governor.reading_range(LIFT_READING)
     has_company = len(governor.run.scene.parts) > 1
-    if governor.clearance or has_company or not _LEAST_LIFT * governor.arm < high - low < _SMALL_LIFT * governor.arm:
+    is_small = _LEAST_LIFT * governor.arm < high - low < _SMALL_LIFT * governor.arm
+    if governor.clearance or has_company or governor.is_magnified or not is_small:
         return 0.0
     largest = _MAX_DRAWN_LIFT * governor.arm / (high - low)
     decade = float(10.0 ** math.floor(math.log10(largest)))

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 
 from governor_mechanism.render.geometry.outlines import make_hatching, make_rectangle
-from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, TextShape, Vec2
+from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, Vec2
 from governor_mechanism.render.machines.governor_parts import both_sides, mirror_outline
 from governor_mechanism.render.machines.slide_valve.proportions import STEAM_PHASES, ValveGearPosition, ValveGearProportions
 
@@ -27,7 +27,7 @@ _MAX_DRAWN_ECCENTRIC = 0.33
 _BORE_HALF_LENGTH = 1.0 + _PISTON_THICKNESS / 2 + _PISTON_CLEARANCE
 """Half length of the bore, in crank radii."""
 _ROD_HALF_THICKNESS, _GLAND_LENGTH, _PICTURE_RIGHT = 0.045, 0.16, 1.52
-"""Half thickness of the piston rod, length of its gland, and right edge of the picture, in crank radii."""
+"""Half thickness of the piston rod, length of its gland, and right end of the rods, in crank radii."""
 
 # In eccentricities.
 _EXHAUST_HALF_WIDTH, _BRIDGE_WIDTH, _PORT_WIDTH, _VALVE_BACK_THICKNESS, _VALVE_HEIGHT = 0.75, 0.30, 0.62, 0.22, 0.78
@@ -48,7 +48,6 @@ def cylinder_background_shapes(valve_gear: ValveGearProportions) -> Iterator[Dra
     u = valve_gear.crank
     base, floor, ceiling, face, roof = (h * u for h in (CYLINDER_BASE, _BORE_FLOOR, _BORE_CEILING, _VALVE_FACE, _CHEST_CEILING))
     outer, inner = (_BORE_HALF_LENGTH + 0.10) * u, _BORE_HALF_LENGTH * u
-    text_height = (CYLINDER_BASE - 0.075) * u
     chest = _chest_half_length(valve_gear) * drawn_eccentric(valve_gear)
     lid = (-chest - 0.10 * u, chest + 0.10 * u, roof, CHEST_TOP * u)
     ends = ((left, right, floor, ceiling) for left, right in both_sides(inner, outer))
@@ -65,9 +64,6 @@ def cylinder_background_shapes(valve_gear: ValveGearProportions) -> Iterator[Dra
     # The exhaust port, a bowl under the valve face.
     half, depth = _EXHAUST_HALF_WIDTH * drawn_eccentric(valve_gear), 0.62 * _BLOCK_HEIGHT * u
     yield Polygon("spent steam", tuple((half * math.cos(a), face - depth * math.sin(a)) for a in (math.pi * k / 16 for k in range(17))))
-    yield TextShape("scale", -outer, text_height, "head end", 0.3 * u)
-    yield TextShape("scale", outer - 0.48 * u, text_height, "crank end", 0.48 * u)
-    yield TextShape("scale", -0.33 * u, text_height, f"valve {valve_magnification(valve_gear):.3g} : 1", 0.66 * u)
 
 
 def _port_edges(valve_gear: ValveGearProportions) -> Vec2:

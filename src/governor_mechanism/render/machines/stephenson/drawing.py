@@ -1,25 +1,50 @@
 """Drawing of Stephenson's link motion: the gear above, the cylinder in section, below it lever and Zeuner's diagram of the last turn."""
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from governor_mechanism.machines.driven_crank import CRANK, VALVE
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
-from governor_mechanism.render.geometry.primitives import DrawnShape
-from governor_mechanism.render.machines.slide_valve import cylinder
-from governor_mechanism.render.machines.stephenson import lever, turn_dial
+from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
+from governor_mechanism.render.machines.slide_valve import cylinder, zeuner_dial
+from governor_mechanism.render.machines.slide_valve.steam_key import SteamKey, scale_note_shapes
+from governor_mechanism.render.machines.stephenson import lever
 from governor_mechanism.render.machines.stephenson.gear_view import GearView
 from governor_mechanism.render.machines.stephenson.proportions import LinkGearProportions
 from governor_mechanism.types import FloatArray
 
-_VIEW_WIDTH = 2.96
-"""Width of the view of the gear, in crank radii."""
-_DIAL_CENTRE, _DIAL_RADIUS = (0.52, 0.26), 0.80
-_LEVER_PIVOT, _LEVER_LENGTH = (-0.95, -0.18), 0.98
-"""Places and sizes below the cylinder, in crank radii."""
+
+@dataclass(frozen=True, kw_only=True)
+class _Arrangement:
+    """Places and sizes in the picture, in crank radii from the middle of the stroke and the base of the view.
+
+    The place of the gear is its lower left corner, those of key and scales are upper left corners.
+    """
+
+    gear: Vec2
+    gear_width: float
+    dial_centre: Vec2
+    dial_radius: float
+    lever_pivot: Vec2
+    lever_length: float
+    key: Vec2
+    key_size: float
+    scales: Vec2
+
+
+_WIDE = _Arrangement(
+    gear=(-5.56, 0.44), gear_width=4.20, dial_centre=(0.42, 0.28), dial_radius=0.84, lever_pivot=(-4.95, -0.62), lever_length=1.05,
+    key=(-4.05, 0.42), key_size=1.38, scales=(-2.02, 0.42),
+)  # fmt: skip
+"""Beside the cylinder the gear, and all else below them."""
+_UPRIGHT = _Arrangement(
+    gear=(-1.48, cylinder.CHEST_TOP + 0.06), gear_width=2.96, dial_centre=(0.94, 0.54), dial_radius=0.58, lever_pivot=(-0.62, -0.62),
+    lever_length=0.80, key=(-1.24, cylinder.CYLINDER_BASE - 0.03), key_size=1.12, scales=(0.30, -0.12),
+)  # fmt: skip
+"""One below the other, for a picture beside that of another part."""
 
 
 class StephensonDrawing(LinkGearProportions):
@@ -31,26 +56,42 @@ class StephensonDrawing(LinkGearProportions):
         """Yield the lines of the gear, castings, the quadrant of the lever, and the divided circle."""
         yield from self._gear_view.background_shapes()
         yield from cylinder.cylinder_background_shapes(self)
-        yield from lever.quadrant_shapes(self._scaled(_LEVER_PIVOT), _LEVER_LENGTH * self.crank)
-        yield from turn_dial.dial_background_shapes(self, self._scaled(_DIAL_CENTRE), _DIAL_RADIUS * self.crank)
+        yield from lever.quadrant_shapes(self._scaled(self._places.lever_pivot), self._places.lever_length * self.crank)
+        yield from self._key.background_shapes()
+        yield from self._dial.background_shapes()
+        scales = {"cylinder": 1.0, "valve": cylinder.valve_magnification(self), "gear": self._gear_view.scale}
+        yield from scale_note_shapes(self._scaled(self._places.scales), self._places.key_size * self.crank, scales)
 
     def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
         """Yield all parts that crank and lever move."""
         position = replace(self.position(pose), sense=self._sense(time))
         yield from self._gear_view.moving_shapes(pose)
         yield from cylinder.cylinder_moving_shapes(self, position)
-        yield from lever.lever_shapes(self._scaled(_LEVER_PIVOT), _LEVER_LENGTH * self.crank, self._reverser(pose))
+        yield from lever.lever_shapes(self._scaled(self._places.lever_pivot), self._places.lever_length * self.crank, self._reverser(pose))
         angles = self.poses[:, self.part.mechanism.body_index(CRANK), 2]
-        curve = turn_dial.last_turn(angles, self._displacements, position.crank_angle)
-        yield from turn_dial.dial_moving_shapes(self, self._scaled(_DIAL_CENTRE), _DIAL_RADIUS * self.crank, position, curve)
+        yield from self._key.moving_shapes(self, position)
+        yield from self._dial.curve_shapes(*zeuner_dial.turn_before(angles, self._displacements, position.crank_angle))
+        yield from self._dial.crank_shapes(position)
 
     def _scaled(self, place: tuple[float, float]) -> tuple[float, float]:
         """Return a place given in crank radii, m."""
         return place[0] * self.crank, place[1] * self.crank
 
+    @property
+    def _places(self) -> _Arrangement:
+        return _WIDE if len(self.run.scene.parts) == 1 else _UPRIGHT
+
     @cached_property
     def _gear_view(self) -> GearView:
-        return GearView(self, _VIEW_WIDTH * self.crank, (cylinder.CHEST_TOP + 0.06) * self.crank)
+        return GearView(self, self._scaled(self._places.gear), self._places.gear_width * self.crank)
+
+    @cached_property
+    def _key(self) -> SteamKey:
+        return SteamKey(self._scaled(self._places.key), self._places.key_size * self.crank)
+
+    @cached_property
+    def _dial(self) -> zeuner_dial.ZeunerDial:
+        return zeuner_dial.ZeunerDial(self, self._scaled(self._places.dial_centre), self._places.dial_radius * self.crank)
 
     @cached_property
     def _displacements(self) -> FloatArray:

@@ -24,18 +24,19 @@ _STRAP_RATIO = 1.7
 
 
 class GearView:
-    """Map from the plane of the gear to the picture, and the shapes of the gear. The view is `width` wide above `base` (m)."""
+    """Map from the plane of the gear to a picture that is `width` wide from a lower left corner (m), and the shapes of the gear."""
 
-    def __init__(self, gear: LinkGearProportions, width: float, base: float) -> None:
+    def __init__(self, gear: LinkGearProportions, corner: Vec2, width: float) -> None:
         self._gear = gear
         left, right, bottom, _ = self._box
-        self._scale = width / (right - left)
-        self._x, self._y = -0.5 * width - left * self._scale, base - bottom * self._scale
+        self.scale = width / (right - left)
+        """Metres of the picture per metre of the gear."""
+        self._x, self._y = corner[0] - left * self.scale, corner[1] - bottom * self.scale
 
     @property
     def top(self) -> float:
         """Height of the view's upper edge in the picture, m."""
-        return self._y + self._box[3] * self._scale
+        return self._y + self._box[3] * self.scale
 
     @cached_property
     def _box(self) -> BoundingBox:
@@ -50,7 +51,7 @@ class GearView:
 
     def __call__(self, point: Vec2) -> Vec2:
         """Return the place of a point of the plane in the picture, m."""
-        return self._x + point[0] * self._scale, self._y + point[1] * self._scale
+        return self._x + point[0] * self.scale, self._y + point[1] * self.scale
 
     def background_shapes(self) -> Iterator[DrawnShape]:
         """Yield the valve line, the crank circle, the guides of valve spindle and lifting arm."""
@@ -68,7 +69,7 @@ class GearView:
 
     def moving_shapes(self, pose: FloatArray) -> Iterator[DrawnShape]:
         """Yield crank, eccentrics, valve spindle, link, rods, hanger and die block."""
-        gear, scale, unit = self._gear, self._scale, self._gear.half_link * self._scale
+        gear, scale, unit = self._gear, self.scale, self._gear.half_link * self.scale
         shaft, pin = self((0.0, 0.0)), self(gear.locate(Point(body=CRANK, x=gear.crank), pose))
         yield make_bar("crank web", shaft, pin, 0.22 * gear.crank * scale)
         ends = {name: (self(gear.locate(first, pose)), self(gear.locate(last, pose))) for name, (first, last) in gear.rod_ends.items()}
@@ -94,7 +95,7 @@ class GearView:
 
     def _link_shapes(self, pose: FloatArray) -> Iterator[DrawnShape]:
         """Yield the curved link with its slot, and the die block in it."""
-        gear, unit = self._gear, self._gear.half_link * self._scale
+        gear, unit = self._gear, self._gear.half_link * self.scale
         centre, angle = gear.locate(gear.arc_centre, pose), gear.link_pose(pose)[2]
         for role, half_length, width in (
             ("plate", gear.drawn_half_slot + 0.1 * gear.half_link, _LINK_WIDTH),

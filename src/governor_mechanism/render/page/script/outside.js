@@ -23,7 +23,7 @@ function reachOf(view) {
 /** Projection at a spindle angle: from a point of the plane and its distance in front of it to the picture, with depth. */
 function makeProjection(view, angle) {
   const c = Math.cos(angle);
-  const s = Math.sin(angle);
+  const s = -Math.sin(angle); // anticlockwise from above: what was at the right passes behind first
   const eye = EYE_DISTANCE_RATIO * reachOf(view);
   const middle = view.height / 2;
   return (x, y, thickness) => {
@@ -124,10 +124,10 @@ function makeTurningShape(shape, parent) {
       element.setAttribute("d", polylinePath(projected, shape.lengths));
       return meanDepth(points, project);
     }
-    const outline = isPin ? rimPoints(points[0], points[1], radius) : cutAtSpheres(points, spheres);
+    const outline = isPin ? rimPoints(points[0], points[1], radius) : isThin ? points : cutAtSpheres(points, spheres);
     const faces = projectFaces(outline, isThin ? 0 : shape.turns, project);
     element.setAttribute("d", polygonPath(isThin ? faces.slice(0, outline.length) : convexHull(faces)));
-    return meanDepth(outline, project) + shape.turns;
+    return meanDepth(outline, project) + (isThin ? 0 : shape.turns);
   };
   return { element, update, shape, isPin };
 }

@@ -1,0 +1,88 @@
+"""Configuration of the documentation, built by `make docs`.
+
+Sphinx, because it checks every cross-reference and anchor and can treat a broken one as an error, makes the reference of the Python API
+from numpydoc docstrings, and lets a short extension write formulas as MathML, so that pages need no script, font or style from the network.
+MkDocs with its Material theme, the usual alternative, is in maintenance mode.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "extensions"))
+
+import governor_mechanism  # noqa: E402
+
+project = "governor_mechanism"
+author = "The governor_mechanism authors"
+version = release = governor_mechanism.__version__
+language = "en"
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.githubpages",
+    "generated_pages",
+    "lazy_pictures",
+    "mathml",
+    "navigation",
+    "references",
+]
+exclude_patterns = ["_build", "_generated/*.md", "_generated/site", "README.md"]
+nitpicky = True
+suppress_warnings = ["config.cache"]
+
+# Markdown
+myst_enable_extensions = ["dollarmath", "deflist"]
+myst_heading_anchors = 4
+nb_execution_mode = "off"
+html_math_renderer = "mathml"
+
+# Python API: types stand in annotations, so they are shown with the parameters.
+autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented_params"
+autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True
+autodoc_class_signature = "mixed"
+napoleon_google_docstring = False
+napoleon_use_rtype = True
+napoleon_use_ivar = True
+napoleon_attr_annotations = True
+default_role = "code"  # of a docstring: `name`
+python_use_unqualified_type_names = True
+toc_object_entries_show_parents = "hide"
+add_module_names = False
+
+# Pages
+html_theme = "pydata_sphinx_theme"
+html_title = "governor_mechanism"
+html_static_path = ["static"]
+html_favicon = "static/governor.svg"
+html_context = {"default_mode": "auto"}
+html_css_files = ["style.css"]
+html_extra_path = ["_generated/site"]
+html_show_sourcelink = False
+html_copy_source = False
+html_show_sphinx = False
+html_sidebars: dict[str, list[str]] = {"index": [], "gallery": [], "glossary": [], "errata/index": []}  # they have no pages below them
+html_theme_options = {
+    "logo": {"text": "governor_mechanism", "image_light": "static/governor.svg", "image_dark": "static/governor_dark.svg", "alt_text": ""},
+    "navbar_align": "left",
+    "navbar_end": ["theme-switcher"],
+    "navbar_persistent": ["search-button"],
+    "header_links_before_dropdown": 8,
+    "navigation_depth": 3,
+    "show_nav_level": 1,
+    "show_toc_level": 1,
+    "secondary_sidebar_items": {"**": ["page-toc"], "index": []},
+    "navigation_with_keys": False,
+    "back_to_top_button": False,
+    "footer_start": [],
+    "footer_end": ["copyright"],
+    "pygments_light_style": "a11y-high-contrast-light",
+    "pygments_dark_style": "a11y-high-contrast-dark",
+}
+(HERE / "_generated" / "site").mkdir(parents=True, exist_ok=True)  # the interactive pages, which `generated_pages` makes

@@ -1,0 +1,235 @@
+"""Write the page of the errata, index.md, and its pictures, from what the package recomputes and simulates.
+
+Usage: make errata
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import governor_mechanism as gm
+from governor_mechanism.closed_form.flywheel.engine import net_work
+from governor_mechanism.closed_form.flywheel.equilibrium import energy_fluctuation
+from governor_mechanism.render.figures.errata.registry import draw_erratum
+from governor_mechanism.studies.errata.erratum import CATEGORY_PLURALS, PAPER_REFERENCES, Category, Erratum, Paper
+from governor_mechanism.studies.flywheel.inputs import closed_cycle
+from governor_mechanism.studies.flywheel.paper_comparison import PAPER_ENGINE, compare_with_paper
+from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE
+
+FOLDER = Path(__file__).parent
+
+TITLES = {
+    Paper.REDTENBACHER: "Redtenbacher 1853: the flywheel of an air engine",
+    Paper.ZEHNDER: "Zehnder 1877: pendulum governors",
+    Paper.MARKS: "Müller-Melchiors 1881: Marks' construction for the slide valve",
+    Paper.DUBOIS: "Dubois 1912: Hartung's governor",
+}
+"""Headings of the papers."""
+
+PICTURES = {
+    Paper.REDTENBACHER: "Speed of the shaft over a turn: the printed flywheel leaves the allowed band, the right one keeps to it",
+    Paper.ZEHNDER: "Change of the speed of rest beside the point of osculation, for three arms: true, and as the paper reasons",
+    Paper.MARKS: "Changes of compression, pre-release, pre-admission and fill at both ends of the cylinder, and what the paper states",
+    Paper.DUBOIS: "Bell crank at 133 and 137.33 degrees, drawn to angle, and the static sleeve force over the stroke with each",
+}
+"""What each picture shows."""
+
+PICTURE_NOTES = {
+    Paper.REDTENBACHER: "Speeds by the closed form, under the load that closes the cycle. Areas, stroke and µ = 20 are chosen; the paper "
+    "leaves them open.",
+    Paper.ZEHNDER: "Lowest speed 120 rpm and m = 4 are chosen; the paper prints no example.",
+    Paper.MARKS: "Eccentric rod four times as long as the eccentric, as in the paper; the other dimensions are those of the scene "
+    "`slide_valve_marks`, and the connecting rod is infinitely long.",
+    Paper.DUBOIS: "With each angle the springs follow the straight line through both speeds, and the hangers are symmetric about the axis.",
+}
+"""What a picture assumes."""
+
+GREEK = {"alpha": "α", "gamma": "γ", "delta": "δ", "epsilon": "ε", "phi": "φ", "rho": "ρ", "pi": "π", "mu": "µ", "xi": "ξ"}
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+
+INTRODUCTION = """\
+# Errata of the four papers
+
+The machines of this package come from four papers. Every number that they print was recomputed by their own formulas, and what they state
+was compared with the simulated machines. This page lists what does not agree: what is printed, what is right, why, and what follows.
+
+| category | what it is | number |
+|---|---|---|
+{categories}
+
+The papers were read in digital copies (Dinglers Polytechnisches Journal online; Badische Landesbibliothek, Karlsruhe). A misprint may
+therefore be one of the copy. What looks like an error of the text recognition is left out: l for 1, letters of another typeface, missing
+images, exponents that stand on the line. The errors do not depend on the copy: numbers or reasoning that follow in the paper rest on them.
+
+The page is generated from
+
+```sh
+governor-mechanism errata
+```
+
+which recomputes every right value by the closed forms when it is called, and draws the pictures. `--paper` takes one paper; with
+`--simulate` the machines that show the main errors are simulated too:
+
+```sh
+governor-mechanism errata --paper zehnder --simulate --no-figure
+```
+
+In Python, the errata are a result like any other:
+
+```python
+import governor_mechanism as gm
+
+errata = gm.errata("dubois")
+for erratum in errata:
+    if erratum.category == "error":
+        print(erratum.place, erratum.printed, erratum.right, sep="; ")
+```
+
+Units are those of the papers: a kilogram-force (kgf) is the weight of one kilogram, {gravity} N as the papers take it.
+"""
+
+CATEGORY_TEXTS = {
+    Category.ERROR: "leads to another machine or to another conclusion",
+    Category.MISPRINT: "a wrong digit, sign, letter or unit; the paper goes on with the right one",
+    Category.ROUNDING: "a slip of the slide rule or of the table of logarithms that changes nothing",
+}
+
+
+def write_page() -> str:
+    """Return the text of the page."""
+    errata = gm.errata(simulate=True)
+    rows = "\n".join(f"| {category} | {CATEGORY_TEXTS[category]} | {errata.count(category)} |" for category in Category)
+    parts = [INTRODUCTION.format(categories=rows, gravity=KILOGRAM_FORCE)]
+    parts.append(write_overview(errata))
+    parts += [write_paper(paper, errata) for paper in errata.papers]
+    return "\n".join([*parts, write_correct_statements()])
+
+
+def write_overview(errata: gm.Errata) -> str:
+    """Return the table of the errors of all papers."""
+    errors = [one for paper in errata.papers for one in errata.select(paper, Category.ERROR)]
+    rows = [f"| {author_of(one.paper)} | {typeset(one.subject)} | {typeset(one.printed)} | {typeset(one.right)} |" for one in errors]
+    head = ["## The errors at a glance", "", "| paper | subject | printed | right |", "|---|---|---|---|"]
+    return "\n".join([*head, *rows, ""])
+
+
+def author_of(paper: Paper) -> str:
+    """Return the name of the author of a paper."""
+    return TITLES[paper].split()[0]
+
+
+def write_paper(paper: Paper, errata: gm.Errata) -> str:
+    """Return the section of a paper."""
+    lines = [
+        f"## {TITLES[paper]}",
+        "",
+        f"{PAPER_REFERENCES[paper]}.",
+        "",
+        f"![{PICTURES[paper]}]({paper}.png)",
+        "",
+        PICTURE_NOTES[paper],
+        "",
+    ]
+    lines += ["### Errors", "", *(line for one in errata.select(paper, Category.ERROR) for line in write_error(one))]
+    for category in (Category.MISPRINT, Category.ROUNDING):
+        if found := errata.select(paper, category):
+            lines += [f"### {CATEGORY_PLURALS[category].capitalize()}", "", *write_table(found), ""]
+    return with_own_headings("\n".join(lines), paper)
+
+
+def with_own_headings(text: str, paper: Paper) -> str:
+    """Return a section whose sub-headings name the paper, so that their anchors differ."""
+    return re.sub(r"^### (\w)(.*)$", lambda match: f"### {author_of(paper)}: {match[1].lower()}{match[2]}", text, flags=re.MULTILINE)
+
+
+def write_error(erratum: Erratum) -> Iterator[str]:
+    """Yield the lines of an error: where, what is printed and right, the words of the paper, the proof and what follows."""
+    yield f"**{sentence(typeset(erratum.subject))}** ({typeset(erratum.place)})."
+    yield f"Printed: {typeset(erratum.printed)}. Right: **{typeset(erratum.right)}**."
+    yield ""
+    if erratum.quotation:
+        yield f"> „{erratum.quotation}“"
+        yield ">"
+        yield f"> “{erratum.translation}”"
+        yield ""
+    simulated = f"Simulation: {erratum.simulated}." if erratum.simulated else ""
+    yield typeset(" ".join(filter(None, (erratum.proof, erratum.consequence, simulated)))) + f" Shown by `{erratum.command}`."
+    yield ""
+
+
+def write_table(errata: Sequence[Erratum]) -> Iterator[str]:
+    """Yield the lines of a table of errata, and the commands that show them."""
+    yield "| place | printed | right | why |"
+    yield "|---|---|---|---|"
+    for one in errata:
+        yield "| " + " | ".join(typeset(text) for text in (f"{one.place}: {one.subject}", one.printed, one.right, one.proof)) + " |"
+    yield ""
+    commands = list(dict.fromkeys(one.command for one in errata))
+    yield "Shown by " + " and ".join(f"`{command}`" for command in commands) + "."
+
+
+def write_correct_statements() -> str:
+    """Return the section on what looks like an error and is none."""
+    comparison = compare_with_paper()
+    roots = {number.quantity: number.recomputed for number in comparison.numbers}
+    closed, exact = comparison.wheels[-1], comparison.wheels[1]
+    lost = -net_work(PAPER_ENGINE) / PAPER_ENGINE.full_pressure_work
+    closing = closed_cycle(PAPER_ENGINE).load_pressure / PAPER_ENGINE.atmospheric_pressure
+    extremes = energy_fluctuation(PAPER_ENGINE)
+    slowest, fastest = (math.degrees(angle) for angle in (extremes.slowest_angle, extremes.fastest_angle))
+    shift = max(abs(math.degrees(row.shift)) for row in gm.valve_timing("slide_valve_30").rows)
+    return f"""\
+## What is no error
+
+- **Redtenbacher's data do not close the cycle.** With a pump as large as the expansion cylinder and a load R of 0.4 atmospheres the
+  shaft loses {lost:.4f} A p L in every stroke. The paper says that the ratio of both areas is "nahe" (nearly) 1, and the load that closes
+  the cycle, {closing:.3f} atmospheres, rounds to 0.4. A periodic motion needs one of the two exactly; with this load the flywheel must have
+  {closed.inertia:.0f} kg m² in place of {exact.inertia:.0f} kg m² (`governor-mechanism design flywheel`).
+- **Roots of 3° and 95°.** With the rounded constant 0.25 of the paper they are {roots["root of (61)"]:.2f}° and
+  {roots["root of (63)"]:.2f}°, with the exact one {slowest:.2f}° and {fastest:.2f}°. The sum of the bracket hardly depends on them:
+  {comparison.terms[-2].recomputed:.5f} at the rounded angles, {sum(comparison.exact_terms):.5f} at the exact ones.
+- **Zehnder's insensitivity** δ = W/(P + Q) takes the mean of the two limits of speed for the speed of rest, as he says. Exactly the
+  limits are ω √(1 ± δ).
+- **Zehnder's case of higher speeds in the middle positions** than at both ends cannot occur with the linkage of his Fig. 1: the speed of
+  rest has a minimum there, never a maximum. Another linkage may have it.
+- **A stress of 4100 kgf/cm²** is Dubois' rounding of 346 × 4 / 0.338 = {346 * 4 / 0.338:.0f} kgf/cm² to two digits.
+- **Dubois' comparison of 10 % with 56 %** is that of two governors of different size. It holds with 9 % in place of 10 %.
+- **The error term at l : r = 30**, of which Müller-Melchiors says that it can no longer be detected, shifts the events by at most
+  {shift:.2f}° (`governor-mechanism run slide_valve_30 --no-film --verbose`).
+
+The papers also give advice on governing. `governor-mechanism regulation rules` tests eight rules of theirs on a simulated engine.
+"""
+
+
+def sentence(text: str) -> str:
+    """Return a text that begins with a capital letter."""
+    return text[:1].upper() + text[1:]
+
+
+def typeset(text: str) -> str:
+    """Return a plain text with Greek letters, superscripts, subscripts, degrees and minus signs."""
+    for name, letter in GREEK.items():
+        text = re.sub(rf"\b{name}(?=\b|_)", letter, text)
+    text = re.sub(r"\bw(?=[\d_^' )])", "ω", text)
+    text = re.sub(r"\^(-?\d)", lambda match: match[1].translate(SUPERSCRIPTS), text)
+    text = re.sub(r"(?<=[ωρξxcya])_?(\d)(?!\d|\.)", lambda match: match[1].translate(SUBSCRIPTS), text)
+    text = re.sub(r"\b(kg m|kgf s|kg f s)2\b", r"\1²", text)
+    text = re.sub(r"(?<=\d) deg\b", "°", text)
+    text = re.sub(r" x (?=[\d(.])", " × ", text)
+    text = re.sub(r"(?<![\w)])-(?=\d)", "−", text)
+    return text.replace(" - ", " − ").replace("|", "\\|")
+
+
+def main() -> None:
+    """Write the page and the pictures."""
+    (FOLDER / "index.md").write_text(write_page(), encoding="utf-8")
+    for paper in Paper:
+        draw_erratum(paper).save(FOLDER / f"{paper}.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Text of the pages of the documentation that follow from the code, as Markdown. Nothing here needs Sphinx."""

@@ -1,0 +1,34 @@
+"""The gallery: every shipped scene with its film, its description, its command and its interactive page."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+from generators.markdown import escape
+from governor_mechanism.render.page.facts import read_caption
+from governor_mechanism.render.page.gallery import GROUPS, find_group
+from governor_mechanism.scenes.library import load_scene, shipped_scenes
+
+FILMS = "../renders"
+"""Folder of the films, from docs/."""
+
+
+def gallery_page() -> str:
+    """Return the sections of the page, from the folder docs."""
+    groups: defaultdict[str, list[str]] = defaultdict(list)
+    for name in shipped_scenes():
+        scene = load_scene(name)
+        groups[find_group(scene)].append(_card(name, scene.title, read_caption(scene)))
+    return "\n".join(f"## {group}\n\n" + "\n".join(groups[group]) for group in GROUPS if group in groups)
+
+
+def scenes_without_description() -> list[str]:
+    """Return the names of the scenes whose file has no comment at its head."""
+    return [name for name in shipped_scenes() if not read_caption(load_scene(name))]
+
+
+def _card(name: str, title: str, caption: str) -> str:
+    """Return the card of a scene."""
+    link = f'<a href="pages/{name}.html">Interactive page</a>'
+    film = f"![Film of the scene {name}: {escape(title)}]({FILMS}/{name}.gif)"
+    return "\n\n".join([f"### {title}", film, caption, f"```text\ngovernor-mechanism run {name}\n```", link]) + "\n"

@@ -1,0 +1,77 @@
+"""Sphinx extension: the navigation follows the links of the index pages.
+
+Index pages are plain Markdown, which also reads well where the repository is browsed. Each gets a hidden table of contents: the pages of
+its folder in the order of its links, then the others by name.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # tests call `list_entries` without Sphinx
+    from sphinx.application import Sphinx
+
+SUFFIXES = (".md", ".ipynb")
+"""Endings of pages."""
+
+
+def list_entries(index: Path, text: str, root: Path) -> list[str]:
+    """Return the entries of the table of contents of an index page.
+
+    Parameters
+    ----------
+    index
+        The index page.
+    text
+        Its text.
+    root
+        Folder of the documentation.
+
+    Returns
+    -------
+    list of str
+        Names of pages, and NAME/index for a folder, relative to the folder of the index page.
+    """
+    own = _names_beside(index)
+    targets = [target.partition("#")[0] for target in re.findall(r"\]\(([^)\s]+)\)", text)]
+    linked = [str(Path(target).with_suffix("").as_posix()) for target in targets if _is_own_page(index, target, root)]
+    return list(dict.fromkeys([*(entry for entry in linked if entry != "index"), *sorted(own)]))
+
+
+def _is_own_page(index: Path, target: str, root: Path) -> bool:
+    """Return whether a link leads to a page of this part: beside the index page, to another index page below it, or to a page of none."""
+    page = (index.parent / target).resolve()
+    if page.suffix not in SUFFIXES or not page.is_file() or not page.is_relative_to(root):
+        return False
+    return (
+        page.parent == index.parent
+        or (page.stem == "index" and page.parent.parent == index.parent)
+        or not (page.parent / "index.md").exists()
+    )
+
+
+def _names_beside(index: Path) -> Iterator[str]:
+    """Yield the pages beside an index page, and the index pages of the folders beside it."""
+    for path in index.parent.iterdir():
+        if path.suffix in SUFFIXES and path.stem not in ("index", "README"):
+            yield path.stem
+        elif (path / "index.md").is_file() and not path.name.startswith("_"):
+            yield f"{path.name}/index"
+
+
+def _add_contents(app: Sphinx, name: str, content: list[str]) -> None:
+    """Append the hidden table of contents to an index page."""
+    if name.rpartition("/")[2] != "index":
+        return
+    root = Path(app.srcdir)
+    entries = list_entries(root / f"{name}.md", content[0], root)
+    content[0] += "\n\n" + "\n".join(["```{toctree}", ":hidden:", "", *entries, "```", ""])
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Add the tables of contents when a page is read."""
+    app.connect("source-read", _add_contents)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,1 @@
+"""Figures of the errata: one for the main error of each paper, and each says one thing."""

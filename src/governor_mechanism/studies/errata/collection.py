@@ -1,0 +1,54 @@
+"""The errata of all papers."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+
+from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.studies.errata.dubois import list_dubois_errata
+from governor_mechanism.studies.errata.erratum import Erratum, Paper
+from governor_mechanism.studies.errata.marks import list_marks_errata
+from governor_mechanism.studies.errata.redtenbacher import list_redtenbacher_errata
+from governor_mechanism.studies.errata.results import Errata
+from governor_mechanism.studies.errata.simulation import SIMULATIONS
+from governor_mechanism.studies.errata.zehnder import list_zehnder_errata
+
+LISTS: Mapping[Paper, Callable[[], Iterator[Erratum]]] = {
+    Paper.REDTENBACHER: list_redtenbacher_errata,
+    Paper.ZEHNDER: list_zehnder_errata,
+    Paper.MARKS: list_marks_errata,
+    Paper.DUBOIS: list_dubois_errata,
+}
+"""Function that recomputes the errata of a paper, by paper in the order of the years."""
+
+
+def collect_errata(paper: str | None = None, *, simulate: bool = False) -> Errata:
+    """Recompute the errata of a paper or of all.
+
+    Parameters
+    ----------
+    paper
+        Name of a paper; None for all.
+    simulate
+        Whether to simulate the machines that show the main errors.
+
+    Returns
+    -------
+    Errata
+        The errata.
+
+    Raises
+    ------
+    MechanismError
+        If there is no such paper.
+    """
+    if paper is not None and paper not in set(Paper):
+        raise MechanismError(f"paper must be one of {', '.join(Paper)}; got {paper!r}.{did_you_mean(paper, [one.value for one in Paper])}")
+    papers = LISTS if paper is None else (Paper(paper),)
+    errata = (erratum for one in papers for erratum in LISTS[one]())
+    return Errata(errata=tuple(_simulated(erratum) if simulate else erratum for erratum in errata))
+
+
+def _simulated(erratum: Erratum) -> Erratum:
+    """Return an erratum with what the simulation finds."""
+    simulation = SIMULATIONS.get((erratum.paper, erratum.name))
+    return erratum if simulation is None else replace(erratum, simulated=simulation())

@@ -1,0 +1,185 @@
+"""One erratum of a paper: what is printed, what is right, why, and the command that shows it."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from governor_mechanism.files.plain_values import plain_record
+from governor_mechanism.studies.printed_numbers import PrintedNumber
+
+N_MORE_DIGITS = 2
+"""Digits that a recomputed number shows beyond those of the printed one."""
+
+
+class Paper(StrEnum):
+    """The papers, by the name under which each is known here."""
+
+    REDTENBACHER = "redtenbacher"
+    ZEHNDER = "zehnder"
+    MARKS = "marks"
+    DUBOIS = "dubois"
+
+
+PAPER_REFERENCES = {
+    Paper.REDTENBACHER: 'F. Redtenbacher, "Die Luftexpansions-Maschine", Mannheim 1853, chapter "Theorie des Schwungrades"',
+    Paper.ZEHNDER: 'L. Zehnder, "Die gewöhnlichen Centrifugalregulatoren", Dinglers Polytechnisches Journal 225 (1877), pp. 1-14',
+    Paper.MARKS: "Müller-Melchiors, \"W. D. Marks' Construction des Fehlergliedes im Zeuner'schen Schieberdiagramm\", "
+    "Dinglers Polytechnisches Journal 241 (1881), p. 161",
+    Paper.DUBOIS: 'Fr. Dubois, "Über eine wünschenswerte Berichtigung am Hartung-Regulator", '
+    "Dinglers Polytechnisches Journal 327 (1912), pp. 618-620",
+}
+"""Author, title and place of each paper."""
+
+
+class Category(StrEnum):
+    """What an erratum does to a reader who follows the paper.
+
+    An error leads to another machine or to another conclusion. A misprint is a wrong digit, sign, letter or unit, beside which the paper
+    goes on with the right one. Rounding is a slip of the slide rule or of the table of logarithms that changes nothing.
+    """
+
+    ERROR = "error"
+    MISPRINT = "misprint"
+    ROUNDING = "rounding"
+
+
+CATEGORY_PLURALS = {Category.ERROR: "errors", Category.MISPRINT: "misprints", Category.ROUNDING: "slips of rounding"}
+"""What several errata of a category are called."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Erratum:
+    """An erratum.
+
+    Attributes
+    ----------
+    paper
+        The paper.
+    name
+        Name within the paper, which does not change.
+    place
+        Where it stands: page, equation, or the passage as the paper names it.
+    subject
+        The quantity, formula or statement.
+    category
+        What it does to a reader who follows the paper.
+    printed
+        What is printed; a statement in translation.
+    right
+        What is right.
+    proof
+        Why, in one or two sentences.
+    command
+        Command of this package that shows it.
+    consequence
+        What follows from it; empty if nothing does.
+    quotation
+        The words of the paper, in German, for a statement; else empty.
+    translation
+        The same in English.
+    unit
+        Unit of both numbers, the paper's; empty for a number without unit.
+    printed_value
+        The printed number; None for a formula or a statement.
+    printed_digits
+        Number of its digits after the decimal point.
+    right_value
+        The number recomputed; None for a formula.
+    simulated
+        What the simulation finds, in a sentence; empty if it was not asked for or does not concern the erratum.
+    """
+
+    paper: Paper
+    name: str
+    place: str
+    subject: str
+    category: Category
+    printed: str
+    right: str
+    proof: str
+    command: str
+    consequence: str = ""
+    quotation: str = ""
+    translation: str = ""
+    unit: str = ""
+    printed_value: float | None = None
+    printed_digits: int = 0
+    right_value: float | None = None
+    simulated: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the erratum as plain values, its numbers in the units of the paper."""
+        return plain_record(self)
+
+
+def make_number_erratum(
+    number: PrintedNumber,
+    digits: int,
+    *,
+    paper: Paper,
+    name: str,
+    place: str,
+    category: Category,
+    proof: str,
+    command: str,
+    consequence: str = "",
+    quotation: str = "",
+    translation: str = "",
+    subject: str = "",
+) -> Erratum:
+    """Return the erratum of a printed number.
+
+    Parameters
+    ----------
+    number
+        The number, printed and recomputed.
+    digits
+        Number of digits that the paper prints after the decimal point.
+    paper
+        The paper.
+    name
+        Name of the erratum within the paper.
+    place
+        Where the number stands.
+    category
+        What the erratum does to a reader who follows the paper.
+    proof
+        Why the number is wrong.
+    command
+        Command that shows it.
+    consequence
+        What follows from it.
+    quotation
+        The words of the paper.
+    translation
+        The same in English.
+    subject
+        What the number is; the name of the quantity if empty.
+
+    Returns
+    -------
+    Erratum
+        The erratum.
+    """
+    unit = "" if number.unit == "1" else number.unit
+    printed, right = (
+        f"{value:.{n}f} {unit}".strip() for value, n in ((number.printed, digits), (number.recomputed, digits + N_MORE_DIGITS))
+    )
+    return Erratum(
+        paper=paper,
+        name=name,
+        place=place,
+        subject=subject or number.quantity,
+        category=category,
+        printed=printed,
+        right=right,
+        proof=proof,
+        command=command,
+        consequence=consequence,
+        quotation=quotation,
+        translation=translation,
+        unit=unit,
+        printed_value=float(number.printed),
+        printed_digits=digits,
+        right_value=float(number.recomputed),
+    )

@@ -1,0 +1,129 @@
+"""Errata of Müller-Melchiors' article on Marks' construction. It prints the ratio 4 of rod and eccentric; other dimensions are ours.
+
+References
+----------
+Müller-Melchiors, Dinglers Polytechnisches Journal 241 (1881), p. 161.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+
+from governor_mechanism.closed_form.slide_valve import Eccentric, event_angle
+from governor_mechanism.studies.errata.erratum import Category, Erratum, Paper
+
+ECCENTRIC = Eccentric(radius=0.060, rod=0.240, advance=math.radians(30.0))
+"""The eccentric of the shipped scene slide_valve_marks: l = 4 r, as on the plate of the paper."""
+
+LAPS = {"outside_lap": 0.024, "inside_lap": 0.005}
+"""Laps of that scene, m."""
+
+COMMAND = "governor-mechanism run slide_valve_marks --no-film --verbose"
+"""Prints the events of the simulated valve beside Zeuner's law."""
+
+MIDDLE_COMMAND = "governor-mechanism run slide_valve_marks --set 'dimensions.setting=middle of extremes' --no-film --verbose"
+"""Prints the leads of the valve set to the middle of its extremes."""
+
+_erratum = partial(Erratum, paper=Paper.MARKS)
+
+
+def list_marks_errata() -> Iterator[Erratum]:
+    """Return the errata, the errors first.
+
+    Yields
+    ------
+    Erratum
+        The errata in the order of their weight, then of the text.
+    """
+    yield _ends_of_the_cylinder()
+    yield _signs_at_dead_centres()
+    yield _erratum(
+        name="square",
+        place="p. 161, z' of the valve set to the middle of its extremes",
+        subject="error term z'",
+        category=Category.MISPRINT,
+        printed="z' = (r^2 / 2l) cos(w + delta)",
+        right="z' = (r^2 / 2l) cos^2(w + delta)",
+        proof="The displacement xi in the line before it has the square.",
+        command=MIDDLE_COMMAND,
+    )
+    yield _erratum(
+        name="symbol",
+        place="p. 161, Marks' transformation of the error term",
+        subject="the letter xi",
+        category=Category.MISPRINT,
+        printed="xi^2 = 2 l z + C, with the letter of the true displacement",
+        right="xi_0^2 = 2 l z + C, with xi_0 = r sin(w + delta)",
+        proof="The square of r sin(w + delta) is replaced, which the text itself calls the theoretical displacement.",
+        command="governor-mechanism errata --paper marks --no-figure",
+    )
+
+
+def shift_of_event(event: str) -> float:
+    """Return by how much the finite eccentric rod delays a valve event, with equal leads.
+
+    Parameters
+    ----------
+    event
+        Name of the event, as "crank end compression".
+
+    Returns
+    -------
+    float
+        Change of the crank angle against Zeuner's law, deg.
+    """
+    exact, theory = (event_angle(one, event=event, **LAPS) for one in (ECCENTRIC, replace(ECCENTRIC, rod=math.inf)))
+    return math.degrees(math.remainder(exact - theory, math.tau))
+
+
+def _ends_of_the_cylinder() -> Erratum:
+    """Return the sentence on the two ends of the cylinder."""
+    cut_off, release, compression = (shift_of_event(f"crank end {event}") for event in ("cut-off", "release", "compression"))
+    other_compression = shift_of_event("head end compression")
+    return _erratum(
+        name="cylinder-ends",
+        place="p. 161, on Fig. 1, effect at both ends of the cylinder",
+        subject="compression where the error term shortens the fill",
+        category=Category.ERROR,
+        printed="it grows, as the pre-release does",
+        right=f"it shrinks: it begins {compression:.2f} deg later; at the other end it grows, by {-other_compression:.2f} deg",
+        unit="deg",
+        right_value=compression,
+        quotation="während für das der Achse abgewendete Cylinderende der Maximalausschlag die Compression und die Vorausströmung "
+        "vergröſsert, die Voreinströmung und die Füllung verkleinert wird, findet für die Achsseite des Cylinders in allen Punkten das "
+        "gerade Entgegengesetzte statt.",
+        translation="while for the end of the cylinder away from the shaft the largest displacement, the compression and the pre-release "
+        "grow, the pre-admission and the fill shrink, just the opposite takes place in all respects for the end at the shaft.",
+        proof="At every event z is negative: the valve is nearer to the shaft than by the theory. An event on its way to the shaft comes "
+        f"earlier (cut-off {cut_off:+.2f} deg, release {release:+.2f} deg), one on its way out later (admission, and compression "
+        f"{compression:+.2f} deg): pre-release and compression change in opposite senses, whichever end is called the one away from the "
+        "shaft.",
+        consequence="The four other changes of the sentence are right. It says itself that the changes of the fill can be reversed.",
+        command=COMMAND,
+    )
+
+
+def _signs_at_dead_centres() -> Erratum:
+    """Return the statement on the signs of z' at the dead centres."""
+    r, rod, advance = ECCENTRIC.radius, ECCENTRIC.rod, ECCENTRIC.advance
+    term = 1e3 * r**2 / (2 * rod)
+    equal, other = term * math.cos(advance) ** 2, term * math.cos(math.pi + advance)
+    lead = 1e3 * (r * math.sin(advance) - LAPS["outside_lap"])
+    return _erratum(
+        name="opposite-signs",
+        place="p. 161, z' at w = 0 and 180 deg",
+        subject="signs of z' at the dead centres",
+        category=Category.ERROR,
+        printed="opposite",
+        right=f"equal: {equal:.3f} mm at both",
+        unit="mm",
+        right_value=equal,
+        quotation="Dieser Ausdruck nimmt für ω = 0 und ω = 180 entgegengesetzt bezeichnete Werthe an, bedingt somit ungleiches lineares "
+        "Voreilen",
+        translation="This expression takes values of opposite sign for ω = 0 and ω = 180, thus causes unequal linear lead",
+        proof=f"z' has the square of the cosine. Only the misprinted z' without the square has opposite signs ({other:.3f} mm at 180 deg).",
+        consequence="The conclusion, unequal leads, is right: at 180 deg the valve is on the other side, and the same z' leaves leads of "
+        f"{lead - equal:.3f} and {lead + equal:.3f} mm in place of {lead:g} mm.",
+        command=MIDDLE_COMMAND,
+    )

@@ -1,0 +1,183 @@
+"""Errata of Redtenbacher's theory of the flywheel.
+
+References
+----------
+F. Redtenbacher, Die Luftexpansions-Maschine (Mannheim 1853), theory of the flywheel, equations (57) to (68).
+"""
+
+import math
+from collections.abc import Iterator
+from functools import partial
+
+from governor_mechanism.numerics.roots import find_root
+from governor_mechanism.studies.errata.erratum import Category, Erratum, Paper, make_number_erratum
+from governor_mechanism.studies.flywheel.paper_comparison import (
+    PAPER_ENGINE,
+    PRINTED_ANGLES,
+    PRINTED_LOAD_CONSTANT,
+    PaperComparison,
+    compare_with_paper,
+)
+from governor_mechanism.studies.printed_numbers import PrintedNumber
+
+COMMAND = "governor-mechanism design flywheel"
+"""Prints every number of the paper beside the recomputed one, and simulates the flywheels."""
+
+WRONG_PRESSURE_RATIO = 0.5
+"""The r / p with which the printed third term agrees; by the paper's data it is 1.5 / 4."""
+
+_TERMS = "numbers after (68), {} term of the bracket"
+
+_number = partial(make_number_erratum, paper=Paper.REDTENBACHER, command=COMMAND)
+_formula = partial(Erratum, paper=Paper.REDTENBACHER, category=Category.MISPRINT, command=COMMAND)
+
+
+def list_redtenbacher_errata() -> Iterator[Erratum]:
+    """Return the errata, the errors first.
+
+    Yields
+    ------
+    Erratum
+        The errata in the order of their weight, then of the text.
+    """
+    comparison = compare_with_paper()
+    numbers = {number.quantity: number for number in (*comparison.numbers, *comparison.terms)}
+    yield from _errors(numbers, comparison)
+    yield from _misprints(numbers)
+    yield from _slips(numbers)
+
+
+def _errors(numbers: dict[str, PrintedNumber], comparison: PaperComparison) -> Iterator[Erratum]:
+    """Yield the wrong term, and what follows from it."""
+    ratio = PAPER_ENGINE.back_pressure / PAPER_ENGINE.supply_pressure
+    cosines = math.cos(PRINTED_ANGLES[0]) - math.cos(PRINTED_ANGLES[1])
+    total, coefficient = numbers["sum of the bracket"], numbers["coefficient of mu N / n"]
+    lacking = f"{100 * (1 - total.printed / total.recomputed):.0f} %"
+    yield _number(
+        numbers["back pressure (66)"],
+        4,
+        name="back-pressure",
+        place=_TERMS.format("third"),
+        category=Category.ERROR,
+        proof=f"The term is (r/p) (cos 3 deg - cos 95 deg) / 2, subtracted, with r/p = 1.5/4 = {ratio:g}. The printed number follows from "
+        f"r/p = {WRONG_PRESSURE_RATIO:g}, which gives {-WRONG_PRESSURE_RATIO * cosines / 2:.4f}.",
+        consequence=f"With four smaller slips the sum of the bracket, and with it the flywheel, comes out {lacking} too small.",
+    )
+    yield _number(
+        total,
+        4,
+        name="bracket",
+        place="numbers after (68), sum of the bracket",
+        category=Category.ERROR,
+        proof="The seven printed terms add up to the printed sum, but the third is wrong and four are inaccurate.",
+        consequence=f"With the exact roots of (61) and (63) in place of 3 and 95 deg it is {sum(comparison.exact_terms):.6f}.",
+    )
+    wheel = comparison.wheels[0]
+    yield _number(
+        coefficient,
+        0,
+        name="flywheel",
+        place="last equation, kinetic energy of the flywheel over mu N/n",
+        category=Category.ERROR,
+        quotation="Diese lebendige Kraft ist aber bedeutend grösser, als diejenige, welche ein Dampfmaschinen-Schwungrad erfordert.",
+        translation="This kinetic energy, however, is considerably larger than that which the flywheel of a steam engine requires.",
+        proof=f"30 x 75 x 4/0.4 times the right sum of the bracket; {comparison.exact_coefficient:.0f} with the exact angles.",
+        consequence=f"A flywheel by the printed number is {lacking} too light: under the load that closes the cycle its speed fluctuates "
+        f"{wheel.excess:.2f} times as much as mu allows. The closing remark, that this kinetic energy is much larger than that of a steam "
+        "engine's flywheel, holds all the more.",
+    )
+
+
+def _misprints(numbers: dict[str, PrintedNumber]) -> Iterator[Erratum]:
+    """Yield what is misprinted, with the right numbers beside it."""
+    yield _formula(
+        name="balance-area",
+        place="balance before (61)",
+        subject="load in the balance of the first interval",
+        printed="(2/pi) R (pressure of the atmosphere) (L/l) / sin phi",
+        right="(2/pi) R A (L/l) / sin phi",
+        proof="By (60) the load at the crank is (2/pi) R A with the area A of the piston, as the balances of the later intervals print.",
+    )
+    plus, minus = (math.degrees(_root_of_first_balance(sign)) for sign in (1, -1))
+    yield _formula(
+        name="sign-in-61",
+        place="(61) with numbers",
+        subject="pressure before the pump piston",
+        printed="1.05 / (1.05 + (1 - cos phi) / 2)",
+        right="1.05 / (1.05 - (1 - cos phi) / 2)",
+        proof="(61) has the minus. The roots hardly differ: "
+        f"{plus:.4f} deg with the plus, {minus:.4f} deg with the minus; 3 deg is printed.",
+    )
+    yield _number(
+        numbers["end of the third interval"],
+        1,
+        name="third-limit",
+        place="(63) with numbers, upper limit 180 deg - (54 deg + 30')",
+        category=Category.MISPRINT,
+        proof="1 - cos phi = 2 (1 + m)(1 - 1/4) gives 180 deg - 54 deg 54'; the 30' are those of the limit 75 deg 30' beside it.",
+    )
+    yield _formula(
+        name="fifth-term-ratio",
+        place="both equations that regroup the terms after (68), fifth term",
+        subject="air left behind the pump piston",
+        printed="m (a L) / (A l)",
+        right="m (a l) / (A L)",
+        proof="(65) has a m l p, which divided by A p L is m (a l) / (A L). The numbers do not show it: L = l.",
+    )
+    expansion = numbers["expansion (66)"].recomputed
+    initial = PAPER_ENGINE.cut_off + PAPER_ENGINE.clearance
+    as_printed = PAPER_ENGINE.cut_off + PAPER_ENGINE.clearance * expansion / initial
+    yield _formula(
+        name="first-term-brackets",
+        place=_TERMS.format("first"),
+        subject="expansion, formula with numbers",
+        printed="0.375 + 0.05 ln(...)",
+        right="(0.375 + 0.05) ln(...)",
+        proof=f"As it is printed it would be {as_printed:.4f}; the number beside it, 0.1430, is that of the formula with brackets.",
+    )
+
+
+def _root_of_first_balance(sign: float) -> float:
+    """Return the root (rad) of (61) with the paper's numbers, with a sign in the last denominator: 1 as printed, -1 as derived."""
+
+    def balance(angle: float) -> float:
+        travel = (1 - math.cos(angle)) / 2
+        return 2.5 + 0.2 / (0.05 + travel) - 1.05 / (1.05 + sign * travel) - PRINTED_LOAD_CONSTANT / math.sin(angle)
+
+    return find_root(balance, math.radians(1.0), PAPER_ENGINE.interval_limits[0])
+
+
+def _slips(numbers: dict[str, PrintedNumber]) -> Iterator[Erratum]:
+    """Yield the slips of rounding."""
+    slip = partial(_number, category=Category.ROUNDING)
+    limit = numbers["end of the first interval"]
+    minutes = 60 * (limit.recomputed - limit.printed)
+    yield slip(
+        limit,
+        0,
+        name="first-limit",
+        place="(62) with numbers, lower limit",
+        proof=f"1 - cos phi = 2 m (4 - 1) gives 45 deg {minutes:.0f}'; the minutes are left out. There is no root near.",
+    )
+    yield slip(
+        numbers["expansion (66)"],
+        4,
+        name="first-term",
+        place=_TERMS.format("first"),
+        proof="(0.375 + 0.05) ln((0.05 + (1 - cos 95 deg) / 2) / (0.05 + 0.375)).",
+    )
+    yield slip(
+        numbers["air before the pump piston (65)"],
+        4,
+        name="fourth-term",
+        place=_TERMS.format("fourth"),
+        proof="(1.05 / 4) ln((1.1 + cos 3 deg) / (1.1 + cos 95 deg)).",
+    )
+    yield slip(
+        numbers["air left behind it (65)"],
+        4,
+        name="fifth-term",
+        place=_TERMS.format("fifth"),
+        proof=f"The printed number is 0.05 ln 4 = {PAPER_ENGINE.pump_clearance * math.log(4):.4f}: the travel at 3 deg is left out.",
+    )
+    yield slip(numbers["load (67)"], 4, name="seventh-term", place=_TERMS.format("seventh"), proof="(0.4 / 4) (95 - 3) / 180.")

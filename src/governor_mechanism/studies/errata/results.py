@@ -1,0 +1,108 @@
+"""All errata of the papers as one result, which prints as tables."""
+
+import textwrap
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from typing import Any
+
+from governor_mechanism.files.printed_result import PrintedResult
+from governor_mechanism.files.table import make_data_frame
+from governor_mechanism.studies.errata.erratum import CATEGORY_PLURALS, PAPER_REFERENCES, Category, Erratum, Paper
+from governor_mechanism.types import DataFrame
+from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import format_table
+
+TEXT_WIDTH = 130
+"""Letters of a line of text."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Errata(PrintedResult):
+    """Errata of one paper or of all.
+
+    Attributes
+    ----------
+    errata
+        The errata, by paper; in a paper errors, misprints, rounding.
+    """
+
+    errata: tuple[Erratum, ...]
+
+    __repr__ = short_repr
+
+    def __iter__(self) -> Iterator[Erratum]:
+        """Return the errata in their order."""
+        return iter(self.errata)
+
+    def __len__(self) -> int:
+        """Return the number of errata."""
+        return len(self.errata)
+
+    @property
+    def papers(self) -> tuple[Paper, ...]:
+        """The papers that have errata here, in their order."""
+        return tuple(dict.fromkeys(erratum.paper for erratum in self))
+
+    def select(self, paper: Paper, category: Category | None = None) -> tuple[Erratum, ...]:
+        """Return the errata of a paper, of one category or of all.
+
+        Parameters
+        ----------
+        paper
+            The paper.
+        category
+            The category; None for all.
+
+        Returns
+        -------
+        tuple of Erratum
+            The errata in their order.
+        """
+        return tuple(one for one in self if one.paper == paper and category in (None, one.category))
+
+    def count(self, category: Category) -> int:
+        """Return the number of errata of a category."""
+        return Counter(erratum.category for erratum in self)[category]
+
+    def __str__(self) -> str:
+        """Return for each paper a table of its errata, and below it the proof of each and the command that shows it."""
+        counts = ", ".join(f"{self.count(category)} {plural}" for category, plural in CATEGORY_PLURALS.items())
+        return "\n\n".join([*(self._format_paper(paper) for paper in self.papers), f"{len(self)} errata: {counts}"])
+
+    def _format_paper(self, paper: Paper) -> str:
+        errata = self.select(paper)
+        table = format_table(
+            ("erratum", "category", "printed", "right"), [(one.name, one.category.value, one.printed, one.right) for one in errata]
+        )
+        return "\n".join([PAPER_REFERENCES[paper], "", table, "", *map(_format_reasons, errata)])
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the errata and their counts as plain values, the numbers in the units of the papers."""
+        counts = {category.value: self.count(category) for category in Category}
+        return {"counts": counts, "errata": [erratum.as_json() for erratum in self]}
+
+    def to_dataframe(self) -> DataFrame:
+        """Return a table of pandas with a row for each erratum.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table; NaN for a number that there is not.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        names = [field.name for field in fields(Erratum)]
+        records = [erratum.as_json() for erratum in self]
+        return make_data_frame({name: [record[name] for record in records] for name in names})
+
+
+def _format_reasons(erratum: Erratum) -> str:
+    """Return proof, consequence and simulation of an erratum, and the command that shows it."""
+    simulated = f"Simulation: {erratum.simulated}." if erratum.simulated else ""
+    text = " ".join(filter(None, (erratum.proof, erratum.consequence, simulated, f"[{erratum.command}]")))
+    wrapping: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+    return textwrap.fill(f"{erratum.name} ({erratum.place}; {erratum.subject}): {text}", TEXT_WIDTH, subsequent_indent="    ", **wrapping)

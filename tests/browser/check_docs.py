@@ -1,0 +1,121 @@
+"""The built documentation in a browser, and its links: `make test-browser` runs these after `make docs`."""
+
+from __future__ import annotations
+
+import threading
+import time
+from functools import partial
+from html.parser import HTMLParser
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+
+from browser.chromium import open_browser
+
+SITE = Path(__file__).parents[2] / "docs" / "_build" / "html"
+INTERACTIVE = SITE / "pages"
+"""Pages of runs, which check_page.py tries."""
+
+PAGES = sorted(path for path in SITE.rglob("*.html") if INTERACTIVE not in path.parents and "_static" not in path.parts)
+TELEPHONE = 360
+"""Width of a small telephone (CSS pixels)."""
+SEARCH_TIME = 10.0
+"""Longest time (s) that a search takes."""
+
+
+class Links(HTMLParser):
+    """Anchors of a page, and the targets of its links, pictures, scripts and styles."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.anchors: set[str] = set()
+        self.targets: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        values = dict(attributes)
+        self.anchors |= {values[name] for name in ("id", "name") if values.get(name)}
+        self.targets += [values[name] for name in ("href", "src") if values.get(name)]
+
+
+class QuietHandler(SimpleHTTPRequestHandler):
+    """Serves files without a word."""
+
+    def log_message(self, *_):
+        pass
+
+
+@pytest.fixture(scope="module")
+def address():
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(QuietHandler, directory=str(SITE))) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_address[1]}/"
+        server.shutdown()
+
+
+@pytest.fixture(scope="module")
+def tab(address):
+    with open_browser() as browser:
+        browser.allowed_addresses = (*browser.allowed_addresses, address)
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def links():
+    return {path: Links(path.read_text(encoding="utf-8")) for path in PAGES}
+
+
+def test_the_documentation_is_built():
+    assert SITE / "index.html" in PAGES, "run make docs"
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.relative_to(SITE).as_posix())
+def test_a_page_on_a_telephone(tab, address, path):
+    """Without an error or a warning in the console, without a request that leaves the site, and no wider than the screen."""
+    tab.problems.clear()
+    tab.open(address + path.relative_to(SITE).as_posix(), width=TELEPHONE, height=740, reduced_motion=True)
+    assert tab.evaluate("document.documentElement.scrollWidth") <= TELEPHONE
+    assert tab.evaluate("[...document.images].filter((image) => image.complete && !image.naturalWidth).map((image) => image.src)") == []
+    assert tab.problems == []
+
+
+def test_every_link_leads_somewhere(links):
+    broken = []
+    for path, page in links.items():
+        for target in page.targets:
+            if ":" in target.partition("/")[0]:  # to another site, or data
+                continue
+            name, _, anchor = unquote(target).partition("#")
+            goal = (path.parent / name.partition("?")[0]).resolve() if name else path
+            goal = goal / "index.html" if goal.is_dir() else goal
+            is_there = goal.is_file() and (not anchor or goal not in links or anchor in links[goal].anchors)
+            broken += [] if is_there else [f"{path.relative_to(SITE)}: {target}"]
+    assert broken == []
+
+
+def test_nothing_comes_from_another_site(links):
+    loaded = [target for page in links.values() for target in page.targets if target.startswith(("http:", "https:", "//"))]
+    assert [target for target in loaded if target.endswith((".js", ".css", ".woff2", ".png", ".gif", ".svg"))] == []
+
+
+@pytest.mark.parametrize(("word", "page"), [("Porter", "pendulum_governor"), ("Hartung", "hartung")])
+def test_search_finds(tab, address, word, page):
+    tab.open(f"{address}search.html?q={word}", reduced_motion=True)
+    listed = "[...document.querySelectorAll('#search-results li a')].map((link) => link.getAttribute('href'))"
+    deadline = time.monotonic() + SEARCH_TIME
+    found: list[str] = []
+    while not any(f"machines/{page}" in link for link in found) and time.monotonic() < deadline:
+        time.sleep(0.1)
+        found = tab.evaluate(listed)
+    assert any(f"machines/{page}" in link for link in found), found
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_formulas_are_drawn(tab, address, dark):
+    """As elements of MathML with a size, in the colour of the text."""
+    tab.open(f"{address}theory/statics.html", dark=dark, reduced_motion=True)
+    assert tab.evaluate("[...document.querySelectorAll('math')].every((one) => one.getBoundingClientRect().width > 3)") is True
+    colour = "getComputedStyle(document.querySelector('{}')).color"
+    assert tab.evaluate(colour.format("math")) == tab.evaluate(colour.format("article p"))

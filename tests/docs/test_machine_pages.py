@@ -1,0 +1,146 @@
+"""Every machine has a page that names all its dimensions, readings, effects and shipped scenes, and the source of its formulas."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.util
+import re
+from functools import cache
+
+import pytest
+
+import governor_mechanism as gm
+from documentation_pages import ROOT
+from governor_mechanism.machines.registry import MACHINES
+from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
+from governor_mechanism.model.part import TURNING_PLANE
+from governor_mechanism.scenes.library import shipped_scenes
+from governor_mechanism.units.quantities import QUANTITY_KINDS
+
+FOLDER = ROOT / "docs" / "machines"
+CUSTOM = "custom"
+SPINDLE_READINGS = {"spindle_speed": "rad/s", "spindle_torque": "N m", "spindle_angle": "rad"}
+
+SCENES_WITH_ALL_READINGS = (
+    "porter_clearance",
+    "proell",
+    "parabolic",
+    "hartnell",
+    "hartung_dubois",
+    "slide_valve_marks",
+    "slider_crank",
+    "stephenson_arc_middle",
+    "governed_engine",  # has a throttle
+)
+"""Scenes in whose parts each machine has every reading that it can have."""
+
+ROW = re.compile(r"^\|(.*)\|$", flags=re.MULTILINE)
+
+
+@cache
+def page(machine: str) -> str:
+    return (FOLDER / f"{machine}.md").read_text(encoding="utf-8")
+
+
+def section(text: str, title: str) -> str:
+    found = re.search(rf"^## {title}$(.*?)(?=^## |\Z)", text, flags=re.DOTALL | re.MULTILINE)
+    assert found, f"there is no section {title!r}"
+    return found[1]
+
+
+def units(text: str, heading: str) -> dict[str, str]:
+    """Return the units of the words in code of the column with this heading."""
+    rows = [[cell.strip() for cell in row.split("|")] for row in ROW.findall(text)]
+    first = next(k for k, row in enumerate(rows) if heading in row)
+    index, unit_index = rows[first].index(heading), rows[first].index("unit")
+    return {row[index].strip("`"): row[unit_index] for row in rows[first + 1 :] if re.fullmatch(r"`[a-z_]+`", row[index])}
+
+
+def plain_unit(unit: str) -> str:
+    return "" if unit in ("1", "-") else unit.replace("^2", "²")
+
+
+@cache
+def machines_of_scenes() -> dict[str, set[str]]:
+    """Return the machines of each shipped scene."""
+    texts = {name: path.read_text(encoding="utf-8") for name, path in shipped_scenes().items()}
+    return {name: set(re.findall(r'^machine = "(\w+)"', text, flags=re.MULTILINE)) for name, text in texts.items()}
+
+
+@cache
+def readings_of_machines() -> dict[str, dict[str, str]]:
+    """Return the unit of each reading of each machine."""
+    found: dict[str, dict[str, str]] = {}
+    for name in SCENES_WITH_ALL_READINGS:
+        for part in gm.load(name).parts:
+            readings = found.setdefault(part.machine, {})
+            readings.update((one.name, plain_unit(READING_UNITS[one.quantity])) for one in part.mechanism.readings)
+            readings.update((one.name, plain_unit(one.unit)) for one in part.mechanism.derived_readings)
+    return found
+
+
+def unit_of_dimension(kind: str) -> str:
+    """Return the SI unit of a kind of dimension; words and ratios have none."""
+    known = QUANTITY_KINDS[kind].units if kind in QUANTITY_KINDS else ()
+    return plain_unit(known[-1]) if known else ""
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+def test_the_table_of_dimensions_has_every_key_with_its_unit_and_no_other(machine):
+    expected = {field.name: unit_of_dimension(field.metadata["kind"]) for field in dataclasses.fields(MACHINES[machine])}
+    assert units(section(page(machine), "Dimensions"), "key") == expected
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+def test_the_table_of_readings_has_every_reading_with_its_unit_and_no_other(machine):
+    spindle = SPINDLE_READINGS if MACHINES[machine].plane == TURNING_PLANE else {}
+    assert units(section(page(machine), "Readings"), "reading") == readings_of_machines()[machine] | spindle
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+def test_effects_that_change_its_bodies_are_named_with_their_keys(machine):
+    text = section(page(machine), "Effects")
+    for effect in MACHINES[machine].supported_effects:
+        assert f"`{effect.key}`" in text
+        assert all(f"`{field.name}`" in text for field in dataclasses.fields(effect))
+
+
+@pytest.mark.parametrize("machine", [*MACHINES, CUSTOM])
+def test_every_shipped_scene_is_named(machine):
+    scenes = {name for name, machines in machines_of_scenes().items() if machine in machines}
+    assert scenes <= set(re.findall(r"[a-z]\w+", section(page(machine), "Shipped scenes")))
+
+
+def test_every_shipped_scene_is_run_on_a_page_by_a_command_and_no_other():
+    text = "".join(path.read_text(encoding="utf-8") for path in FOLDER.glob("*.md"))
+    assert set(re.findall(r"^(?:governor-mechanism |\| `)run (\w+)", text, flags=re.MULTILINE)) == set(shipped_scenes())
+
+
+def test_the_index_links_to_every_page():
+    links = set(re.findall(r"\]\((\w+)\.md\)", page("index")))
+    assert links == {path.stem for path in FOLDER.glob("*.md")} - {"index"}
+    assert {*MACHINES, CUSTOM} <= links
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.md")), ids=lambda path: path.stem)
+def test_formulas_have_a_source_with_its_year_or_chapter(path):
+    text = path.read_text(encoding="utf-8")
+    if "$$" in text:
+        source = re.search(r"^Source: .*?(?=\n\n)", section(text, "Equations"), flags=re.DOTALL | re.MULTILINE)
+        assert source
+        assert re.search(r"\((?:Mannheim )?1[89]\d\d\)|chapter \d+", source[0])
+
+
+def test_the_sketches_are_those_of_their_script(tmp_path, monkeypatch):
+    spec = importlib.util.spec_from_file_location("sketches", FOLDER / "sketches.py")
+    assert spec
+    assert spec.loader
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    monkeypatch.setattr(script, "FOLDER", tmp_path)
+    script.draw_all()
+    folders = tmp_path, FOLDER / "sketches"
+    drawn, tracked = ({path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.svg")} for folder in folders)
+    assert drawn == tracked
+    shown = {name for path in FOLDER.glob("*.md") for name in re.findall(r"\(sketches/(\w+\.svg)\)", path.read_text(encoding="utf-8"))}
+    assert shown == set(tracked)

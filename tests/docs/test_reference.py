@@ -1,0 +1,167 @@
+"""The generated reference names everything that the code has, and every link of the documentation leads somewhere."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import governor_mechanism as gm
+from documentation_pages import PAGES, ROOT
+from generators.api import api_files, api_page
+from generators.commands import commands_page, list_commands
+from generators.effects_and_engines import effects_and_engines_page
+from generators.gallery import gallery_page, scenes_without_description
+from generators.markdown import anchor, escape, table
+from generators.readings import SPINDLE_READINGS, find_reading_units, readings_page
+from generators.scene_file import scene_file_page
+from governor_mechanism.effects.registry import EFFECTS
+from governor_mechanism.engines.selection import ENGINES
+from governor_mechanism.machines.registry import MACHINES
+from governor_mechanism.scenes.json_schema import scene_schema
+from governor_mechanism.scenes.library import shipped_scenes
+from governor_mechanism.units.quantities import QUANTITY_KINDS
+from navigation import list_entries
+
+INCLUDED = {
+    "scene_file": scene_file_page,
+    "effects_and_engines": effects_and_engines_page,
+    "commands": commands_page,
+    "readings": readings_page,
+    "api": api_page,
+    "gallery": gallery_page,
+}
+"""Text that a page includes, by the name of the page."""
+
+
+@cache
+def text_of(name):
+    return INCLUDED[name]()
+
+
+def section(text, heading):
+    """Text under a heading, up to the next one of any level."""
+    return re.split(r"^#+ ", text.partition(f"# {heading}\n")[2], maxsplit=1, flags=re.MULTILINE)[0]
+
+
+def keys_of(schema):
+    """All keys that a JSON schema names, except those that the user names."""
+    if isinstance(schema, list):
+        return {key for one in schema for key in keys_of(one)}
+    if not isinstance(schema, dict):
+        return set()
+    own = set(schema["properties"]) if isinstance(schema.get("properties"), dict) else set()
+    return own | {key for one in schema.values() for key in keys_of(one)}
+
+
+def test_the_scene_file_page_has_every_key_of_the_schema():
+    text = text_of("scene_file")
+    documented = set(re.findall(r"`([a-z_]+)`", text))
+    assert keys_of(scene_schema()) - {"type", "name"} <= documented
+    assert "`type`" in text
+    assert all(kind.name.partition(" ")[2] in text for kind in QUANTITY_KINDS.values())
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_every_dimension_has_unit_and_meaning(name):
+    rows = [line.split(" | ") for line in section(text_of("scene_file"), f"`{name}`").splitlines() if line.startswith("| `")]
+    assert len(rows) == len(dataclasses.fields(MACHINES[name]))
+    for row in rows:
+        key, values, _, meaning = row
+        assert values, key
+        assert len(meaning.rstrip(" |")) > 5, key
+
+
+def test_every_key_has_a_meaning():
+    bare = re.findall(r"^\| `(\w+)` \|.*\|  \|$", text_of("scene_file"), flags=re.MULTILINE)
+    assert set(bare) <= {"machine"}, "what has no meaning needs a description in the code"
+
+
+def test_effects_engines_and_machines():
+    text = text_of("effects_and_engines")
+    for effect in EFFECTS:
+        (row,) = re.findall(rf"^\| \[`{effect.key}`\].*$", text, flags=re.MULTILINE)
+        answers = [cell.strip() for cell in row.strip("|").split(" | ")][-len(ENGINES) :]
+        assert answers == ["yes" if effect in engine.effects else "no" for engine in ENGINES.values()]
+    assert all(f"`{name}`" in text for name in (*ENGINES, *MACHINES))
+
+
+def test_every_command_and_option_is_listed():
+    text = text_of("commands")
+    for name, command in list_commands():
+        part = section(text, name)
+        options = {word for one in command.params for word in one.opts if word.startswith("--") and word != "--help"}
+        assert options <= set(re.findall(r"--[a-z-]+", part)), name
+        assert f"governor-mechanism {name}" in part
+
+
+def test_every_reading_has_a_meaning():
+    units = find_reading_units()
+    for name, machine in MACHINES.items():
+        assert set(units[name]) == set(machine.reading_meanings), name
+        assert set(re.findall(r"^\| `(\w+)`", section(text_of("readings"), f"`{name}`"), flags=re.MULTILINE)) == set(units[name])
+    assert set(SPINDLE_READINGS) <= set(re.findall(r"`(\w+)`", text_of("readings")))
+
+
+def test_every_public_name_has_a_page_and_a_sentence():
+    files = api_files()
+    assert {Path(name).stem for name in files} == set(gm.__all__)
+    assert len({name.lower() for name in files}) == len(files)  # on a disk that does not know capitals too
+    for name in gm.__all__:
+        (row,) = re.findall(rf"^\| \[`{name}`\].*$", text_of("api"), flags=re.MULTILINE)
+        assert len(row.rpartition(") | ")[2].rstrip(" |")) > 10, name
+
+
+def test_the_gallery_has_every_scene():
+    text = text_of("gallery")
+    assert scenes_without_description() == []
+    for name in shipped_scenes():
+        assert f"governor-mechanism run {name}\n" in text
+        assert f'"pages/{name}.html"' in text
+
+
+def headings(path):
+    """Anchors of a page, with those of the text that it includes."""
+    text = path.read_text(encoding="utf-8")
+    text += text_of(path.stem) if "```{include}" in text else ""
+    plain = re.sub(r"^```.*?^```", "", text, flags=re.DOTALL | re.MULTILINE)
+    return {anchor(heading) for heading in re.findall(r"^#+ (.+)$", plain, flags=re.MULTILINE)}
+
+
+def links(page, text):
+    """Targets of the links and pictures of a text, without code."""
+    text = re.sub(r"^```.*?^```|`[^`\n]*`", "", text, flags=re.DOTALL | re.MULTILINE)
+    return [target for target in re.findall(r"\]\(([^)\s]+)\)", text) if not re.match(r"https?:|mailto:", target)]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_links_lead_somewhere(page):
+    text = page.read_text(encoding="utf-8")
+    text += text_of(page.stem) if "```{include}" in text else ""
+    for target in links(page, text):
+        name, _, part = target.partition("#")
+        path = (page.parent / name).resolve() if name else page
+        if "_generated/api" in name:
+            assert name.partition("_generated/")[2] in api_files(), target
+            continue
+        assert path.is_file() or (path.is_dir() and page.parent == ROOT), target  # a site has no page of a folder
+        assert path.is_relative_to(ROOT), target
+        assert not part or part in headings(path), target
+
+
+def test_navigation_follows_the_links_of_an_index(tmp_path):
+    for name in ("index.md", "b.md", "a.md", "c.md", "part/index.md", "notes/n.ipynb", "other/index.md", "other/x.md"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    text = "[b](b.md), [here](index.md#x), [a notebook](notes/n.ipynb), [x](other/x.md), [part](part/index.md), [web](https://b.org/b.md)"
+    assert list_entries(tmp_path / "index.md", text, tmp_path) == ["b", "notes/n", "part/index", "a", "c", "other/index"]
+
+
+def test_tables_keep_their_cells():
+    assert escape("a|b * <c>") == r"a\|b \* \<c>"
+    assert table(("x", "y"), [["1", "2"]]) == "| x | y |\n| --- | --- |\n| 1 | 2 |\n"
+    assert anchor("`[[body]]`") == "body"
+    assert anchor("How machines are checked") == "how-machines-are-checked"

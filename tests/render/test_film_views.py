@@ -1,0 +1,182 @@
+"""Films of wide mechanisms, of governors from outside, and of magnified motions."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from governor_mechanism.effects.stops import Stops
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.model.part import FreeSpindle
+from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.film.frame_painter import FramePainter
+from governor_mechanism.render.film.layout import REFERENCE_SIZE, fit_view, frame_layout
+from governor_mechanism.render.film.moving_parts import CurvePanel
+from governor_mechanism.render.film.options import FilmOptions, FilmView
+from governor_mechanism.render.film.outside_view import OutsideView
+from governor_mechanism.render.film.timing import MIN_FRAMES_PER_SPINDLE_TURN, find_loop_end, select_timing
+from governor_mechanism.render.film.writer import write_film
+from governor_mechanism.render.geometry.primitives import Circle, Polygon
+from governor_mechanism.render.geometry.projection import EYE_DISTANCE_RATIO
+from governor_mechanism.render.magnified_motion import magnify_motion
+from governor_mechanism.render.style import ROLE_STYLES, parse_rgb
+from render.decoding import pixel_of
+from render.stub_run import GOVERNOR_DIMENSIONS, fake_run, governor_poses
+
+PERIOD, MEAN, SWING = 1.7, 40.0, 8.0
+"""Period (s), mean arm angle and amplitude (degrees) of the stub run."""
+
+
+@pytest.fixture(scope="module")
+def porter():
+    """A run of two whole periods, so that the mean of its angle is that of the sine, with its rate."""
+    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2 * PERIOD, output_interval=PERIOD / 100)
+    rate = 2 * np.pi / PERIOD
+    return dataclasses.replace(run, rates={"arm_angle": np.radians(SWING) * rate * np.cos(rate * run.times)})
+
+
+def data_of(run, count=21, **options):
+    span = float(run.times[0]), float(run.times[-1])
+    return FrameData(run, run.scene.part, span, np.linspace(*span, count), **options)
+
+
+def overlaps(first, second):
+    return first[0] < second[2] and second[0] < first[2] and first[1] < second[3] and second[1] < first[3]
+
+
+@pytest.mark.parametrize("aspect_ratio", [0.4, 1.0, 1.6, 2.4, 6.0])
+@pytest.mark.parametrize("n_plots", [0, 1, 3, 4])
+@pytest.mark.parametrize("footer", [True, False])
+def test_a_wide_machine_is_drawn_larger_and_all_places_are_apart(aspect_ratio, n_plots, footer):
+    options = FilmOptions(readings=tuple("abcd"[:n_plots]), footer=footer)
+    places, beside = frame_layout(options, False, aspect_ratio), frame_layout(options, False)
+    box = 0.0, aspect_ratio, 0.0, 1.0
+    scales = [fit_view(box, one.elevation).scale for one in (places, beside)]
+    # Twice as wide as high: the plots at its side leave it 278 pixels of 480.
+    assert scales[0] > 1.4 * scales[1] if aspect_ratio >= 2.0 else scales[0] >= scales[1]
+    rects = [places.elevation, places.caption, *places.reading_rects(n_plots or 3, False)]
+    assert not any(overlaps(*pair) for pair in itertools.combinations(rects, 2))
+    assert all(0 <= left < right <= REFERENCE_SIZE and 0 <= top < bottom <= REFERENCE_SIZE for left, top, right, bottom in rects)
+
+
+def test_a_governor_keeps_its_place_beside_the_plots():
+    assert frame_layout(FilmOptions(), True, 3.0) == frame_layout(FilmOptions(), True)
+
+
+def centres_of(shapes, role):
+    return [(shape.x, shape.y) for shape in shapes if isinstance(shape, Circle) and shape.role == role]
+
+
+def test_balls_from_outside_are_where_the_turned_arms_hold_them(porter):
+    data = data_of(porter)
+    seen = OutsideView(data)
+    left, right, bottom, top = data.drawing.bounds
+    eye, middle = EYE_DISTANCE_RATIO * max(-left, right), 0.5 * (bottom + top)
+    for k in (0, 3, 8):
+        x, y, _ = data.poses[k, 0]
+        expected = []
+        for radius in (-x, x):
+            # Anticlockwise from above: what was at the right goes behind first, away from the eye.
+            across, toward = radius * np.cos(data.spindle_angle[k]), -radius * np.sin(data.spindle_angle[k])
+            nearness = eye / (eye - toward)
+            expected.append((across * nearness, middle + (y - middle) * nearness))
+        # The record of the shapes rounds nothing; its map to a picture and back does, in the last digits.
+        assert_allclose(sorted(centres_of(seen.shapes_at(k), "ball")), sorted(expected), rtol=1e-9)
+
+
+def test_the_nearer_ball_covers_the_spindle_and_the_spindle_the_further_one(porter):
+    data = data_of(porter, count=200)
+    seen = OutsideView(data)
+    k = int(np.argmin(np.abs(data.spindle_angle - np.pi / 2)))
+    shapes, order = seen.shapes_at(k), seen.order_at(k)
+    assert sorted(order) == list(range(len(shapes)))
+    balls = [number for number in order if isinstance(shapes[number], Circle) and shapes[number].role == "ball"]
+    spindle = next(number for number, shape in enumerate(shapes) if isinstance(shape, Polygon) and shape.role == "spindle")
+    # A quarter of a turn after the plane was seen face on, the right ball is behind, seen smaller, and the left one in front.
+    assert shapes[balls[0]].radius < shapes[balls[1]].radius
+    assert order.index(balls[0]) < order.index(spindle) < order.index(balls[1])
+
+
+def test_both_views_stand_side_by_side_on_the_film(porter):
+    painter = FramePainter(porter, [data_of(porter)], options=FilmOptions(view=FilmView.BOTH))
+    frame = painter.draw(0)[..., :3].astype(int)
+    assert frame.shape[1] > 480
+    blue = np.abs(frame - parse_rgb(ROLE_STYLES["ball"].fill)).max(axis=2) < 32
+    x, y = porter.poses[0, 0, :2]
+    for view in (painter.outside_view, painter.view):
+        column, row = (round(one) for one in pixel_of(view, x, y + 0.02))  # beside the pin in the middle of the ball
+        assert blue[row, column]
+
+
+def test_a_fast_spindle_seen_from_outside_is_slowed(porter):
+    fast = dataclasses.replace(porter, readings={**porter.readings, "spindle_speed": np.full(len(porter.times), 2 * np.pi * 7.0)})
+    timing = select_timing((fast,), None, None, None, None, 25.0, shows_rotation=True)
+    assert 25.0 * timing.slow_down / 7.0 >= MIN_FRAMES_PER_SPINDLE_TURN
+    assert select_timing((fast,), None, None, None, None, 25.0).slow_down == 1.0
+
+
+def test_a_loop_ends_on_the_last_whole_period(porter):
+    assert find_loop_end(porter, (0.0, 3.0)) == pytest.approx(PERIOD, abs=1e-3)
+    assert find_loop_end(porter, (0.0, 1.0)) is None
+
+
+@pytest.mark.parametrize("factor", [1.5, 3.0])
+def test_a_magnified_motion_is_that_of_the_mechanism_at_the_magnified_coordinate(porter, factor):
+    magnified = magnify_motion(porter, factor)
+    mean = np.radians(MEAN)
+    expected = governor_poses(PendulumGovernor(**GOVERNOR_DIMENSIONS["porter"]), mean + factor * (porter.readings["arm_angle"] - mean))
+    # Joints are closed to 1e-12 of the size of the mechanism; velocities to the error of the central difference.
+    assert_allclose(magnified.poses, expected, atol=1e-10)
+    step = porter.times[1] - porter.times[0]
+    assert_allclose(magnified.velocities[1:-1], (expected[2:] - expected[:-2]) / (2 * step), atol=3e-3)
+
+
+def test_the_plots_of_a_magnified_film_stay_true(porter):
+    options = FilmOptions(exaggerate=2.0)
+    painter = FramePainter(porter, [data_of(porter, magnification=2.0)], options=options)
+    panel = next(panel for panel in painter.panels if isinstance(panel, CurvePanel))
+    assert_allclose(panel.curves[0][:, 1], np.degrees(porter.readings["arm_angle"]))
+    words = [text.get_text() for text in painter.figure.findobj(lambda artist: hasattr(artist, "get_text"))]
+    assert "motion magnified 2x" in words
+    # No lift can be read off where the motion is magnified.
+    roles = [{shape.role for shape in data.drawing.static_shapes} for data in (data_of(porter), painter.frame_data)]
+    assert ["scale" in shown for shown in roles] == [True, False]
+
+
+def with_part(run, **changes):
+    return dataclasses.replace(run, scene=dataclasses.replace(run.scene, parts=(dataclasses.replace(run.scene.part, **changes),)))
+
+
+def test_the_largest_magnification_is_named(porter):
+    stops = Stops(reading="arm_angle", low=np.radians(MEAN - 10.0), high=np.radians(MEAN + 14.0))
+    stopped = with_part(porter, effects=(*porter.scene.part.effects, stops))
+    # 10 degrees to the nearer stop, of a swing of 8.
+    with pytest.raises(MechanismError, match=r"magnified 3 times, .* at most 1\.25 is possible"):
+        magnify_motion(stopped, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"exaggerate": 0.5}, "at least 1"),
+        ({"exaggerate": 2.0, "forces": True}, "leave one of the two out"),
+        ({"view": "above"}, "plane, outside, both"),
+        ({"view": "outside", "labels": True}, "choose the view 'both'"),
+    ],
+)
+def test_views_and_magnifications_that_make_no_sense_are_refused(tmp_path, porter, options, message):
+    with pytest.raises(MechanismError, match=message):
+        write_film(porter, tmp_path / "a.gif", **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_animated_drawing_and_a_free_spindle_are_refused(tmp_path, porter):
+    with pytest.raises(MechanismError, match="turning plane only"):
+        write_film(porter, tmp_path / "a.svg", view="both")
+    with pytest.raises(MechanismError, match="its spindle is free"):
+        magnify_motion(with_part(porter, spindle=FreeSpindle(inertia=1.0)), 2.0)
