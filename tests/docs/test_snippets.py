@@ -16,8 +16,8 @@ from governor_mechanism.scenes.library import shipped_scenes
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.sweep.rules import ENGINE_RULES, STATISTICS, VALVE_RULES
 
-SHORT = "0.1"
-"""Duration (s) of runs of commands: it shows as well that the options are understood."""
+SHORT, SHORT_FILMED = "0.1", "1"
+"""Durations (s) of runs of commands: they show as well that the options are understood. Films of shorter runs are slowed, and longer."""
 
 FILM_OPTIONS = {"--film", "--fps", "--size", "--layout", "--labels", "--forces", "--traces", "--readings", "--theme", "--title"}
 
@@ -54,7 +54,7 @@ def test_commands_run(page, tmp_path, monkeypatch):
         if command == "run" and rest[0] in shipped_scenes() and len(rest) == 1:
             continue
         if command in ("run", "compare") and "--seconds" not in rest:
-            arguments += ["--seconds", SHORT]
+            arguments += ["--seconds", SHORT_FILMED if command == "compare" or FILM_OPTIONS & set(rest) else SHORT]
         if command == "run" and not FILM_OPTIONS & set(rest) and "--no-film" not in rest:
             arguments.append("--no-film")
         if command in ("run", "compare", "equilibria", "crosscheck", "design") and not {"--format", "--no-figure"} & set(rest):

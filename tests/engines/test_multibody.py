@@ -277,13 +277,9 @@ def test_kernels_work_without_a_cache_folder(tmp_path):
     (site / "governor_mechanism" / "__pycache__").touch()
     environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "NUMBA_CACHE_DIR")}
     environment |= {"PYTHONPATH": str(site), "HOME": "/dev/null", "TMPDIR": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
-    code = (
-        "import numpy as np\n"
-        "from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_curve as curve_at\n"
-        "print(curve_at(np.array([[0.0, 1.0, 0.0, 0.0, 0.0]]), 0, 1, 2.0))"
-    )
+    code = "from governor_mechanism.numerics.hermite import cubic_hermite_jit\nprint(cubic_hermite_jit(0.0, 1.0, 0.0, 0.0, 1.0, 0.25))"
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
-    assert answer.stdout.strip() == "(8.0, 12.0, 12.0)"
+    assert answer.stdout.strip() == "0.15625"  # 3 t^2 - 2 t^3
     assert list(tmp_path.glob("governor-mechanism-*/kernels-*/*/*.nbi"))
 
 

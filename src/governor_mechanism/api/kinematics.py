@@ -1,0 +1,122 @@
+"""Positions of linkages and the timing of valves: what needs no forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from governor_mechanism import public_types as gm  # annotations read as users write them
+from governor_mechanism.api.scenes import as_scene
+from governor_mechanism.units.arguments import NUMBER, NUMBERS, TEXT, check_arguments
+
+
+@check_arguments(over=TEXT, values=NUMBERS, rate=NUMBER, acceleration=NUMBER)
+def kinematics(scene: gm.SceneSource, over: str, values: gm.FloatValues, rate: float = 1.0, acceleration: float = 0.0) -> gm.Kinematics:
+    """Return positions, velocities and accelerations of a mechanism without integration.
+
+    The readings include forces of springs and weights, pressures and shaft speeds where positions and rates alone determine them.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+    over
+        Name of the reading that drives the mechanism in place of the scene's drivers, or "time" for the drivers themselves.
+    values
+        Values of the reading, SI, or times, s; shape (n,).
+    rate
+        First time derivative of the reading at each value, SI/s.
+    acceleration
+        Second time derivative of the reading at each value, SI/s2.
+
+    Returns
+    -------
+    Kinematics
+        The motion.
+
+    Raises
+    ------
+    MechanismError
+        If the motion is not determined, if the mechanism cannot be assembled, or at a singular configuration.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> motion = gm.kinematics("slider_crank_torque", over="crank_angle", values=[0.1, 0.2], rate=10.0)
+    >>> motion.poses.shape[0]
+    2
+    """
+    from governor_mechanism.observables.kinematic_readings import analyse_kinematics
+
+    return analyse_kinematics(as_scene(scene), over, values, rate, acceleration)
+
+
+def valve_timing(scene: gm.SceneSource) -> gm.ValveTiming:
+    """Return the timing of a slide valve: admission, cut-off, release and compression at both ends of the cylinder.
+
+    Crank angles and piston positions come from the mechanism; for machine "slide_valve" also from the exact closed form, and from the
+    theory without its error term. Drivers other than that of the crank, as that of a reversing lever, stand still where they start.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+
+    Returns
+    -------
+    ValveTiming
+        The timing; it prints as a table.
+
+    Raises
+    ------
+    MechanismError
+        If the mechanism has no valve, or no driven crank that turns fully.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> print(gm.valve_timing("slide_valve_30"))
+    Slide valve, l : r = 30
+    event ...
+    crank end admission    353.67...
+    """
+    from governor_mechanism.studies.valve_timing import tabulate_valve_timing
+
+    return tabulate_valve_timing(as_scene(scene))
+
+
+@check_arguments(count=NUMBER)
+def valve_gears(scenes: gm.SceneSource | Sequence[gm.SceneSource] = (), count: int = 41) -> gm.ValveGears:
+    """Compare valve gears: lead, cut-off and travel of the valve from full forward to full back gear.
+
+    In back gear the crank turns the other way.
+
+    Parameters
+    ----------
+    scenes
+        One or several scenes, paths of files, or names of shipped scenes, whose `[valve]` names their reverser; the shipped gears if empty.
+    count
+        Number of positions of the reversing gear.
+
+    Returns
+    -------
+    ValveGears
+        The gears; it prints as a table.
+
+    Raises
+    ------
+    MechanismError
+        If a scene has no valve, or a valve no reverser.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> print(gm.valve_gears(["gooch", "joy"], count=3))
+    gear ...
+    Gooch's gear     +1.00 ...
+    """
+    from governor_mechanism.model.scene import Scene
+    from governor_mechanism.studies.valve_gears import SHIPPED_GEARS, compare_valve_gears
+
+    sources: Sequence[gm.SceneSource] = [scenes] if isinstance(scenes, str | Path | Scene) else scenes
+    return compare_valve_gears([as_scene(scene) for scene in sources or SHIPPED_GEARS], count)

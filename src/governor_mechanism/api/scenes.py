@@ -1,0 +1,70 @@
+"""Scenes: the shipped ones, those of files, and scenes as arguments of public functions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from governor_mechanism import public_types as gm  # annotations read as users write them
+
+
+def list_models() -> dict[str, str]:
+    """Return the shipped scenes.
+
+    Returns
+    -------
+    dict
+        Title by name.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> "porter" in gm.list_models()
+    True
+    """
+    from governor_mechanism.scenes.library import read_scene_title, shipped_scenes
+
+    return {name: read_scene_title(path) for name, path in shipped_scenes().items()}
+
+
+def load(scene: str | Path) -> gm.Scene:
+    """Read a scene and verify that it has a consistent initial state.
+
+    Parameters
+    ----------
+    scene
+        Path of a TOML file, or the name of a shipped scene.
+
+    Returns
+    -------
+    Scene
+        The scene.
+
+    Raises
+    ------
+    MechanismError
+        If the file has mistakes; one sentence for each.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> gm.load("porter").run.duration
+    10.0
+    """
+    from governor_mechanism.scenes.library import load_scene
+    from governor_mechanism.scenes.python_scenes import check_start
+
+    return check_start(load_scene(scene))
+
+
+def as_scene(scene: gm.SceneSource) -> gm.Scene:
+    """Return a scene as it is, and load one that is given by name or path."""
+    from governor_mechanism.model.scene import Scene
+
+    return scene if isinstance(scene, Scene) else load(scene)
+
+
+def as_rotating_part(scene: gm.SceneSource) -> gm.Scene:
+    """Return a scene of the part that turns with a spindle, alone."""
+    from governor_mechanism.engines.rotating_part import rotating_part_alone
+
+    return rotating_part_alone(as_scene(scene))
