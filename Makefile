@@ -7,7 +7,7 @@
 # make lock     writes constraints.txt, the versions that `make run` and `make test` install
 # make gallery-page writes the interactive pages of all shipped scenes, with an index, into renders/pages/
 # make gallery  renders every shipped scene into renders/ (tracked files)
-# make contact-sheet shows all films and figures of renders/ at once, in
+# make contact-sheet shows all films and figures of renders/ at once, in renders/contact_sheet_*.png
 # make errata   writes the page of the papers' errata and its pictures, docs/errata/, from what the package recomputes
 # make certificates compares the error estimates of every engine with true errors over 300 random scenes
 # make mutants  counts how many small faults in the program the tests notice (hours)

@@ -19,7 +19,10 @@ from governor_mechanism.studies.sweep.rules import ENGINE_RULES, STATISTICS, VAL
 SHORT, SHORT_FILMED = "0.1", "1"
 """Durations (s) of runs of commands: they show as well that the options are understood. Films of shorter runs are slowed, and longer."""
 
-FILM_OPTIONS = {"--film", "--fps", "--size", "--layout", "--labels", "--forces", "--traces", "--readings", "--theme", "--title"}
+FILM_OPTIONS = {
+    *("--film", "--fps", "--size", "--layout", "--labels", "--forces", "--traces", "--readings", "--theme", "--title"),
+    *("--view", "--exaggerate", "--part", "--start", "--stop", "--slow-down", "--no-footer"),
+}
 
 
 def cases(language):

@@ -27,6 +27,8 @@ MIN_FRAMES_PER_TURN = 20
 MIN_FRAMES_PER_SPINDLE_TURN = 10
 """Number of frames of a turn of a spindle seen from outside below which it is slowed: two balls look the same after half a turn, and seem
 to turn backward from a quarter of a turn between frames on."""
+MIN_SHARE_OF_FRAMES = 0.5
+"""Share of these frames that a GIF keeps which would otherwise be too large: the turns are coarser then, but their direction is seen."""
 MAX_TURNING_FILM_DURATION = 12.0
 """Longest film (s) of a crank that is slowed, for a file of less than 700 kB."""
 RETURN_TOLERANCE = 0.01
@@ -39,11 +41,21 @@ MAX_REST_RATIO = 1.25
 
 @dataclass(frozen=True, kw_only=True)
 class Timing:
-    """Start and end of the shown part (s), seconds of film per second of it, and whether a crank makes whole turns in it."""
+    """Start and end of the shown part (s), seconds of film per second of it, and its fastest whole turn (s; infinite without one)."""
 
     time_span: Vec2
     slow_down: float
-    has_cranks: bool = False
+    turn_time: float = math.inf
+
+    @property
+    def has_whole_turns(self) -> bool:
+        """Whether a crank, or a spindle whose rotation is shown, makes whole turns."""
+        return math.isfinite(self.turn_time)
+
+    @property
+    def lowest_frame_rate(self) -> float:
+        """Lowest frame rate (1/s of film) of a GIF that would otherwise be too large."""
+        return MIN_SHARE_OF_FRAMES * MIN_FRAMES_PER_TURN / (self.turn_time * self.slow_down)
 
 
 def choose_slow_down(duration: float) -> float:
@@ -82,8 +94,8 @@ def select_timing(
     if stop is None and len(runs) == 1:
         whole_end = _last_whole_period(motions, begin, end)
         end = end if whole_end is None else whole_end
-    has_cranks = any(math.isfinite(motion.turn_time(begin, end)) for motion in motions)
-    return Timing(time_span=(begin, end), slow_down=factor, has_cranks=has_cranks)
+    turn_time = min((motion.turn_time(begin, end) for motion in motions), default=math.inf)
+    return Timing(time_span=(begin, end), slow_down=factor, turn_time=turn_time)
 
 
 def find_loop_end(run: Trajectory, time_span: Vec2) -> float | None:

@@ -135,7 +135,8 @@ def write_film(
         Whether the paths of the mass centres are drawn.
     view
         How parts that turn with a spindle are seen: "plane" for the turning plane, "outside" for the turning governor from the side, or
-        "both". A spindle that would make a turn in fewer than 10 frames is then slowed as a crank is.
+        "both". A spindle that would make a turn in fewer than 10 frames is then slowed as a crank is. A film closes on the motion in the
+        plane; the rotation of the spindle may jump there.
     exaggerate
         Magnification of the motion about its mean position, at least 1, for motions too small to be seen; the plots stay true. The scene
         must have one part whose positions follow one free coordinate.
@@ -196,7 +197,7 @@ def write_film(
         painter = make_painter(runs, part, timing.time_span, times, timing.slow_down, size, titles, options)
         film = FilmFrames(painter=painter, delays=delays, frame_rate=frame_rate, theme=options.theme)
         if suffix == ".gif" and frames_per_second is None:
-            fitting_rate, few_colours = choose_gif_settings(film)
+            fitting_rate, few_colours = choose_gif_settings(film, timing.lowest_frame_rate if slow_down is None else 0.0)
             if fitting_rate < frame_rate:
                 times, delays = schedule(*timing.time_span, fitting_rate, timing.slow_down)
                 painter = make_painter(runs, part, timing.time_span, times, timing.slow_down, size, titles, options)
@@ -214,7 +215,7 @@ def _choose_frame_rate(suffix: str, timing: Timing, *, is_engine_room: bool) -> 
     if is_engine_room:
         return ENGINE_ROOM_FRAME_RATE
     duration = (timing.time_span[1] - timing.time_span[0]) * timing.slow_down
-    is_long = suffix == ".gif" and duration > MAX_SMOOTH_GIF_DURATION and not timing.has_cranks
+    is_long = suffix == ".gif" and duration > MAX_SMOOTH_GIF_DURATION and not timing.has_whole_turns
     return LONG_GIF_FRAME_RATE if is_long else DEFAULT_FRAME_RATE
 
 
