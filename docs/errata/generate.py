@@ -14,7 +14,7 @@ import governor_mechanism as gm
 from governor_mechanism.closed_form.flywheel.engine import net_work
 from governor_mechanism.closed_form.flywheel.equilibrium import energy_fluctuation
 from governor_mechanism.render.figures.errata.registry import draw_erratum
-from governor_mechanism.studies.errata.erratum import CATEGORY_PLURALS, PAPER_REFERENCES, Category, Erratum, Paper
+from governor_mechanism.studies.errata.erratum import CATEGORY_MEANINGS, CATEGORY_PLURALS, PAPER_REFERENCES, Category, Erratum, Paper
 from governor_mechanism.studies.flywheel.inputs import closed_cycle
 from governor_mechanism.studies.flywheel.paper_comparison import PAPER_ENGINE, compare_with_paper
 from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE
@@ -30,7 +30,7 @@ TITLES = {
 """Headings of the papers."""
 
 PICTURES = {
-    Paper.REDTENBACHER: "Speed of the shaft over a turn: the printed flywheel leaves the allowed band, the right one keeps to it",
+    Paper.REDTENBACHER: "Speed of the shaft over a turn: the printed flywheel leaves the allowed band, the right one hardly exceeds it",
     Paper.ZEHNDER: "Change of the speed of rest beside the point of osculation, for three arms: true, and as the paper reasons",
     Paper.MARKS: "Changes of compression, pre-release, pre-admission and fill at both ends of the cylinder, and what the paper states",
     Paper.DUBOIS: "Bell crank at 133 and 137.33 degrees, drawn to angle, and the static sleeve force over the stroke with each",
@@ -42,7 +42,8 @@ PICTURE_NOTES = {
     "leaves them open.",
     Paper.ZEHNDER: "Lowest speed 120 rpm and m = 4 are chosen; the paper prints no example.",
     Paper.MARKS: "Eccentric rod four times as long as the eccentric, as in the paper; the other dimensions are those of the scene "
-    "`slide_valve_marks`, and the connecting rod is infinitely long.",
+    "`slide_valve_marks`, and the connecting rod is infinitely long. What the paper states of the end whose fill shrinks is written at the "
+    "crank end, which is at the shaft; the paper gives it to the end away from the shaft.",
     Paper.DUBOIS: "With each angle the springs follow the straight line through both speeds, and the hangers are symmetric about the axis.",
 }
 """What a picture assumes."""
@@ -61,9 +62,12 @@ was compared with the simulated machines. This page lists what does not agree: w
 |---|---|---|
 {categories}
 
+Two of the errors follow from another: Redtenbacher's sum and coefficient are wrong because one term is.
+
 The papers were read in digital copies (Dinglers Polytechnisches Journal online; Badische Landesbibliothek, Karlsruhe). A misprint may
 therefore be one of the copy. What looks like an error of the text recognition is left out: l for 1, letters of another typeface, missing
-images, exponents that stand on the line. The errors do not depend on the copy: numbers or reasoning that follow in the paper rest on them.
+images, exponents that stand on the line. The errors do not depend on the copy: each is a statement in words, or a number that agrees with
+others of the paper.
 
 The page is generated from
 
@@ -92,17 +96,11 @@ for erratum in errata:
 Units are those of the papers: a kilogram-force (kgf) is the weight of one kilogram, {gravity} N as the papers take it.
 """
 
-CATEGORY_TEXTS = {
-    Category.ERROR: "leads to another machine or to another conclusion",
-    Category.MISPRINT: "a wrong digit, sign, letter or unit; the paper goes on with the right one",
-    Category.ROUNDING: "a slip of the slide rule or of the table of logarithms that changes nothing",
-}
-
 
 def write_page() -> str:
     """Return the text of the page."""
     errata = gm.errata(simulate=True)
-    rows = "\n".join(f"| {category} | {CATEGORY_TEXTS[category]} | {errata.count(category)} |" for category in Category)
+    rows = "\n".join(f"| {category} | {CATEGORY_MEANINGS[category]} | {errata.count(category)} |" for category in Category)
     parts = [INTRODUCTION.format(categories=rows, gravity=KILOGRAM_FORCE)]
     parts.append(write_overview(errata))
     parts += [write_paper(paper, errata) for paper in errata.papers]
@@ -135,7 +133,7 @@ def write_paper(paper: Paper, errata: gm.Errata) -> str:
         "",
     ]
     lines += ["### Errors", "", *(line for one in errata.select(paper, Category.ERROR) for line in write_error(one))]
-    for category in (Category.MISPRINT, Category.ROUNDING):
+    for category in (Category.MISPRINT, Category.SLIP):
         if found := errata.select(paper, category):
             lines += [f"### {CATEGORY_PLURALS[category].capitalize()}", "", *write_table(found), ""]
     return with_own_headings("\n".join(lines), paper)
@@ -148,7 +146,8 @@ def with_own_headings(text: str, paper: Paper) -> str:
 
 def write_error(erratum: Erratum) -> Iterator[str]:
     """Yield the lines of an error: where, what is printed and right, the words of the paper, the proof and what follows."""
-    yield f"**{sentence(typeset(erratum.subject))}** ({typeset(erratum.place)})."
+    subject = typeset(erratum.subject)
+    yield f"**{subject[:1].upper()}{subject[1:]}** ({typeset(erratum.place)})."
     yield f"Printed: {typeset(erratum.printed)}. Right: **{typeset(erratum.right)}**."
     yield ""
     if erratum.quotation:
@@ -156,8 +155,7 @@ def write_error(erratum: Erratum) -> Iterator[str]:
         yield ">"
         yield f"> “{erratum.translation}”"
         yield ""
-    simulated = f"Simulation: {erratum.simulated}." if erratum.simulated else ""
-    yield typeset(" ".join(filter(None, (erratum.proof, erratum.consequence, simulated)))) + f" Shown by `{erratum.command}`."
+    yield typeset(erratum.reasons()) + f" Shown by `{erratum.command}`."
     yield ""
 
 
@@ -203,11 +201,6 @@ def write_correct_statements() -> str:
 
 The papers also give advice on governing. `governor-mechanism regulation rules` tests eight rules of theirs on a simulated engine.
 """
-
-
-def sentence(text: str) -> str:
-    """Return a text that begins with a capital letter."""
-    return text[:1].upper() + text[1:]
 
 
 def typeset(text: str) -> str:

@@ -25,7 +25,7 @@ def convert_formula(latex: str, *, is_block: bool) -> str:
     latex
         Formula in LaTeX, without dollar signs.
     is_block
-        Whether it stands on a line of its own.
+        Whether it is on a line of its own.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def convert_formula(latex: str, *, is_block: bool) -> str:
         raise ValueError(f"{type(error).__name__}: {error}") from error
     unknown = re.search(r"\\[A-Za-z]+", element)
     if unknown or "<mi>&</mi>" in element:
-        raise ValueError(f"the command {unknown.group()} is not known" if unknown else "the character & stands outside an alignment")
+        raise ValueError(f"the command {unknown.group()} is not known" if unknown else "the character & is outside an alignment")
     # A named function is an operator with space around it; before a bracket it needs none.
     element = re.sub(
         rf"<mi>({_FUNCTIONS})</mi>(?=<mo[^>]*>(&#x00028;|\()|<mrow><mo[^>]*>&#x00028;)", r"<mo lspace='0.167em' rspace='0'>\1</mo>", element
@@ -71,7 +71,7 @@ def _visit_block(translator: HTML5Translator, node: nodes.math_block) -> None:
 
 
 def _element_of(node: nodes.Element, *, is_block: bool) -> str:
-    """Return the element of a formula; a formula with a mistake is a warning, and stands in the page as it is written."""
+    """Return the element of a formula; a formula with a mistake is a warning, and is shown as it is written."""
     latex = node.astext()
     try:
         return convert_formula(latex, is_block=is_block)

@@ -1,7 +1,7 @@
 """Sphinx extension: references of annotations to classes.
 
 Annotations name classes by the module that defines them. A public class is found under `governor_mechanism`; a class of the package that
-is not public, or of another package, stands without a link, because nothing is looked up in the network. A name of the package that does
+is not public, or of another package, is shown without a link, because nothing is looked up in the network. A name of the package that does
 not exist stays a warning.
 """
 
@@ -85,7 +85,7 @@ def _name_arrays_of_parameters(app: Sphinx, *_: object) -> None:
 
 
 def _hide_colons(app: Sphinx, what: str, name: str, one: object, options: object, lines: list[str]) -> None:
-    """Replace the colons of a property: napoleon would take what stands before the first one for its type."""
+    """Replace the colons of a property: napoleon would take what precedes the first one for its type."""
     if what == "property":
         lines[:] = [line.replace(": ", f"{_HIDDEN_COLON} ") for line in lines]
 

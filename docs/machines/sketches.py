@@ -259,7 +259,7 @@ def draw_slide_valve() -> None:
     """Crank and eccentric on one shaft: the crank angle from the dead centre nearest to the shaft."""
     s = Sketch(-0.42, -0.33, 1.35, 0.42, 420)
     crank, rod, r, eccentric_rod, w, delta = 0.3, 0.85, 0.27, 0.95, 35.0, 25.0
-    # the crank turns clockwise here, from the dead centre on the side of the cylinder
+    # the crank turns clockwise here, from the dead centre away from the cylinder
     pin, eccentric = polar((0, 0), crank, 180 - w), polar((0, 0), r, 90 - w - delta)
     crosshead = (pin[0] + math.sqrt(rod**2 - pin[1] ** 2), 0.0)
     valve = (eccentric[0] + math.sqrt(eccentric_rod**2 - eccentric[1] ** 2), 0.0)

@@ -119,7 +119,7 @@ def did_you_mean(word: object, known: Iterable[str]) -> str:
         " Did you mean ...?", or an empty string if no name is close.
     """
     matches = difflib.get_close_matches(word, list(known), n=1) if isinstance(word, str) else []
-    return f" Did you mean {matches[0]!r}?" if matches else ""
+    return f" Did you mean {str(matches[0])!r}?" if matches else ""
 
 
 def require_not_negative(value: float, unit: str, what: str) -> None:

@@ -13,6 +13,7 @@ from governor_mechanism.cli.main import app
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figure_files import Theme
 from governor_mechanism.render.film.options import FilmLayout, FilmView
+from governor_mechanism.render.film.timing import select_time_span
 
 DEFAULTS = dict(
     layout=FilmLayout.MACHINE_AND_PLOTS,
@@ -87,9 +88,9 @@ def test_what_a_film_does_not_take_is_refused_before_the_simulation(options, mes
 @pytest.mark.parametrize(
     ("scene", "options", "message"),
     [
-        ("slider_crank", ["--view", "both"], "nothing shown does"),
+        ("slider_crank", ["--view", "both"], r"nothing shown does \(slider_crank\); leave view out"),
         ("slider_crank", ["--exaggerate", "3"], "drivers prescribe"),
-        ("governed_engine", ["--view", "both"], "without view"),
+        ("governed_engine", ["--view", "both"], "does not take view"),
         ("governed_engine", ["--part", "governor", "--exaggerate", "3"], "one part"),
     ],
 )
@@ -110,3 +111,14 @@ def test_a_comparison_refuses_what_its_film_does_not_take_before_the_simulation(
 
 def test_the_film_of_one_part_of_a_scene_is_chosen():
     assert gather(part="governor", view=FilmView.BOTH, exaggerate=2.0) == {"part": "governor", "view": "both", "exaggerate": 2.0}
+
+
+def test_a_refused_film_leaves_no_folder(tmp_path):
+    result = CliRunner().invoke(app, ["run", "slider_crank", "--view", "both", "--out", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_film_of_one_instant_is_refused():
+    with pytest.raises(MechanismError, match=r"start and stop are both 2 s; a film shows what happens between two times"):
+        select_time_span((0.0, 4.0), 2.0, 2.0)

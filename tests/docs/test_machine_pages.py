@@ -9,31 +9,15 @@ from functools import cache
 
 import pytest
 
-import governor_mechanism as gm
 from documentation_pages import ROOT
+from generators.readings import SPINDLE_READINGS, find_reading_units
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 
 FOLDER = ROOT / "docs" / "machines"
 CUSTOM = "custom"
-SPINDLE_READINGS = {"spindle_speed": "rad/s", "spindle_torque": "N m", "spindle_angle": "rad"}
-
-SCENES_WITH_ALL_READINGS = (
-    "porter_clearance",
-    "proell",
-    "parabolic",
-    "hartnell",
-    "hartung_dubois",
-    "slide_valve_marks",
-    "slider_crank",
-    "stephenson_arc_middle",
-    "governed_engine",  # has a throttle
-)
-"""Scenes in whose parts each machine has every reading that it can have."""
-
 ROW = re.compile(r"^\|(.*)\|$", flags=re.MULTILINE)
 
 
@@ -70,13 +54,7 @@ def machines_of_scenes() -> dict[str, set[str]]:
 @cache
 def readings_of_machines() -> dict[str, dict[str, str]]:
     """Return the unit of each reading of each machine."""
-    found: dict[str, dict[str, str]] = {}
-    for name in SCENES_WITH_ALL_READINGS:
-        for part in gm.load(name).parts:
-            readings = found.setdefault(part.machine, {})
-            readings.update((one.name, plain_unit(READING_UNITS[one.quantity])) for one in part.mechanism.readings)
-            readings.update((one.name, plain_unit(one.unit)) for one in part.mechanism.derived_readings)
-    return found
+    return {machine: {name: plain_unit(unit) for name, unit in units.items()} for machine, units in find_reading_units().items()}
 
 
 def unit_of_dimension(kind: str) -> str:
@@ -93,7 +71,7 @@ def test_the_table_of_dimensions_has_every_key_with_its_unit_and_no_other(machin
 
 @pytest.mark.parametrize("machine", MACHINES)
 def test_the_table_of_readings_has_every_reading_with_its_unit_and_no_other(machine):
-    spindle = SPINDLE_READINGS if MACHINES[machine].plane == TURNING_PLANE else {}
+    spindle = {name: unit for name, (unit, _) in SPINDLE_READINGS.items()} if MACHINES[machine].plane == TURNING_PLANE else {}
     assert units(section(page(machine), "Readings"), "reading") == readings_of_machines()[machine] | spindle
 
 

@@ -57,11 +57,37 @@ def keys_of(schema):
     return own | {key for one in schema.values() for key in keys_of(one)}
 
 
-def test_the_scene_file_page_has_every_key_of_the_schema():
-    text = text_of("scene_file")
-    documented = set(re.findall(r"`([a-z_]+)`", text))
-    assert keys_of(scene_schema()) - {"type", "name"} <= documented
-    assert "`type`" in text
+def keys_by_heading():
+    """Keys of the JSON schema of scenes by the heading of the section that documents them."""
+    tables = scene_schema()["definitions"]
+    coupled, body = tables["coupled_scene"]["properties"], tables["body"]["items"]["properties"]
+    found = {f"`{name}`": set(tables[f"dimensions_{name}"]["properties"]) for name in MACHINES}
+    found |= {f"`{name}`": keys_of(effect) for name, effect in tables["effects"]["properties"].items()}
+    found |= {f"`[{name}]`": set(tables[name]["properties"]) for name in ("run", "spindle", "valve")}
+    found |= {f"`[[{name}]]`": set(tables[name]["items"]["properties"]) for name in ("body", "link")}
+    found |= {f"`{name}` of a body": keys_of(body[name]) for name in ("rod", "disc", "plate", "moments")}
+    found |= {"`[readings]`": keys_of(tables["readings"])}
+    found |= {"`[events.NAME]`": keys_of(tables["events"]), "`[load]`": keys_of(coupled["load"]), "Several parts": set(coupled)}
+    top = set(tables["scene_slide_valve"]["properties"])
+    found |= {"Top level": top - {"dimensions"}, "A mechanism of one's own": set(tables["scene_custom"]["properties"]) - top}
+    typed = {"joint": tables["joint"]["items"], "force": tables["force"]["items"], "coupling": coupled["coupling"]["additionalProperties"]}
+    for kind, schema in typed.items():
+        for case in schema["allOf"]:
+            name, keys = case["if"]["properties"]["type"]["const"], set(case["then"]["properties"])
+            found[f"{kind} `{name}`"] = keys - ({"type"} if kind == "coupling" else {"type", "name"})
+    return found
+
+
+def test_the_scene_file_page_has_every_key_of_the_schema_in_its_section():
+    text, found = text_of("scene_file"), keys_by_heading()
+    for heading, keys in found.items():
+        part = section(text, heading)
+        # A key is the first cell of a row; those of the readings are in the last cell of their kind.
+        pattern = r"`([a-z_]+)`" if heading == "`[readings]`" else r"^\| `([a-z_]+)` \|"
+        assert keys <= set(re.findall(pattern, part, flags=re.MULTILINE)), heading
+    named_by_headings = {"dimensions", "type", *(effect.key for effect in EFFECTS)}
+    assert keys_of(scene_schema()) - named_by_headings <= set().union(*found.values())
+    assert all("`type`" in section(text, heading) for heading in ("`[[joint]]`", "`[[force]]`", "`[coupling.NAME]`"))
     assert all(kind.name.partition(" ")[2] in text for kind in QUANTITY_KINDS.values())
 
 

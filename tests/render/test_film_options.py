@@ -139,7 +139,16 @@ def turning_run(run, turns_per_second):
     poses[:, :, :2], velocities[:] = poses[0, :, :2], 0.0
     rate = 2 * np.pi * turns_per_second
     poses[:, 0, 2], velocities[:, 0, 2] = rate * run.times, rate
-    return dataclasses.replace(run, poses=poses, velocities=velocities)
+    readings = run.readings | {"spindle_speed": np.full(len(run.times), 12.0)}
+    return dataclasses.replace(run, poses=poses, velocities=velocities, readings=readings)
+
+
+def test_a_motion_comes_back_with_the_speed_of_its_spindle_not_before(porter):
+    """Positions alone return within any time in which friction holds the sleeve."""
+    run = turning_run(porter, 1.0)
+    speeds = 12.0 + np.sin(2 * np.pi * run.times / 3.0)
+    run = dataclasses.replace(run, readings=run.readings | {"spindle_speed": speeds})
+    assert select_timing((run,), None, None, None, None, 25.0).time_span[1] == pytest.approx(3.0, abs=0.02)  # RETURN_TOLERANCE
 
 
 def test_a_fast_crank_is_slowed_and_closes_on_a_whole_turn(porter):

@@ -25,6 +25,7 @@ from governor_mechanism.render.geometry.primitives import Circle, Polygon
 from governor_mechanism.render.geometry.projection import EYE_DISTANCE_RATIO
 from governor_mechanism.render.magnified_motion import magnify_motion
 from governor_mechanism.render.style import ROLE_STYLES, parse_rgb
+from governor_mechanism.scenes.parser import parse_scene_document
 from render.decoding import pixel_of
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run, governor_poses
 
@@ -160,12 +161,32 @@ def test_the_largest_magnification_is_named(porter):
         magnify_motion(stopped, 3.0)
 
 
+def test_a_stop_is_kept_by_a_reading_that_turns_back_within_the_motion(porter):
+    """A pendulum of 1 m, 1 m below its pin at 0 rad, which is between the ends of its magnified swing about 0.25 rad."""
+    document = {
+        "machine": "custom",
+        "body": [{"name": "pendulum", "mass": "1 kg", "inertia": "1 kg m^2", "points": {"end": [0, "-1 m"]}}],
+        "joint": [{"type": "pin", "first": "ground.origin", "second": "pendulum.origin"}],
+        "readings": {"swing": {"angle": "pendulum"}, "height": {"y": "pendulum.end"}},
+        "effects": {"gravity": True, "stops": {"height": ["-0.999 m", "1 m"]}},
+        "start": {"swing": "0.25 rad"},
+        "run": {"duration": "1 s"},
+    }
+    swing = 0.25 + 0.1 * np.sin(2 * np.pi / PERIOD * porter.times)
+    run = dataclasses.replace(porter, scene=parse_scene_document(document), readings={"swing": swing}, rates={"swing": 0.0 * swing})
+    largest = (0.25 - np.arccos(0.999)) / 0.1
+    with pytest.raises(MechanismError, match=rf"magnified 5 times, .* at most {largest:.2f} is possible"):
+        magnify_motion(run, 5.0)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"exaggerate": 0.5}, "at least 1"),
         ({"exaggerate": 2.0, "forces": True}, "leave one of the two out"),
         ({"view": "above"}, "plane, outside, both"),
+        ({"view": "outsid"}, r"^a film's view must be one of plane, outside, both; got 'outsid'\. Did you mean 'outside'\?$"),
+        ({"layout": "wid"}, r"; got 'wid'\. Did you mean 'wide'\?$"),
         ({"view": "outside", "labels": True}, "choose the view 'both'"),
     ],
 )

@@ -15,7 +15,7 @@ ALIASES = {
     "FloatArray": "array of floats",
     "FloatValues": "numbers, or an array of them",
     "InputValues": "values of an input: numbers, or text with units",
-    "Progress": "function that is told the progress",
+    "Progress": "function that is called with the progress",
     "SceneSource": "scene, path of a scene file, or name of a shipped scene",
 }
 """What the public names that are neither classes nor functions stand for."""

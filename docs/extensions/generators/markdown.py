@@ -10,7 +10,7 @@ _SPECIAL = re.compile(r"([|*<\\])")
 
 
 def escape(text: str) -> str:
-    """Return a sentence that stands in a table as it is."""
+    """Return a sentence without markup, as a table shows it unchanged."""
     return _SPECIAL.sub(r"\\\1", text)
 
 

@@ -24,7 +24,7 @@ def readings_page() -> str:
     """Return the sections of the page."""
     text = (
         "A reading is what a user reads off a mechanism. `run.readings` holds it over time, and `run.rates` its rate. Effects, events, "
-        "loads and sweeps refer to it by its name; in a scene of several parts the name of the part stands in front, as "
+        "loads and sweeps refer to it by its name; in a scene of several parts the name of the part precedes it, as "
         "`governor.sleeve_lift`. All values are in SI."
     )
     units = find_reading_units()

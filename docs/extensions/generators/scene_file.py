@@ -65,7 +65,7 @@ def _common_sections() -> Iterator[str]:
     yield _section("`[events.NAME]`", "A named crossing of a reading. Runs report it with its time.", keys_table(CrossingTable))
     load = (
         "A torque, a force or a friction is a quantity; a list of `[time, value]`, with straight lines between the points and a jump "
-        "where a time stands twice; a function of a reading, with the keys below; or a list of these, which is their sum. A function has "
+        "where a time is given twice; a function of a reading, with the keys below; or a list of these, which is their sum. A function has "
         "one of `table`, `gain` and `harmonics`."
     )
     yield _section("Functions of time and of readings", load, keys_table(ReadingFunctionTable))
@@ -98,7 +98,7 @@ def _effect_sections() -> Iterator[str]:
     """Yield the effects and their keys."""
     text = (
         "A scene simulates only the effects that it lists; `false` switches one off. An effect along a reading is a table by reading, as "
-        "`spring.sleeve_lift`: a force along a length, a moment along an angle. What each engine can model stands in "
+        "`spring.sleeve_lift`: a force along a length, a moment along an angle. What each engine can model is listed in "
         "[effects and engines](effects_and_engines.md)."
     )
     yield _section("`[effects]`", text)

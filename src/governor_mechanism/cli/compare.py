@@ -92,11 +92,11 @@ def compare(
         from governor_mechanism.render.film.writer import require_video_writer
 
         require_video_writer(f".{film}")
-    console.prepare_folder(figures.folder)
     duration = None if seconds is None else number_or_text(seconds)
     loaded = [_load(scene, changes, duration) for scene in scenes]
     if not no_film:
         film_options.check_film_options(loaded, chosen, file_format=film.value)
+    console.prepare_folder(figures.folder)
     between = None if working_range is None else _parse_range(working_range)
     with console.show_status("simulating"):
         comparison = gm.compare(*loaded, engine=engine, accuracy=accuracy, resistance=resistance, between=between)

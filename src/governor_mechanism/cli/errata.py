@@ -31,7 +31,7 @@ def errata(
     figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
-    """List the errors, misprints and slips of rounding in the papers: what is printed, what is right, why, and the command that shows it.
+    """List the errors, misprints and small slips in the papers: what is printed, what is right, why, and the command that shows it.
 
     Every right value is recomputed by the closed forms. Draws one figure for the main error of each paper.
     """

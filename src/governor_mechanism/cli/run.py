@@ -101,11 +101,11 @@ def run(
         from governor_mechanism.render.film.writer import require_video_writer
 
         require_video_writer(f".{film}")
-    console.prepare_folder(figures.folder)
     duration = None if seconds is None else number_or_text(seconds)
     loaded = load_changed(scene, changes, run__duration=duration, title=title)
     if not no_film:
         film_options.check_film_options([loaded], chosen, fps, file_format=film.value)
+    console.prepare_folder(figures.folder)
     selected_engine = engine if max_steps is None else _limit_steps(engine, loaded, accuracy, max_steps)
     with console.show_status("simulating"):
         result = gm.run(loaded, engine=selected_engine, accuracy=accuracy)

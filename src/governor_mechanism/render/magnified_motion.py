@@ -14,10 +14,13 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.observables.kinematic_readings import analyse_kinematics
 from governor_mechanism.render.geometry.primitives import Vec2
+from governor_mechanism.types import FloatArray
 
 _LEAVE_OUT = "leave exaggerate out"
 _STOP_TOLERANCE = 1e-6
-"""Distance (m or rad) beyond a stop that counts as none: a run rests on a stop to within its accuracy."""
+"""Distance beyond a stop, relative to the scale of its reading, that counts as none: a run rests on a stop to within its accuracy."""
+_STOP_COORDINATES = 50
+"""Number of coordinates at which the stops are checked: a reading that turns back may pass a stop between the ends of the motion."""
 _FACTOR_ACCURACY = 1e-3
 """Accuracy of the largest possible factor, relative to it: three digits of it are stated."""
 
@@ -99,12 +102,18 @@ def _is_possible(scene: Scene, mean: float, ends: Vec2, factor: float) -> bool:
     if factor > 1.0 and not find_range_of_motion(part.mechanism, rotates_with_spindle=part.turns).contains(extremes).all():
         return False
     try:
-        readings = analyse_kinematics(scene, part.mechanism.coordinate, np.array([mean, *extremes])).readings
+        readings = analyse_kinematics(
+            scene, part.mechanism.coordinate, np.array([mean, *np.linspace(extremes[0], extremes[1], _STOP_COORDINATES)])
+        ).readings
     except MechanismError:
         return False
     stops = [effect for effect in part.effects if isinstance(effect, Stops)]
-    low_high = [(stop.low - _STOP_TOLERANCE, stop.high + _STOP_TOLERANCE, readings[stop.reading]) for stop in stops]
-    return all(low <= reached.min() and reached.max() <= high for low, high, reached in low_high)
+    return all(_is_within(stop, readings[stop.reading], _STOP_TOLERANCE * part.mechanism.output_scale(stop.reading)) for stop in stops)
+
+
+def _is_within(stops: Stops, reached: FloatArray, tolerance: float) -> bool:
+    """Return whether values (n,) of a reading are between its stops."""
+    return bool(stops.low - tolerance <= reached.min() and reached.max() <= stops.high + tolerance)
 
 
 def _largest_factor(scene: Scene, mean: float, ends: Vec2, impossible: float) -> float:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.machines.steam_readings import PORT_OPENINGS
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
 from governor_mechanism.model.trajectory import Trajectory
@@ -13,10 +14,6 @@ from governor_mechanism.types import FloatArray
 
 MAX_SHOWN_ANGLE = 4 * np.pi
 """Range of an angle (rad) beyond which a scene of several parts shows its rate."""
-
-
-SLIDE_VALVE_MACHINES = ("slide_valve", "stephenson")
-"""Machines whose ports are opened by a slide valve."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +27,7 @@ class ShownReading:
 
 
 def shown_readings(run: Trajectory) -> dict[str, ShownReading]:
-    """Return the readings by name, openings of ports as they are: zero while the port is closed.
+    """Return the readings by name, openings of ports as a viewer expects them: zero while the port is closed.
 
     In a scene of several parts, rates stand for angles of many turns, which look like straight lines.
     """
@@ -51,7 +48,12 @@ def shown_readings(run: Trajectory) -> dict[str, ShownReading]:
 def find_port_openings(run: Trajectory) -> set[str]:
     """Return the names of the readings that are openings of the ports of a slide valve; a negative value is an overlap."""
     machines = [(f"{part.name}." if len(run.scene.parts) > 1 else "", part.machine) for part in run.scene.parts]
-    return {prefix + name for prefix, machine in machines if machine in SLIDE_VALVE_MACHINES for name in PORT_OPENINGS}
+    return {prefix + name for prefix, machine in machines if _has_ports(machine) for name in PORT_OPENINGS}
+
+
+def _has_ports(machine: str) -> bool:
+    """Return whether a slide valve opens the ports of a machine."""
+    return machine in MACHINES and set(PORT_OPENINGS) <= set(MACHINES[machine].reading_meanings)
 
 
 RATE_START = "rate of "
@@ -59,9 +61,9 @@ RATE_START = "rate of "
 
 
 def chosen_readings(run: Trajectory, names: Sequence[str]) -> dict[str, ShownReading]:
-    """Return readings of a run by name, a closed port as zero, and rates by "rate of ...". Raise MechanismError for an unknown name."""
+    """Return readings of a run by name as they are, and rates by "rate of ...". Raise MechanismError for an unknown name."""
     known = {**run.readings, **{f"{RATE_START}{name}": values for name, values in run.rates.items()}}
-    shown, ports = {}, find_port_openings(run)
+    shown = {}
     for name in names:
         if name not in known:
             raise MechanismError(f"the run has no reading {name!r}; it has {', '.join(known)}.{did_you_mean(name, known)}")
@@ -70,6 +72,5 @@ def chosen_readings(run: Trajectory, names: Sequence[str]) -> dict[str, ShownRea
         if unit == "rad/s" and name not in run.readings and np.ptp(run.readings[source]) <= MAX_SHOWN_ANGLE:
             unit, factor = "deg/s", 180 / np.pi  # an arm swings; what makes whole turns is shown in turns per minute
         scale, error = run.scales.get(name, 0.0), run.reading_errors.get(name, 0.0)
-        values = np.maximum(known[name], 0.0) if name in ports else known[name]
-        shown[name] = ShownReading(values=values * factor, unit=unit, scale=scale * factor, error=error * factor)
+        shown[name] = ShownReading(values=known[name] * factor, unit=unit, scale=scale * factor, error=error * factor)
     return shown

@@ -76,7 +76,7 @@ class FramePainter(FrameCanvas):
         self._finish(panels, animated)
 
     def _make_drawing(self, position: int) -> Panel:
-        """Return the panel of a drawing at a position from the left, and write what stands above it: the name of its part, and a factor."""
+        """Return the panel of a drawing at a position from the left, and write what is above it: the name of its part, and a factor."""
         index, is_outside = self._slots[position]
         frame_data = self._shown_parts[index]
         shift, above = position * self._places.part_pitch - self._shift, 0.0

@@ -111,7 +111,7 @@ FOOTER_HEIGHT = 16.0
 def frame_layout(options: FilmOptions, has_dial: bool, aspect_ratio: float = 1.0) -> FrameLayout:
     """Return the places in a frame for a machine with or without a plan view.
 
-    `aspect_ratio` is the width of what is drawn, relative to its height: a wide machine stands over the whole width, above its plots, if it
+    `aspect_ratio` is the width of what is drawn, relative to its height: a wide machine takes the whole width, above its plots, if it
     is then larger.
     """
     match options.layout:

@@ -132,7 +132,7 @@ def make_film_options(
         raise MechanismError(f"a film's view must be one of {', '.join(FilmView)}; got {view!r}.{did_you_mean(view, FilmView)}")
     overlays = [name for name, is_on in (("labels", labels), ("forces", forces), ("traces", traces)) if is_on]
     if overlays and view == FilmView.OUTSIDE:
-        raise MechanismError(f"{' and '.join(overlays)} stand on the turning plane; leave them out, or choose the view 'both'")
+        raise MechanismError(f"{' and '.join(overlays)} are drawn on the turning plane only; leave them out, or choose the view 'both'")
     if not (math.isfinite(exaggerate) and exaggerate >= 1.0):
         raise MechanismError(f"exaggerate must be a number of at least 1, which is the true motion; got {exaggerate:g}")
     if forces and exaggerate > 1.0:
@@ -188,8 +188,8 @@ def require_view(parts: Sequence[Part], view: str) -> None:
         If no part turns with a spindle, but a view from outside is requested.
     """
     if view != FilmView.PLANE and not any(part.turns for part in parts):
-        names = ", ".join(part.name for part in parts)
-        raise MechanismError(f"the view {str(view)!r} shows what turns with a spindle, and nothing shown does ({names}); leave view out")
+        machines = ", ".join(dict.fromkeys(part.machine for part in parts))
+        raise MechanismError(f"the view {str(view)!r} shows what turns with a spindle, and nothing shown does ({machines}); leave view out")
 
 
 def require_room_options(options: FilmOptions) -> None:
@@ -209,7 +209,7 @@ def require_room_options(options: FilmOptions) -> None:
     requested = [name for name in names if getattr(options, name) != getattr(DEFAULT_OPTIONS, name)]
     if requested:
         raise MechanismError(
-            f"the film of a governed engine shows its engine room, without {' and '.join(requested)}; "
+            f"the film of a governed engine shows its engine room, which does not take {' and '.join(requested)}; "
             "choose a part, as part='governor', or leave them out"
         )
 

@@ -27,6 +27,8 @@ _PIN_REACH_RATIO = 2.4
 """Distance from the centre of a pin, relative to its radius, within which the outline of a plate passes that the pin holds."""
 _SUNK_RATIO = 0.9
 """Distance from the centre of a ball, relative to its radius, at which a bar that ends in it is cut off: just inside."""
+_PIN_LEAD = 1e-9
+"""Depth (m) of a pin's end in front of its plates: far more than rounding, and far less than the thickness of any part."""
 _HIGHLIGHTS = ((0.78, 42.0), (0.60, 30.0))
 """Radius relative to that of its ball, and half angle in degrees, of each arc of the light on a ball."""
 
@@ -61,6 +63,11 @@ class _Solid:
     def is_pin(self) -> bool:
         """Whether it is a pin across the turning plane."""
         return self.kind == "circle" and self.half_thickness is not None and not self.is_sphere
+
+    @property
+    def n_shapes(self) -> int:
+        """Number of shapes as which it is seen: a ball has the light on it beside its outline."""
+        return 2 if self.is_sphere else 1
 
     def points_at(self, k: int) -> FloatArray:
         """Return the points (m, 2) at frame k."""
@@ -122,8 +129,8 @@ class OutsideView:
         plane = self.plane_at(k)
         depths = [_depth(solid, k, plane) for solid in self._solids]
         # A pin is as long as its plates are thick together, so it is seen in front of them.
-        nearest = [max([depths[k], *(depths[plate] + 1e-9 for plate in plates)]) for k, plates in enumerate(self._pinned)]
-        by_shape = [depth for depth, solid in zip(nearest, self._solids, strict=True) for _ in range(1 + solid.is_sphere)]
+        nearest = [max([depths[number], *(depths[plate] + _PIN_LEAD for plate in plates)]) for number, plates in enumerate(self._pinned)]
+        by_shape = [depth for depth, solid in zip(nearest, self._solids, strict=True) for _ in range(solid.n_shapes)]
         return sorted(range(len(by_shape)), key=lambda number: (by_shape[number], number))
 
     def _spheres_at(self, k: int) -> Spheres:
@@ -197,7 +204,7 @@ def _depth(solid: _Solid, k: int, plane: TurnedPlane) -> float:
 
 
 def _seen_shapes(solid: _Solid, k: int, plane: TurnedPlane, spheres: Spheres) -> Iterator[DrawnShape]:
-    """Yield a shape of frame k as seen; a ball with the light on it."""
+    """Yield the `n_shapes` shapes as which a solid is seen at frame k; a ball with the light on it."""
     is_visible, points = solid.is_visible_at(k), solid.points_at(k) if len(solid.points) else np.zeros((0, 2))
     thickness, radius = solid.half_thickness, solid.radius_at(k) if solid.is_visible_at(k) else 0.0
     if thickness is None:

@@ -112,6 +112,8 @@ def select_time_span(limits: Vec2, start: float | None, stop: float | None) -> V
     """Return the validated start and end (s) of the shown part within the times of the runs (s)."""
     first, last = limits
     begin, end = (first if start is None else start), (last if stop is None else stop)
+    if begin == end and first < last:
+        raise MechanismError(f"start and stop are both {begin:g} s; a film shows what happens between two times")
     if not first <= begin <= end <= last:
         raise MechanismError(f"start and stop must lie within the run, {first:g}..{last:g} s, in this order; got {begin:g} and {end:g} s")
     return begin, end
@@ -165,12 +167,17 @@ def select_room_timing(run: Trajectory, start: float | None, stop: float | None,
 
 
 class _Motion:
-    """Motion of the bodies of one part in its plane, as columns: positions (m), and cosine and sine of angles."""
+    """Motion of one part, as columns: positions (m) of its bodies in its plane, cosine and sine of their angles, and the spindle speed.
+
+    Without the speed (rad/s), a governor that friction holds would have come back at any time.
+    """
 
     def __init__(self, part_run: PartRun, *, shows_rotation: bool = False) -> None:
         run = part_run.run
-        spindle = part_run.select_entries(run.readings).get("spindle_speed") if shows_rotation and part_run.part.turns else None
-        self._spindle_speed = np.zeros(len(run.times)) if spindle is None else np.abs(spindle)
+        spindle = part_run.select_entries(run.readings).get("spindle_speed") if part_run.part.turns else None
+        speed = np.zeros(len(run.times)) if spindle is None else spindle
+        self._shown_speed = np.abs(speed) if shows_rotation else np.zeros(len(run.times))
+        self._speed = speed
         self.times, self.poses, self._velocities = run.times, part_run.poses, part_run.select_bodies(run.velocities)
         self._length_scale = part_run.part.mechanism.length_scale
         self._spline = CubicHermiteSpline(run.times, self.poses, self._velocities) if len(run.times) > 1 else None
@@ -183,7 +190,7 @@ class _Motion:
         inside = (self.times >= begin) & (self.times <= end)
         if not inside.any() or not self.poses.shape[1]:
             return math.inf
-        spindle_rate = float(self._spindle_speed[inside].max()) * MIN_FRAMES_PER_SPINDLE_TURN / MIN_FRAMES_PER_TURN
+        spindle_rate = float(self._shown_speed[inside].max()) * MIN_FRAMES_PER_SPINDLE_TURN / MIN_FRAMES_PER_TURN
         is_turning = np.ptp(self.poses[inside, :, 2], axis=0) >= (1.0 - 1e-6) * 2 * math.pi  # a film of one turn has rounded ends
         rates = np.abs(self._velocities[inside, :, 2][:, is_turning])
         fastest = max(spindle_rate, float(rates.max(initial=0.0)))
@@ -195,15 +202,16 @@ class _Motion:
             return np.zeros(len(times))
         # Clipped: a run may end before the others.
         at = np.clip(np.concatenate([[begin], times]), self.times[0], self.times[-1])
-        columns = self._columns(np.asarray(self._spline(at)))
+        columns = self._columns(np.asarray(self._spline(at)), np.interp(at, self.times, self._speed))
         largest: FloatArray = np.abs((columns[1:] - columns[0]) / scales).max(axis=1, initial=0.0)
         return largest
 
     def scales(self, begin: float, end: float) -> FloatArray:
         """Return the range of each column between two times (s); infinite for one that practically does not move."""
         inside = (self.times >= begin) & (self.times <= end)
-        ranges = np.ptp(self._columns(self.poses[inside]), axis=0)
-        smallest = np.tile([1e-6 * self._length_scale] * 2 + [1e-6] * 2, self.poses.shape[1])
+        ranges = np.ptp(self._columns(self.poses[inside], self._speed[inside]), axis=0)
+        smallest_speed = 1e-6 * float(np.abs(self._speed).max(initial=0.0))
+        smallest = np.append(np.tile([1e-6 * self._length_scale] * 2 + [1e-6] * 2, self.poses.shape[1]), smallest_speed)
         return np.where(ranges > smallest, ranges, np.inf)
 
     def goes_the_same_way(self, begin: float, time: float) -> bool:
@@ -217,10 +225,11 @@ class _Motion:
         return float(np.abs(first).max(initial=0.0)) < 0.1 or float(first @ second) > 0.0
 
     @staticmethod
-    def _columns(poses: FloatArray) -> FloatArray:
-        """Return the columns (n, 4 bodies) of poses (n, bodies, 3)."""
+    def _columns(poses: FloatArray, speeds: FloatArray) -> FloatArray:
+        """Return the columns (n, 4 bodies + 1) of poses (n, bodies, 3) and spindle speeds (n,) rad/s."""
         x, y, angle = np.moveaxis(poses, -1, 0)
-        return np.stack([x, y, np.cos(angle), np.sin(angle)], axis=-1).reshape(len(poses), -1)
+        of_bodies = np.stack([x, y, np.cos(angle), np.sin(angle)], axis=-1).reshape(len(poses), -1)
+        return np.column_stack([of_bodies, speeds])
 
 
 def _last_whole_period(motions: Sequence[_Motion], begin: float, end: float) -> float | None:

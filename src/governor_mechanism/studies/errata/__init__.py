@@ -1,1 +1,1 @@
-"""What recomputing and simulating the four papers has found: errors, misprints and slips of rounding, each with its proof."""
+"""What recomputing and simulating the four papers has found: errors, misprints and small slips, each with its proof."""

@@ -3,9 +3,8 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
-from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.studies.errata.dubois import list_dubois_errata
-from governor_mechanism.studies.errata.erratum import Erratum, Paper
+from governor_mechanism.studies.errata.erratum import Erratum, Paper, check_paper
 from governor_mechanism.studies.errata.marks import list_marks_errata
 from governor_mechanism.studies.errata.redtenbacher import list_redtenbacher_errata
 from governor_mechanism.studies.errata.results import Errata
@@ -41,9 +40,7 @@ def collect_errata(paper: str | None = None, *, simulate: bool = False) -> Errat
     MechanismError
         If there is no such paper.
     """
-    if paper is not None and paper not in set(Paper):
-        raise MechanismError(f"paper must be one of {', '.join(Paper)}; got {paper!r}.{did_you_mean(paper, [one.value for one in Paper])}")
-    papers = LISTS if paper is None else (Paper(paper),)
+    papers = LISTS if paper is None else (check_paper(paper),)
     errata = (erratum for one in papers for erratum in LISTS[one]())
     return Errata(errata=tuple(_simulated(erratum) if simulate else erratum for erratum in errata))
 

@@ -21,9 +21,12 @@ COMMAND = "governor-mechanism design hartung"
 USED_ANGLE_DEG = 132.0
 """Angle of the bell crank with which the paper goes on."""
 
+MEANT_FORCE = "189.8"
+"""Spring force, kgf, that table 2 means at 92 mm and 212 rpm: only the second digit of the printed number is wrong."""
+
 _number = partial(make_number_erratum, paper=Paper.DUBOIS, command=COMMAND)
 _misprint = partial(_number, category=Category.MISPRINT)
-_slip = partial(_number, category=Category.ROUNDING)
+_slip = partial(_number, category=Category.SLIP)
 _formula = partial(Erratum, paper=Paper.DUBOIS, category=Category.MISPRINT, command=COMMAND)
 
 
@@ -59,25 +62,30 @@ def _errors(numbers: dict[str, PrintedNumber]) -> Iterator[Erratum]:
         "calculation that follows.",
         proof=f"arctan(106/115) = {arc:.2f} deg must be taken from 180 deg; added to 90 deg it gives {90 + arc:.2f} deg, "
         f"which rounds to the printed 133 deg. That this is the cause is inferred; the difference of {difference:.1f} deg is certain.",
-        consequence="The article wants a constant static sleeve force. With springs along the straight line through both speeds it "
-        f"changes by {spreads[0]:.1f} % over the stroke with the right angle, by {spreads[1]:.1f} % with the {USED_ANGLE_DEG:g} deg that "
-        "the paper uses.",
+        consequence="The article aims at a constant static sleeve force. With springs along the straight line through both speeds it "
+        f"changes by {spreads[0]:.1f} % over the stroke with {angle.recomputed:.2f} deg, by {spreads[1]:.1f} % with the "
+        f"{USED_ANGLE_DEG:g} deg that the paper uses.",
     )
     on_axis = 1e3 * PAPER_GOVERNOR.fulcrum_radius / math.sin(PAPER_GOVERNOR.angle)
     symmetric = numbers["sleeve's arm b, at 132 deg"].recomputed
-    yield _number(
-        PrintedNumber("arm b whose end is on the axis in the middle position", "mm", 170, on_axis),
-        0,
+    yield Erratum(
+        paper=Paper.DUBOIS,
         name="sleeve-arm",
         place="pp. 618-619, choice of b, found graphically",
+        subject="construction of the arm b",
         category=Category.ERROR,
+        printed="the end of arm b is on the axis in the middle position",
+        right=f"the ends of the stroke are symmetric about the axis (b = {symmetric:.2f} mm); on the axis it would need {on_axis:.2f} mm",
+        unit="mm",
+        right_value=symmetric,
         quotation="wollen wir b so wählen, daß in der Mittellage der Endpunkt des unteren Hebelarms des Winkelhebels in die Regulatorachse "
         "hineinfällt; daraus ergibt sich (graphisch) b zu b = 170 mm.",
         translation="we shall choose b so that in the middle position the end of the lower arm of the bell crank falls on the axis of the "
         "governor; this gives (graphically) b = 170 mm.",
-        proof=f"The end is on the axis for b = 122 mm / sin {USED_ANGLE_DEG:g} deg. With 170 mm the hangers at both ends of the stroke are "
-        f"symmetric about the axis (exactly with {symmetric:.2f} mm), which is the stated aim.",
-        consequence="The number serves the aim, the stated construction does not: who repeats it gets another arm.",
+        proof="The printed 170 mm is right for the stated aim, hangers that are symmetric about the axis at both ends of the stroke; it is "
+        f"{symmetric:.2f} mm rounded. In the middle position the end is on the axis for b = 122 mm / sin {USED_ANGLE_DEG:g} deg.",
+        consequence=f"Who repeats the construction as it is described gets an arm of {on_axis:.2f} mm, which misses the aim.",
+        command=COMMAND,
     )
 
 
@@ -87,6 +95,7 @@ def _misprints_of_geometry(numbers: dict[str, PrintedNumber]) -> Iterator[Erratu
         0,
         name="rest-radius",
         place="p. 618, 15 mm + 77 mm",
+        meant="92",
         proof="The sum is 92 mm, which the next lines use.",
     )
     yield _misprint(
@@ -95,6 +104,7 @@ def _misprints_of_geometry(numbers: dict[str, PrintedNumber]) -> Iterator[Erratu
         name="inner-radius",
         subject="radius of a weight at the inner end",
         place="p. 618, 122 - 30",
+        meant="92",
         proof="122 mm - 115 mm sin 15 deg; the paper goes on with 92 mm.",
     )
     yield _misprint(
@@ -103,6 +113,7 @@ def _misprints_of_geometry(numbers: dict[str, PrintedNumber]) -> Iterator[Erratu
         name="squared-speed",
         subject="square of the fast speed",
         place="p. 618, centrifugal force at the outer end",
+        meant="492.9",
         proof="The square of 22.201/s, given as 492.9 a few lines above.",
     )
     yield _formula(
@@ -117,15 +128,17 @@ def _misprints_of_geometry(numbers: dict[str, PrintedNumber]) -> Iterator[Erratu
 
 def _misprints_of_spring_and_force(numbers: dict[str, PrintedNumber]) -> Iterator[Erratum]:
     neighbours = [numbers[f"spring force at {radius} mm, 212 rpm"].printed for radius in (100, 106)]
-    slopes = [(neighbours[0] - 189.8) / 8, (neighbours[0] - 199.8) / 8, (neighbours[1] - neighbours[0]) / 6]
+    force = numbers["spring force at 92 mm, 212 rpm"]
+    slopes = [(neighbours[0] - one) / 8 for one in (float(MEANT_FORCE), force.printed)] + [(neighbours[1] - neighbours[0]) / 6]
     yield _misprint(
-        numbers["spring force at 92 mm, 212 rpm"],
+        force,
         1,
         name="table-2",
         subject="spring force at 212 rpm",
         place="p. 619, table 2, 92 mm",
-        proof=f"189.8 is meant: the force then rises by {slopes[0]:.2f} kgf/mm to the next radius, with 199.8 by {slopes[1]:.2f} kgf/mm; "
-        f"in the next interval it is {slopes[2]:.2f} kgf/mm.",
+        meant=MEANT_FORCE,
+        proof=f"With {MEANT_FORCE} the force rises by {slopes[0]:.2f} kgf/mm to the next radius, with the printed {force.printed:g} by "
+        f"{slopes[1]:.2f} kgf/mm; in the next interval it is {slopes[2]:.2f} kgf/mm.",
     )
     yield _formula(
         name="polar-moment",
@@ -142,7 +155,7 @@ def _misprints_of_spring_and_force(numbers: dict[str, PrintedNumber]) -> Iterato
         subject="units in the length of the wire",
         printed="6 cm^4 x 750000 / (172 x 4 cm^2)",
         right="6 cm x 0.2036 cm^4 x 750000 / (172 x (4 cm)^2)",
-        proof="The factor J_p is left out, its unit stands at the 6 cm, and the 4 cm lack their square; the next line is right.",
+        proof="The factor J_p is left out, its unit is printed at the 6 cm, and the 4 cm lack their square; the next line is right.",
     )
     yield _formula(
         name="section-modulus-power",
@@ -173,7 +186,8 @@ def _misprints_of_spring_and_force(numbers: dict[str, PrintedNumber]) -> Iterato
         1,
         name="outer-regulating-force",
         place="p. 620, K in the outermost position",
-        proof="0.04 x 503 = 20.1; the next line has 20.2.",
+        meant="20.2",
+        proof="0.04 x 503 = 20.12; the next line has 20.2.",
     )
     yield _formula(
         name="change-fraction",

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.studies.printed_numbers import PrintedNumber
 
@@ -32,18 +33,21 @@ PAPER_REFERENCES = {
 
 
 class Category(StrEnum):
-    """What an erratum does to a reader who follows the paper.
-
-    An error leads to another machine or to another conclusion. A misprint is a wrong digit, sign, letter or unit, beside which the paper
-    goes on with the right one. Rounding is a slip of the slide rule or of the table of logarithms that changes nothing.
-    """
+    """What an erratum does to a reader who follows the paper; `CATEGORY_MEANINGS` defines each category."""
 
     ERROR = "error"
     MISPRINT = "misprint"
-    ROUNDING = "rounding"
+    SLIP = "slip"
 
 
-CATEGORY_PLURALS = {Category.ERROR: "errors", Category.MISPRINT: "misprints", Category.ROUNDING: "slips of rounding"}
+CATEGORY_MEANINGS = {
+    Category.ERROR: "leads to another machine or to another conclusion, or is a false statement",
+    Category.MISPRINT: "a wrong digit, sign, letter or unit; the lines around it show the right one",
+    Category.SLIP: "a small slip of calculation, mostly of rounding, that changes no conclusion",
+}
+"""What puts an erratum into a category."""
+
+CATEGORY_PLURALS = {Category.ERROR: "errors", Category.MISPRINT: "misprints", Category.SLIP: "small slips"}
 """What several errata of a category are called."""
 
 
@@ -58,7 +62,7 @@ class Erratum:
     name
         Name within the paper, which does not change.
     place
-        Where it stands: page, equation, or the passage as the paper names it.
+        Where it is printed: page, equation, or the passage as the paper names it.
     subject
         The quantity, formula or statement.
     category
@@ -66,7 +70,7 @@ class Erratum:
     printed
         What is printed; a statement in translation.
     right
-        What is right.
+        What is right; for a misprinted number that which the paper means, and in brackets the recomputed one if it differs.
     proof
         Why, in one or two sentences.
     command
@@ -84,7 +88,7 @@ class Erratum:
     printed_digits
         Number of its digits after the decimal point.
     right_value
-        The number recomputed; None for a formula.
+        The number recomputed, or that of a right statement; None if there is none.
     simulated
         What the simulation finds, in a sentence; empty if it was not asked for or does not concern the erratum.
     """
@@ -107,6 +111,11 @@ class Erratum:
     right_value: float | None = None
     simulated: str = ""
 
+    def reasons(self) -> str:
+        """Return proof, consequence and what the simulation finds, as one text."""
+        simulated = f"Simulation: {self.simulated}." if self.simulated else ""
+        return " ".join(filter(None, (self.proof, self.consequence, simulated)))
+
     def as_json(self) -> dict[str, Any]:
         """Return the erratum as plain values, its numbers in the units of the paper."""
         return plain_record(self)
@@ -126,6 +135,7 @@ def make_number_erratum(
     quotation: str = "",
     translation: str = "",
     subject: str = "",
+    meant: str = "",
 ) -> Erratum:
     """Return the erratum of a printed number.
 
@@ -140,7 +150,7 @@ def make_number_erratum(
     name
         Name of the erratum within the paper.
     place
-        Where the number stands.
+        Where the number is printed.
     category
         What the erratum does to a reader who follows the paper.
     proof
@@ -155,6 +165,8 @@ def make_number_erratum(
         The same in English.
     subject
         What the number is; the name of the quantity if empty.
+    meant
+        The number that the paper means, with the digits that it prints; empty if it means another or this is not known.
 
     Returns
     -------
@@ -162,9 +174,10 @@ def make_number_erratum(
         The erratum.
     """
     unit = "" if number.unit == "1" else number.unit
-    printed, right = (
-        f"{value:.{n}f} {unit}".strip() for value, n in ((number.printed, digits), (number.recomputed, digits + N_MORE_DIGITS))
-    )
+    recomputed = f"{number.recomputed:.{digits + N_MORE_DIGITS}f}"
+    printed, right = (f"{text} {unit}".strip() for text in (f"{number.printed:.{digits}f}", meant or recomputed))
+    if meant and float(meant) != float(recomputed):
+        right += f" ({recomputed})"
     return Erratum(
         paper=paper,
         name=name,
@@ -183,3 +196,50 @@ def make_number_erratum(
         printed_digits=digits,
         right_value=float(number.recomputed),
     )
+
+
+def check_paper(paper: str) -> Paper:
+    """Return a paper by its name.
+
+    Parameters
+    ----------
+    paper
+        The name.
+
+    Returns
+    -------
+    Paper
+        The paper.
+
+    Raises
+    ------
+    MechanismError
+        If there is no such paper.
+    """
+    if paper not in set(Paper):
+        raise MechanismError(f"paper must be one of {', '.join(Paper)}; got {paper!r}.{did_you_mean(paper, [one.value for one in Paper])}")
+    return Paper(paper)
+
+
+def check_category(category: str) -> Category:
+    """Return a category by its name.
+
+    Parameters
+    ----------
+    category
+        The name.
+
+    Returns
+    -------
+    Category
+        The category.
+
+    Raises
+    ------
+    MechanismError
+        If there is no such category.
+    """
+    if category not in set(Category):
+        hint = did_you_mean(category, [one.value for one in Category])
+        raise MechanismError(f"category must be one of {', '.join(Category)}; got {category!r}.{hint}")
+    return Category(category)

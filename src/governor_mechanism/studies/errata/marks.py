@@ -45,7 +45,8 @@ def list_marks_errata() -> Iterator[Erratum]:
         category=Category.MISPRINT,
         printed="z' = (r^2 / 2l) cos(w + delta)",
         right="z' = (r^2 / 2l) cos^2(w + delta)",
-        proof="The displacement xi in the line before it has the square.",
+        proof="The displacement xi in the line before it has the square. The statement on the signs of z' (an error, above) agrees "
+        "with the misprinted form.",
         command=MIDDLE_COMMAND,
     )
     yield _erratum(
@@ -95,11 +96,12 @@ def _ends_of_the_cylinder() -> Erratum:
         "gerade Entgegengesetzte statt.",
         translation="while for the end of the cylinder away from the shaft the largest displacement, the compression and the pre-release "
         "grow, the pre-admission and the fill shrink, just the opposite takes place in all respects for the end at the shaft.",
-        proof="At every event z is negative: the valve is nearer to the shaft than by the theory. An event on its way to the shaft comes "
-        f"earlier (cut-off {cut_off:+.2f} deg, release {release:+.2f} deg), one on its way out later (admission, and compression "
-        f"{compression:+.2f} deg): pre-release and compression change in opposite senses, whichever end is called the one away from the "
-        "shaft.",
-        consequence="The four other changes of the sentence are right. It says itself that the changes of the fill can be reversed.",
+        proof="At every event z is negative: the valve is nearer to the shaft than by the theory. An event that the valve meets while "
+        f"moving toward the shaft comes earlier (cut-off {cut_off:+.2f} deg, release {release:+.2f} deg), one that it meets while moving "
+        f"away later (admission, and compression {compression:+.2f} deg): pre-release and compression change in opposite senses, whichever "
+        "end is called the one away from the shaft.",
+        consequence="The four other changes of the sentence go together as it says. With outside admission the end so described is the one "
+        "at the shaft, not the one away from it. The paper says itself that the changes of the fill can be reversed.",
         command=COMMAND,
     )
 
@@ -122,8 +124,10 @@ def _signs_at_dead_centres() -> Erratum:
         quotation="Dieser Ausdruck nimmt für ω = 0 und ω = 180 entgegengesetzt bezeichnete Werthe an, bedingt somit ungleiches lineares "
         "Voreilen",
         translation="This expression takes values of opposite sign for ω = 0 and ω = 180, thus causes unequal linear lead",
-        proof=f"z' has the square of the cosine. Only the misprinted z' without the square has opposite signs ({other:.3f} mm at 180 deg).",
+        proof=f"z' has the square of the cosine. Only z' as it is misprinted, without the square (see the misprint below), has opposite "
+        f"signs ({other:.3f} mm at 180 deg).",
         consequence="The conclusion, unequal leads, is right: at 180 deg the valve is on the other side, and the same z' leaves leads of "
-        f"{lead - equal:.3f} and {lead + equal:.3f} mm in place of {lead:g} mm.",
+        f"{lead - equal:.3f} and {lead + equal:.3f} mm in place of {lead:g} mm. Perhaps opposite effects on the two leads are meant; "
+        "then only the words are wrong.",
         command=MIDDLE_COMMAND,
     )

@@ -53,15 +53,18 @@ def _errors(numbers: dict[str, PrintedNumber], comparison: PaperComparison) -> I
     cosines = math.cos(PRINTED_ANGLES[0]) - math.cos(PRINTED_ANGLES[1])
     total, coefficient = numbers["sum of the bracket"], numbers["coefficient of mu N / n"]
     lacking = f"{100 * (1 - total.printed / total.recomputed):.0f} %"
+    third = numbers["back pressure (66)"]
+    slips = (total.printed - third.printed) - (total.recomputed - third.recomputed)
     yield _number(
-        numbers["back pressure (66)"],
+        third,
         4,
         name="back-pressure",
         place=_TERMS.format("third"),
         category=Category.ERROR,
         proof=f"The term is (r/p) (cos 3 deg - cos 95 deg) / 2, subtracted, with r/p = 1.5/4 = {ratio:g}. The printed number follows from "
         f"r/p = {WRONG_PRESSURE_RATIO:g}, which gives {-WRONG_PRESSURE_RATIO * cosines / 2:.4f}.",
-        consequence=f"With four smaller slips the sum of the bracket, and with it the flywheel, comes out {lacking} too small.",
+        consequence=f"The sum of the bracket, and with it the flywheel, comes out {lacking} too small: the third term takes off "
+        f"{third.recomputed - third.printed:.4f}, small slips in other terms add {slips:.4f}. The two other errors follow from this one.",
     )
     yield _number(
         total,
@@ -70,7 +73,8 @@ def _errors(numbers: dict[str, PrintedNumber], comparison: PaperComparison) -> I
         place="numbers after (68), sum of the bracket",
         category=Category.ERROR,
         proof="The seven printed terms add up to the printed sum, but the third is wrong and four are inaccurate.",
-        consequence=f"With the exact roots of (61) and (63) in place of 3 and 95 deg it is {sum(comparison.exact_terms):.6f}.",
+        consequence="This error follows from that of the third term. With the exact roots of (61) and (63) in place of 3 and 95 deg the "
+        f"sum is {sum(comparison.exact_terms):.6f}.",
     )
     wheel = comparison.wheels[0]
     yield _number(
@@ -79,12 +83,11 @@ def _errors(numbers: dict[str, PrintedNumber], comparison: PaperComparison) -> I
         name="flywheel",
         place="last equation, kinetic energy of the flywheel over mu N/n",
         category=Category.ERROR,
-        quotation="Diese lebendige Kraft ist aber bedeutend grösser, als diejenige, welche ein Dampfmaschinen-Schwungrad erfordert.",
-        translation="This kinetic energy, however, is considerably larger than that which the flywheel of a steam engine requires.",
         proof=f"30 x 75 x 4/0.4 times the right sum of the bracket; {comparison.exact_coefficient:.0f} with the exact angles.",
-        consequence=f"A flywheel by the printed number is {lacking} too light: under the load that closes the cycle its speed fluctuates "
-        f"{wheel.excess:.2f} times as much as mu allows. The closing remark, that this kinetic energy is much larger than that of a steam "
-        "engine's flywheel, holds all the more.",
+        consequence="This error follows from that of the third term, through the sum. A flywheel by the printed number is "
+        f"{lacking} too light: under the load that closes the cycle its speed fluctuates {wheel.excess:.2f} times as much as mu allows. "
+        'The closing remark, that this kinetic energy is "bedeutend grösser" '
+        "(considerably larger) than that of a steam engine's flywheel, is right, and of the right number even more true.",
     )
 
 
@@ -148,8 +151,8 @@ def _root_of_first_balance(sign: float) -> float:
 
 
 def _slips(numbers: dict[str, PrintedNumber]) -> Iterator[Erratum]:
-    """Yield the slips of rounding."""
-    slip = partial(_number, category=Category.ROUNDING)
+    """Yield the small slips."""
+    slip = partial(_number, category=Category.SLIP)
     limit = numbers["end of the first interval"]
     minutes = 60 * (limit.recomputed - limit.printed)
     yield slip(

@@ -1,14 +1,21 @@
 """All errata of the papers as one result, which prints as tables."""
 
 import textwrap
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import Any
 
 from governor_mechanism.files.printed_result import PrintedResult
 from governor_mechanism.files.table import make_data_frame
-from governor_mechanism.studies.errata.erratum import CATEGORY_PLURALS, PAPER_REFERENCES, Category, Erratum, Paper
+from governor_mechanism.studies.errata.erratum import (
+    CATEGORY_PLURALS,
+    PAPER_REFERENCES,
+    Category,
+    Erratum,
+    Paper,
+    check_category,
+    check_paper,
+)
 from governor_mechanism.types import DataFrame
 from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
@@ -24,7 +31,7 @@ class Errata(PrintedResult):
     Attributes
     ----------
     errata
-        The errata, by paper; in a paper errors, misprints, rounding.
+        The errata, by paper; in a paper errors, misprints, slips.
     """
 
     errata: tuple[Erratum, ...]
@@ -44,26 +51,50 @@ class Errata(PrintedResult):
         """The papers that have errata here, in their order."""
         return tuple(dict.fromkeys(erratum.paper for erratum in self))
 
-    def select(self, paper: Paper, category: Category | None = None) -> tuple[Erratum, ...]:
+    def select(self, paper: str, category: str | None = None) -> tuple[Erratum, ...]:
         """Return the errata of a paper, of one category or of all.
 
         Parameters
         ----------
         paper
-            The paper.
+            The paper, or its name.
         category
-            The category; None for all.
+            The category, or its name; None for all.
 
         Returns
         -------
         tuple of Erratum
             The errata in their order.
-        """
-        return tuple(one for one in self if one.paper == paper and category in (None, one.category))
 
-    def count(self, category: Category) -> int:
-        """Return the number of errata of a category."""
-        return Counter(erratum.category for erratum in self)[category]
+        Raises
+        ------
+        MechanismError
+            If there is no such paper or category.
+        """
+        wanted = set(Category) if category is None else {check_category(category)}
+        source = check_paper(paper)
+        return tuple(one for one in self if one.paper is source and one.category in wanted)
+
+    def count(self, category: str) -> int:
+        """Return the number of errata of a category.
+
+        Parameters
+        ----------
+        category
+            The category, or its name.
+
+        Returns
+        -------
+        int
+            The number.
+
+        Raises
+        ------
+        MechanismError
+            If there is no such category.
+        """
+        wanted = check_category(category)
+        return sum(erratum.category is wanted for erratum in self)
 
     def __str__(self) -> str:
         """Return for each paper a table of its errata, and below it the proof of each and the command that shows it."""
@@ -102,7 +133,6 @@ class Errata(PrintedResult):
 
 def _format_reasons(erratum: Erratum) -> str:
     """Return proof, consequence and simulation of an erratum, and the command that shows it."""
-    simulated = f"Simulation: {erratum.simulated}." if erratum.simulated else ""
-    text = " ".join(filter(None, (erratum.proof, erratum.consequence, simulated, f"[{erratum.command}]")))
+    text = f"{erratum.reasons()} [{erratum.command}]"
     wrapping: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
     return textwrap.fill(f"{erratum.name} ({erratum.place}; {erratum.subject}): {text}", TEXT_WIDTH, subsequent_indent="    ", **wrapping)

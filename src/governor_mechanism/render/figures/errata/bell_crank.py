@@ -1,7 +1,6 @@
-"""Figure of Dubois' bell crank: the printed and the right angle drawn to scale, and the sleeve force that each gives."""
+"""Figure of Dubois' bell crank: the printed angle and that of his formula drawn to scale, and the sleeve force that each gives."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from matplotlib.patches import Arc, Circle
@@ -27,7 +26,7 @@ def draw_bell_crank() -> Page:
         The figure.
     """
     number = next(one for one in compare_with_paper().numbers if one.quantity == "angle of the bell crank")
-    layouts = [build_hartung_layout(replace(PAPER_INPUTS), math.radians(angle)) for angle in (number.printed, number.recomputed)]
+    layouts = [build_hartung_layout(PAPER_INPUTS, math.radians(angle)) for angle in (number.printed, number.recomputed)]
     page = new_page("Dubois’ bell crank: 137.33°, not 133°", "the angle of his own formula, tan γ = −106/115, makes the sleeve force even")
     _draw_cranks(page.add_panel(_LEFT_RECT, grid=None), layouts)
     _draw_forces(add_panel(page, _RIGHT_RECT, "Lever angle, outward [deg]", "Static sleeve force [kgf]"), layouts)

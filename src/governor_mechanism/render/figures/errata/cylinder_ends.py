@@ -26,7 +26,8 @@ def draw_cylinder_ends() -> Page:
         The figure.
     """
     page = new_page(
-        "Marks’ error term at the two ends of the cylinder", "the paper is right in three rows of four: compression is the wrong one"
+        "Marks’ error term at the two ends of the cylinder",
+        "three of the four changes go together as the paper states; compression does not",
     )
     panel = add_panel(page, (0.215, 0.155, 0.765, 0.655), "Change by the finite eccentric rod [% of the stroke]", "")
     panel.grid(visible=False, axis="y")
@@ -50,8 +51,10 @@ def draw_cylinder_ends() -> Page:
     )
     panel.tick_params(axis="y", length=0, labelsize=TEXT_SIZE + 0.5, labelcolor=INK)
     panel.annotate_point((-1.7, -3.72), "crank end: its fill shrinks", color=BLUE, fontsize=TEXT_SIZE, va="center")
-    panel.annotate_point((1.7, -3.72), "head end", color=VERMILLION, fontsize=TEXT_SIZE, va="center", ha="right")
-    panel.annotate_point((0, -4.12), "words at the bars: what the paper states", color=MUTED, fontsize=TEXT_SIZE, va="center", ha="center")
+    panel.annotate_point((1.7, -3.72), "head end: its fill grows", color=VERMILLION, fontsize=TEXT_SIZE, va="center", ha="right")
+    panel.annotate_point(
+        (0, -4.12), "words at the bars: what the paper states of such an end", color=MUTED, fontsize=TEXT_SIZE, va="center", ha="center"
+    )
     return page
 
 
@@ -62,6 +65,6 @@ def _change(end: str, event: str) -> float:
 
 
 def _stroke_fraction(end: str, event: str, rod: float) -> float:
-    """Return the part of the stroke, from the event's own end, at which the piston stands."""
+    """Return the part of the stroke, from the event's own end, at which the piston is."""
     angle = event_angle(replace(ECCENTRIC, rod=rod), event=f"{end} {event}", **LAPS)
     return (1 - math.cos(angle)) / 2 if end == "crank end" else (1 + math.cos(angle)) / 2

@@ -10,7 +10,7 @@ from governor_mechanism.render.geometry.points import arc_points
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, TextShape, Vec2
 from governor_mechanism.render.machines.governor_parts import visible_pieces
 from governor_mechanism.render.machines.slide_valve.proportions import ValveGearPosition, ValveGearProportions
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, IntArray
 
 _ECCENTRIC_RATIO = 0.80
 """Radius of the eccentric in the diagram, as a fraction of the crank circle."""
@@ -73,13 +73,16 @@ class ZeunerDial:
 
 def turn_before(angles: FloatArray, displacements: FloatArray, crank_angle: float) -> tuple[FloatArray, FloatArray]:
     """Return angles and displacements (n,) of a run during the last turn before a crank angle (rad)."""
-    rows = np.flatnonzero((angles <= crank_angle) & (angles >= crank_angle - math.tau))
-    rows = rows[:: max(1, len(rows) // _MAX_CURVE_POINTS)]
+    rows = _thin_out(np.flatnonzero((angles <= crank_angle) & (angles >= crank_angle - math.tau)))
     return angles[rows], displacements[rows]
 
 
 def first_turn(angles: FloatArray, displacements: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return angles and displacements (n,) of a run during its first turn."""
-    rows = np.flatnonzero(angles <= angles[0] + math.tau * (1 + 1e-9))
-    rows = rows[:: max(1, len(rows) // _MAX_CURVE_POINTS)]
+    rows = _thin_out(np.flatnonzero(angles <= angles[0] + math.tau * (1 + 1e-9)))
     return angles[rows], displacements[rows]
+
+
+def _thin_out(rows: IntArray) -> IntArray:
+    """Return rows of a turn, evenly thinned out to about the largest number of points of a curve."""
+    return rows[:: max(1, len(rows) // _MAX_CURVE_POINTS)]
