@@ -31,7 +31,7 @@ def draw_flywheel() -> Page:
     total = next(term for term in comparison.terms if term.quantity == "sum of the bracket")
     page = new_page(
         f"Redtenbacher’s flywheel is {100 * (1 - total.printed / total.recomputed):.0f} % too light",
-        f"it leaves the band that µ = {DEFAULT_ENERGY_RATIO:g} allows; the right wheel needs {100 * (right.excess - 1):.0f} % more than its width",
+        f"it leaves the band that µ = {DEFAULT_ENERGY_RATIO:g} allows; the right wheel needs {100 * (right.excess - 1):.0f} % more",
     )
     panel = add_panel(page, (0.135, 0.155, 0.835, 0.655), "Crank angle [deg]", "Speed of the shaft [rpm]")
     # The wheel that the closed cycle needs runs from edge to edge of the band.
