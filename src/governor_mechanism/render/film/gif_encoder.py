@@ -29,7 +29,7 @@ BLEND_TOLERANCE = 64
 """Difference per channel, of 255, below which two blends count as equal: a quarter of an edge's contrast. It makes the file a sixth
 smaller."""
 MAX_CLOSED_GAP = 6
-"""Longest row of unchanged pixels between changed ones that is written anew. It makes large moving shapes some 4 % smaller."""
+"""Longest row of unchanged pixels between changed ones that is written again. It makes large moving shapes some 4 % smaller."""
 MAX_FRAME_DELAY = 65535
 """Longest display time of a GIF frame, in hundredths of a second."""
 
