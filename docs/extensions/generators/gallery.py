@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections import defaultdict
 
 from generators.markdown import escape
@@ -29,6 +30,8 @@ def scenes_without_description() -> list[str]:
 
 def _card(name: str, title: str, caption: str) -> str:
     """Return the card of a scene."""
-    link = f'<a href="pages/{name}.html">Interactive page</a>'
+    frame = f'<iframe loading="lazy" src="pages/{name}.html" title="Interactive page: {html.escape(title)}"></iframe>'
+    page = f"<details><summary>Interactive page</summary>{frame}</details>"
+    link = f'<a href="pages/{name}.html">Open it alone</a>'
     film = f"![Film of the scene {name}: {escape(title)}]({FILMS}/{name}.gif)"
-    return "\n\n".join([f"### {title}", film, caption, f"```text\ngovernor-mechanism run {name}\n```", link]) + "\n"
+    return "\n\n".join([f"### {title}", film, caption, f"```text\ngovernor-mechanism run {name}\n```", page, link]) + "\n"

@@ -83,7 +83,7 @@ end_height = { y = "coupler.end" }
 # span = { distance = ["ground.shaft", "rocker.end"] }
 # lean = { line = ["crank.end", "rocker.end"] }
 
-[effects]                                  # only what stands here exists
+[effects]                                  # only what is listed here is simulated
 gravity = true
 # dry_friction = { crank_angle = "0.1 N m" }
 # dashpot = { crank_angle = "0.1 N m s/rad" }

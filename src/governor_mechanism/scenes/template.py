@@ -115,7 +115,7 @@ def _part_lines(table: Mapping[str, Any], part: Part, prefix: str) -> Iterator[s
     yield f'machine = "{part.machine}"'
     yield f"\n[{prefix}dimensions]"
     yield from _dimension_lines(machine_class, table["dimensions"], part)
-    yield "\n" + _with_comment(f"[{prefix}effects]", "only what stands here exists")
+    yield "\n" + _with_comment(f"[{prefix}effects]", "only what is listed here is simulated")
     yield from _effect_lines(machine_class, table.get("effects", {}), part)
     yield from _spindle_lines(table.get("spindle", {}), part, prefix)
     yield from _start_lines(table.get("start", {}), part, prefix)
