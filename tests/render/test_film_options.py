@@ -155,6 +155,7 @@ def test_a_fast_crank_is_slowed_and_closes_on_a_whole_turn(porter):
     run = turning_run(porter, 6.3)
     timing = select_timing((run,), None, None, None, None, 25.0)
     assert 25.0 * timing.slow_down / 6.3 >= MIN_FRAMES_PER_TURN
+    assert timing.lowest_frame_rate * timing.slow_down / 6.3 == pytest.approx(0.5 * MIN_FRAMES_PER_TURN)  # of a GIF that is too large
     turns = 6.3 * timing.time_span[1]
     assert turns == pytest.approx(round(turns), abs=1e-2)  # RETURN_TOLERANCE
     assert select_timing((turning_run(porter, 0.7),), None, None, None, None, 25.0).slow_down == 1.0
