@@ -51,7 +51,7 @@ def test_a_frame_longer_than_the_gif_limit_is_split():
 
 @pytest.mark.parametrize("n_colours", [5, 12, 13, 20])
 def test_flat_areas_are_shown_exactly_with_few_colours_and_with_many(n_colours):
-    """Also where short gaps of unchanged pixels are written anew."""
+    """Also where short gaps of unchanged pixels are written again."""
     random = np.random.default_rng(7)
     colours = random.choice(np.arange(8, 256, 8), (n_colours, 3), replace=True).astype(np.uint8)
     frames = [np.pad(colours[random.integers(0, n_colours, (24, 40))], ((0, 0), (0, 0), (0, 1)), constant_values=255) for _ in range(3)]
