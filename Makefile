@@ -3,7 +3,7 @@
 # make test-docs runs every command of the README and the documentation as it stands there (minutes)
 # make docs     builds the documentation into docs/_build/html
 # make test-browser drives the interactive pages and the documentation in Chromium
-# make package builds wheel and sdist and tries them in fresh environments of every Python on the PATH
+# make package builds wheel and sdist and tries them in fresh environments of every Python found
 # make lock     writes constraints.txt, the versions that `make run` and `make test` install
 # make gallery-page writes the interactive pages of all shipped scenes, with an index, into renders/pages/
 # make gallery  renders every shipped scene into renders/ (tracked files)
