@@ -156,5 +156,6 @@ def load_scene(scene: str | Path) -> Scene:
     hint = suggest_name(scene, {name: name for name in known})
     if os.path.isfile(scene):
         hint = f" To read the file of that name in this folder write {'./' + scene!r}."
-    path_text = "a path has a suffix or a separator, as in my_scene.toml or ./my_scene"
-    raise MechanismError(f"no scene {format_value(scene)}.{hint} Shipped scenes are {', '.join(known)}, and {path_text}.")
+    list_text = f"{len(known)} scenes are shipped, such as porter and watt; `governor-mechanism models` or gm.list_models() lists them"
+    path_text = "A path has a suffix or a separator, as in my_scene.toml or ./my_scene"
+    raise MechanismError(f"no scene {format_value(scene)}.{hint} {list_text}. {path_text}.")
