@@ -15,9 +15,9 @@ from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import Spindle
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.model.trajectory import Trajectory
 
 ACCURACY, REPEATS = 1e-8, 7
 

@@ -14,7 +14,7 @@ from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.artist import Artist
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.frame_schedules import schedule_frames

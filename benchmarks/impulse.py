@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 import governor_mechanism as gm
 from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 
 REPEATS = 5
 TIMES = np.linspace(0.0, 10.0, 201)

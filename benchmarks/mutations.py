@@ -12,7 +12,16 @@ import numpy as np
 SOURCE = Path(__file__).resolve().parents[1] / "src"
 PACKAGE = "governor_mechanism"
 
-KERNEL_CONSTANTS = ("effects/spring.py", "effects/dashpot.py", "mechanics/contact/tolerances.py", "mechanics/reduction/lowering.py")
+KERNEL_CONSTANTS = (
+    "effects/spring.py",
+    "effects/dashpot.py",
+    "mechanics/contact/tolerances.py",
+    "mechanics/dynamics/system/arrays.py",
+    "mechanics/reduction/reduced_forces.py",
+    "mechanics/reduction/reduced_model.py",
+    "integrators/step_attempt.py",
+    "engines/reduced/table_end.py",
+)
 """Files without kernels whose functions and constants are parts of kernels."""
 
 TEXT_KEYWORDS = {"meaning", "examples", "hint", "reason"}

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import governor_mechanism as gm
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.scenes.library import shipped_scenes
 
 ALLOWED_RATIO = 3.0

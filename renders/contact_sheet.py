@@ -5,6 +5,8 @@ Of a film, its first frame and the one in the middle. Usage: make contact-sheet
 
 from __future__ import annotations
 
+import re
+from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -12,13 +14,14 @@ from PIL import Image, ImageDraw, ImageFont
 
 FOLDER = Path(__file__).parent
 
-CELL_WIDTH, CAPTION_HEIGHT, GAP = 270, 18, 8
-"""Width of a picture, as in a row of three in the README, height of its name, and distance of pictures, pixels."""
+CELL_WIDTH, LINE_HEIGHT, GAP = 270, 16, 8
+"""Width of a picture, as in a row of three in the README, height of a line of its name, and distance of pictures, pixels."""
 COLUMNS, MAX_SHEET_HEIGHT = 5, 1560
 """Number of pictures in a row, and largest height of a sheet (pixels): viewers scale larger sheets down."""
 MAX_SHEET_SIZE = 3_000_000
 """Largest size of a sheet, bytes: a larger one takes long to send."""
 PAPER, INK = (255, 255, 255), (40, 40, 40)
+FONT = ImageFont.load_default(12)
 
 
 def main() -> None:
@@ -41,6 +44,8 @@ def main() -> None:
 
 Picture = tuple[str, Image.Image]
 """Name and pixels, CELL_WIDTH wide."""
+Row = Sequence[Picture]
+"""At most COLUMNS pictures side by side."""
 
 
 def read_pictures(path: Path) -> Iterator[Picture]:
@@ -61,12 +66,23 @@ def flatten(image: Image.Image) -> Image.Image:
     return paper.convert("RGB")
 
 
-def split_into_sheets(pictures: Sequence[Picture]) -> Iterator[list[Sequence[Picture]]]:
-    """Yield the rows of each sheet."""
-    sheet: list[Sequence[Picture]] = []
+def split_into_sheets(pictures: Sequence[Picture]) -> list[list[Row]]:
+    """Return the rows of each sheet: as few sheets as possible, of about the same height."""
+    rows = [pictures[k : k + COLUMNS] for k in range(0, len(pictures), COLUMNS)]
+    tallest = max(map(row_height, rows)) + GAP
+    n_sheets = len(list(fill_sheets(rows, MAX_SHEET_HEIGHT)))
+    # The less a sheet may hold, the more of them there are.
+    heights = range(tallest, MAX_SHEET_HEIGHT + 1)
+    lowest = bisect_left(heights, -n_sheets, key=lambda height: -len(list(fill_sheets(rows, height))))
+    return list(fill_sheets(rows, heights[lowest]))
+
+
+def fill_sheets(rows: Sequence[Row], max_height: int) -> Iterator[list[Row]]:
+    """Yield the rows of each sheet, as many as fit into a height, pixels."""
+    sheet: list[Row] = []
     height = GAP
-    for row in (pictures[k : k + COLUMNS] for k in range(0, len(pictures), COLUMNS)):
-        if sheet and height + row_height(row) > MAX_SHEET_HEIGHT:
+    for row in rows:
+        if sheet and height + row_height(row) > max_height:
             yield sheet
             sheet, height = [], GAP
         sheet.append(row)
@@ -75,21 +91,40 @@ def split_into_sheets(pictures: Sequence[Picture]) -> Iterator[list[Sequence[Pic
         yield sheet
 
 
-def row_height(row: Sequence[Picture]) -> int:
+def caption_lines(name: str) -> list[str]:
+    """Return a name in lines that are not wider than a picture, broken where words end."""
+    lines = [""]
+    for word in re.findall(r"[^_ ]+[_ ]*|[_ ]+", name):
+        if lines[-1] and FONT.getlength((lines[-1] + word).rstrip()) > CELL_WIDTH:
+            lines.append("")
+        lines[-1] += word
+    return lines
+
+
+def caption_height(row: Row) -> int:
+    """Return the height of the names of a row, pixels."""
+    return max(len(caption_lines(name)) for name, _ in row) * LINE_HEIGHT + 2
+
+
+def row_height(row: Row) -> int:
     """Return the height of a row with its names and the gap below it, pixels."""
-    return max(picture.height for _, picture in row) + CAPTION_HEIGHT + GAP
+    return max(picture.height for _, picture in row) + caption_height(row) + GAP
 
 
-def draw_sheet(rows: Sequence[Sequence[Picture]]) -> Image.Image:
+def draw_sheet(rows: Sequence[Row]) -> Image.Image:
     """Return a sheet of rows of pictures, each under its name."""
     sheet = Image.new("RGB", (GAP + COLUMNS * (CELL_WIDTH + GAP), GAP + sum(map(row_height, rows))), PAPER)
-    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(12)
+    draw = ImageDraw.Draw(sheet)
     top = GAP
     for row in rows:
+        picture_top = top + caption_height(row)
         for column, (name, picture) in enumerate(row):
             left = GAP + column * (CELL_WIDTH + GAP)
-            draw.text((left, top), name, fill=INK, font=font)
-            sheet.paste(picture, (left, top + CAPTION_HEIGHT))
+            lines = caption_lines(name)
+            for number, line in enumerate(lines):
+                # The last line stands next to the picture.
+                draw.text((left, picture_top - 2 - (len(lines) - number) * LINE_HEIGHT), line, fill=INK, font=FONT)
+            sheet.paste(picture, (left, picture_top))
         top += row_height(row)
     return sheet
 

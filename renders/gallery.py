@@ -88,7 +88,8 @@ def main() -> None:
         run.raise_if_failed()
         films.append(gm.film(run, FOLDER / f"{name}.gif", **choose_film_options(name, run)))
         if name == OUTSIDE_SCENE:
-            films.append(gm.film(run, FOLDER / f"{name}_outside.gif", view="both", **choose_film_options(name, run)))
+            options = choose_film_options(name, run, shows_rotation=True)
+            films.append(gm.film(run, FOLDER / f"{name}_outside.gif", view="both", **options))
         readings_figure(run).save(FOLDER / f"{name}.png")
         write_machine_figures(run, FigureFiles(folder=FOLDER), name)
         print(f"{name}: {run.message}")
@@ -115,7 +116,7 @@ def main() -> None:
         raise SystemExit(f"larger than {MAX_FILM_SIZE / 1000:g} kB: {', '.join(too_large)}")
 
 
-def choose_film_options(name: str, run: gm.Trajectory) -> dict[str, Any]:
+def choose_film_options(name: str, run: gm.Trajectory, *, shows_rotation: bool = False) -> dict[str, Any]:
     """Return the options of the film of a scene: those of the table, or its loop if the film of the whole run is too long."""
     last = float(run.times[-1])
     if name in FILM_OPTIONS:
@@ -124,7 +125,7 @@ def choose_film_options(name: str, run: gm.Trajectory) -> dict[str, Any]:
     start, stop = timing.time_span
     if (stop - start) * timing.slow_down <= LONGEST_FILM or timing.slow_down != 1.0:
         return {}
-    loop_end = find_loop_end(run, (start, min(start + LONGEST_LOOP, last)))
+    loop_end = find_loop_end(run, (start, min(start + LONGEST_LOOP, last)), shows_rotation=shows_rotation)
     return {"stop": start + SHORT_FILM if loop_end is None else loop_end}
 
 

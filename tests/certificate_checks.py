@@ -16,10 +16,11 @@ from governor_mechanism.engines.base import make_reported_times
 from governor_mechanism.errors import GovernorMechanismError
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs, drop_cancelled_events
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
 from governor_mechanism.model.events import Event, EventKind
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Outcome, Trajectory
 from random_machines import draw_uniform
 from random_scenes import RandomScene
 

@@ -39,7 +39,9 @@ FOLDERS = [
 """A folder imports only folders of an earlier set."""
 
 INNER_FOLDERS = {
+    "model": [{"*"}, {"results"}],
     "mechanics": [{"kinematics"}, {"dynamics"}, {"reduction"}, {"contact"}],
+    "mechanics/dynamics": [{"forces"}, {"characteristic_scales"}, {"system"}, {"equations"}],
     "engines": [
         {"expected_work"},
         {"base"},
@@ -51,6 +53,7 @@ INNER_FOLDERS = {
         {"__init__"},
     ],
     "engines/impulse": [{"pymunk"}, {"*"}],
+    "verification": [{"report"}, {"machines", "user_kernel"}, {"junit"}],
 }
 """The same order inside folders; "*" stands for every other module."""
 
@@ -70,12 +73,12 @@ ONLY = {
 
 
 DELEGATIONS = {
-    "model.trajectory": {
-        *(f"Trajectory.{name}" for name in ("to_xarray", "to_dataframe", "plot", "plot_diagnostics", "film", "save", "_repr_html_")),
-        "Energy._repr_html_",
-        "Reaction._repr_html_",
+    "model.results.trajectory": {
+        f"Trajectory.{name}" for name in ("to_xarray", "to_dataframe", "plot", "plot_diagnostics", "film", "save", "_repr_html_")
     },
-    "model.exported_result": {f"ExportedResult.{name}" for name in ("as_json", "to_dataframe", "save_json", "save_csv")},
+    "model.results.energy": {"Energy._repr_html_"},
+    "model.results.reaction": {"Reaction._repr_html_"},
+    "model.results.exported_result": {f"ExportedResult.{name}" for name in ("as_json", "to_dataframe", "save_json", "save_csv")},
     "model.scene": {f"Scene.{name}" for name in ("from_dict", "replace", "to_toml", "describe", "_repr_html_")},
     "model.mechanism": {"Mechanism.build", "Mechanism._repr_html_"},
     "mechanics.kinematics.kinematic_analysis": {"Kinematics.to_dataframe", "Kinematics._repr_html_"},

@@ -33,7 +33,7 @@ PICTURES = {
     Paper.REDTENBACHER: "Speed of the shaft over a turn: the printed flywheel leaves the allowed band, the right one hardly exceeds it",
     Paper.ZEHNDER: "Change of the speed of rest beside the point of osculation, for three arms: true, and as the paper reasons",
     Paper.MARKS: "Changes of compression, pre-release, pre-admission and fill at both ends of the cylinder, and what the paper states",
-    Paper.DUBOIS: "Bell crank at 133 and 137.33 degrees, drawn to angle, and the static sleeve force over the stroke with each",
+    Paper.DUBOIS: "Bell crank at 132 and 137.33 degrees, drawn to angle, and the static sleeve force over the stroke with each",
 }
 """What each picture shows."""
 
@@ -44,7 +44,9 @@ PICTURE_NOTES = {
     Paper.MARKS: "Eccentric rod four times as long as the eccentric, as in the paper; the other dimensions are those of the scene "
     "`slide_valve_marks`, and the connecting rod is infinitely long. What the paper states of the end whose fill shrinks is written at the "
     "crank end, which is at the shaft; the paper gives it to the end away from the shaft.",
-    Paper.DUBOIS: "With each angle the springs follow the straight line through both speeds, and the hangers are symmetric about the axis.",
+    Paper.DUBOIS: "132° is the angle of the paper's governor, and of the scene `hartung_dubois`: the even number next to the 133° that is "
+    "printed for the formula. With each angle the springs follow the straight line through both speeds, and the hangers are symmetric "
+    "about the axis.",
 }
 """What a picture assumes."""
 

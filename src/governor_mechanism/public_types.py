@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from governor_mechanism.engines import Engine as Engine
     from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics as Kinematics
     from governor_mechanism.model.mechanism import Mechanism as Mechanism
+    from governor_mechanism.model.results.energy import Energy as Energy
+    from governor_mechanism.model.results.outcome import Outcome as Outcome
+    from governor_mechanism.model.results.reaction import Reaction as Reaction
+    from governor_mechanism.model.results.trajectory import Trajectory as Trajectory
     from governor_mechanism.model.scene import Scene as Scene
-    from governor_mechanism.model.trajectory import Energy as Energy
-    from governor_mechanism.model.trajectory import Outcome as Outcome
-    from governor_mechanism.model.trajectory import Reaction as Reaction
-    from governor_mechanism.model.trajectory import Trajectory as Trajectory
     from governor_mechanism.notebook.exploring.exploration import Exploration as Exploration
     from governor_mechanism.scenes.described_scene import SceneDescription as SceneDescription
     from governor_mechanism.scenes.library import SceneSource as SceneSource
@@ -48,8 +48,8 @@ if TYPE_CHECKING:
     from governor_mechanism.types import FloatValues as FloatValues
     from governor_mechanism.types import InputValues as InputValues
     from governor_mechanism.types import Progress as Progress
-    from governor_mechanism.verification.kernel_report import KernelReport as KernelReport
     from governor_mechanism.verification.report import CheckReport as CheckReport
+    from governor_mechanism.verification.user_kernel.report import KernelReport as KernelReport
 
 _MODULES = {
     "AccuracyStudy": "studies.work_precision.results",
@@ -58,7 +58,7 @@ _MODULES = {
     "Comparison": "studies.comparison.comparison",
     "ControllingForce": "statics.controlling_force",
     "EffectsStudy": "studies.effect_ablation",
-    "Energy": "model.trajectory",
+    "Energy": "model.results.energy",
     "Engine": "engines",
     "Equilibrium": "statics.equilibria",
     "Errata": "studies.errata.results",
@@ -72,17 +72,17 @@ _MODULES = {
     "InputValues": "types",
     "InsensitivityBand": "statics.speed_curve",
     "KernelCompilation": "studies.kernel_compilation",
-    "KernelReport": "verification.kernel_report",
+    "KernelReport": "verification.user_kernel.report",
     "Kinematics": "mechanics.kinematics.kinematic_analysis",
     "Linearisation": "statics.linearisation",
     "LoadChangeStudy": "studies.regulation.load_change",
     "Mechanism": "model.mechanism",
     "MechanismBuilder": "building.mechanism_builder",
-    "Outcome": "model.trajectory",
+    "Outcome": "model.results.outcome",
     "PaperRules": "studies.regulation.paper_rules",
     "PendulumDesign": "studies.pendulum.results",
     "Progress": "types",
-    "Reaction": "model.trajectory",
+    "Reaction": "model.results.reaction",
     "Scene": "model.scene",
     "SceneDescription": "scenes.described_scene",
     "SceneSource": "scenes.library",
@@ -90,7 +90,7 @@ _MODULES = {
     "StabilityLimit": "statics.stability_limit",
     "StabilityMap": "studies.regulation.stability_map",
     "Sweep": "studies.sweep.results",
-    "Trajectory": "model.trajectory",
+    "Trajectory": "model.results.trajectory",
     "ValveGears": "studies.valve_gears",
     "ValveTiming": "studies.valve_timing",
 }

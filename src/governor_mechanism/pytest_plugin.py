@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import inspect
 
     from governor_mechanism.model.scene import Scene
-    from governor_mechanism.verification.kernel_report import KernelReport
+    from governor_mechanism.verification.user_kernel.report import KernelReport
 
 MARKER = "governor"
 MARKER_LINE = (

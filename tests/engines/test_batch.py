@@ -13,8 +13,8 @@ import governor_mechanism as gm
 from governor_mechanism.engines import ReducedEngine
 from governor_mechanism.engines.certificate import initial_tolerance
 from governor_mechanism.engines.reduced.batch import ReducedBatch
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.scenes.parser import parse_scene_document
 
 READINGS = ["arm_angle", "ball_radius", "sleeve_lift"]

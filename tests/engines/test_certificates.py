@@ -32,7 +32,7 @@ from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.reduced.engine import ReducedRunner
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import FreeSpindle
-from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.model.results.outcome import Outcome
 from random_machines import MACHINES
 from random_scenes import draw_scene
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.scenes.parser import parse_scene_document
 
 ENGINES = pytest.mark.parametrize("engine", ["multibody", "reduced"])

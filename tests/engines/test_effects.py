@@ -20,16 +20,17 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.impulse import level_runs
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode
-from governor_mechanism.mechanics.dynamics.lowering import make_system, with_held_values
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.system.holding_rows import with_held_values
+from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.model.force_elements import Force
 from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.part import FIXED_PLANE, FreeSpindle, Part, Spindle, Start
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
-from governor_mechanism.model.trajectory import Outcome
 from governor_scenes import PORTER, governor_scene
 from reference.zehnder import FRICTION_BAND
 

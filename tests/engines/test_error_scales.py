@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.mechanics.dynamics import force_laws
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.mechanics.dynamics.forces import force_laws
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.observables import evaluation
 
 SPINDLE_WITH_SPRUNG_WEIGHT = """

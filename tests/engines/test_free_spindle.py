@@ -10,8 +10,8 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.model.part import FIXED_PLANE, FreeSpindle
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.model.trajectory import Outcome
 from governor_scenes import PORTER, governor_scene
 from reference.mechanisms import PORTER_IN_SPACE as REFERENCE
 

@@ -16,7 +16,8 @@ from governor_mechanism.engines.stall_causes import describe_stall
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.model.trajectory import Outcome, Trajectory
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.hard_cases.registry import HARD_CASES

@@ -21,11 +21,11 @@ from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
 from governor_mechanism.machines.hartung.machine import SLEEVE
 from governor_mechanism.model.joints import GROUND, Point, TranslationalDriver
 from governor_mechanism.model.part import FreeSpindle, Spindle, Start
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.time_functions import PrescribedMotion
-from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.observables.static_forces import evaluate_static_forces
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
-from governor_mechanism.verification.comparisons import measure_period
+from governor_mechanism.verification.machines.comparisons import measure_period
 from hartung_scenes import (
     PAPER_DIMENSIONS,
     build_closed_form_governor,

@@ -24,9 +24,9 @@ from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate
 from governor_mechanism.model.part import FIXED_PLANE, Part, Spindle, Start
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.model.trajectory import Outcome
 from governor_scenes import PORTER, governor_scene, random_governor
 from random_scenes import draw_scene
 

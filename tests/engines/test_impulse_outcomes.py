@@ -18,8 +18,8 @@ from governor_mechanism.model.force_elements import Damper
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RackAndPinion
 from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.part import EQUILIBRIUM
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.hard_cases.documents import slider_document
 from governor_scenes import CROSSED, EXTENDED, PORTER, WATT, governor_scene

@@ -19,7 +19,7 @@ from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import LineAngle, PointCoordinate
 from governor_mechanism.model.part import Spindle, Start
-from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.model.results.outcome import Outcome
 from governor_scenes import EXTENDED, PORTER, governor_scene
 from one_coordinate_reference import integrate_one_coordinate
 

@@ -30,7 +30,8 @@ from engines.joint_mechanisms import (
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.model.trajectory import Outcome, Trajectory
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables.evaluation import time_scale
 
 ROUNDING = 1e-13

@@ -9,8 +9,8 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.scenes.parser import parse_scene_document
 
 ARM, LINK, BALL, SLEEVE, START = 0.3, 0.45, 5.0, 20.0, math.radians(75)

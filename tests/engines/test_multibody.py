@@ -22,7 +22,7 @@ from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.part import Spindle, Start
-from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.numerics import jit as compiled
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor

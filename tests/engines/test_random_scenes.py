@@ -24,12 +24,13 @@ from engines.joint_mechanisms import CASES
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.model.part import FreeSpindle, Start
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.types import FloatArray
 from mirrored_scenes import has_mirror_image, mirror_scene, reading_sign
 from random_machines import MACHINES

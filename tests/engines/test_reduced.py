@@ -42,8 +42,9 @@ from governor_mechanism.model.force_elements import Damper, Force, Spring, Torqu
 from governor_mechanism.model.joints import Distance, Pin, Slider
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.part import FreeSpindle, Spindle
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, evaluate_piece, fit_piece
 from governor_mechanism.numerics.hermite import quintic_hermite
 from governor_mechanism.scenes.library import shipped_scenes

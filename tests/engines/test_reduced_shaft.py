@@ -9,8 +9,8 @@ import governor_mechanism as gm
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.engines.selection import select_engine
 from governor_mechanism.model.events import EventKind
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
-from governor_mechanism.model.trajectory import Outcome
 from reference import haug_governor, watt_engine
 from shaft_scenes import GEAR, LIFT, LOADS, SPRING, STEADY, STEAM, TABLES, changed
 

@@ -15,7 +15,7 @@ from governor_mechanism.engines.expected_time import estimate_run_time
 from governor_mechanism.engines.expected_work import ExpectedWork, state_reason
 from governor_mechanism.engines.reduced.engine import ReducedRunner
 from governor_mechanism.model.part import Start
-from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.scenes.library import shipped_scenes
 
 EXPECTED_ENGINES = {

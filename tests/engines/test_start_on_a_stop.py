@@ -7,7 +7,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.scenes.parser import parse_scene_document
 
 RESTITUTION, RATE = 0.5, 1.0

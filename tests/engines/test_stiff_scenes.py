@@ -17,9 +17,9 @@ from governor_mechanism.model.joints import GROUND, Distance, Pin, Point
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate
 from governor_mechanism.model.part import FIXED_PLANE, Part, Start
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.model.trajectory import Outcome
 from reference import stiff_flyball
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism import public_types
-from governor_mechanism.model.exported_result import ExportedResult
+from governor_mechanism.model.results.exported_result import ExportedResult
 from governor_mechanism.studies.regulation.settling_time import SettlingStudy
 
 pandas = pytest.importorskip("pandas")

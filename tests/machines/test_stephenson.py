@@ -16,7 +16,7 @@ from governor_mechanism.closed_form import stephenson as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.mass_elements import thin_arc
-from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.observables.valve_timing import find_event_angles
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.figures.registry import write_machine_figures

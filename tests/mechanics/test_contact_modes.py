@@ -10,15 +10,13 @@ from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.mechanics.contact.input_modes import InputModes
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode
-from governor_mechanism.mechanics.dynamics.equations_of_motion import (
-    N_ENERGY_STATES,
-    evaluate_event_functions,
-    evaluate_state_derivative,
-    project_state,
-)
-from governor_mechanism.mechanics.dynamics.lowering import make_system, make_system_workspace, with_held_values
-from governor_mechanism.mechanics.dynamics.output_forces import EventFunctionKind
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import N_ENERGY_STATES, evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.equations.projection import project_state
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.system.arrays import make_system_workspace
+from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind, evaluate_event_functions
+from governor_mechanism.mechanics.dynamics.system.holding_rows import with_held_values
+from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.coupling.couplings import GearCoupling

@@ -11,7 +11,7 @@ from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses,
 from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, select_contact_states
 from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, record_hold_changes
-from governor_mechanism.mechanics.dynamics.contacts import CONTACT_DTYPE
+from governor_mechanism.mechanics.dynamics.forces.contacts import CONTACT_DTYPE
 
 LOW, HIGH = -1.0, 2.0
 AT_STOPS = {-1: LOW, 0: 0.5, 1: HIGH}

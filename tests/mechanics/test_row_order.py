@@ -8,7 +8,8 @@ import pytest
 
 import governor_mechanism as gm
 from coupled_scenes import coupled_scene
-from governor_mechanism.mechanics.dynamics.lowering import make_system, make_system_workspace
+from governor_mechanism.mechanics.dynamics.system.arrays import make_system_workspace
+from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.model.joints import GROUND, Distance, Point
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import PointCoordinate

@@ -12,13 +12,15 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.mechanics.dynamics import force_laws
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, one_sided_forces_of
-from governor_mechanism.mechanics.dynamics.inverse_dynamics import compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.forces import force_laws
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
-from governor_mechanism.mechanics.reduction.equation_of_motion import N_FURTHER_STATES, evaluate_acceleration, make_reduced_model
+from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_acceleration
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
+from governor_mechanism.mechanics.reduction.reduced_model import N_FURTHER_STATES, make_reduced_model
 from governor_mechanism.mechanics.reduction.shaft import find_shaft_train, parts_with_coordinate
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import Scene

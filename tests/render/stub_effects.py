@@ -12,7 +12,7 @@ from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.machines.pendulum.machine import PendulumBuilder, PendulumGovernor
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.events import Event
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from render.stub_run import fake_run, sleeve_lift
 
 

@@ -9,8 +9,11 @@ from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.model.part import Part, Spindle, Start
+from governor_mechanism.model.results.cost import Cost
+from governor_mechanism.model.results.energy import Energy
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import RunSettings, Scene
-from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
 
 GOVERNOR_DIMENSIONS = {
     "porter": dict(arm=0.3, offset=0.04, ball_mass=5.0, sleeve_mass=20.0),

@@ -12,6 +12,7 @@ from PIL import Image
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.render.figures.overview import choose_overview
 from governor_mechanism.render.film.engine_room_painter import EngineRoomPainter
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.still import write_still
@@ -24,6 +25,7 @@ from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDra
 from governor_mechanism.render.machines.engine_room.settling import settled_time
 from governor_mechanism.render.machines.engine_room.torques import engine_torque, load_steps, mean_speed
 from governor_mechanism.render.machines.registry import drawing_of
+from governor_mechanism.render.shown_readings import shown_readings
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_mechanism.scenes.parser import parse_scene_document
 from render.decoding import decode_film
@@ -266,3 +268,14 @@ def test_shapes_of_a_belt_are_lines_and_a_pulley_turns_with_its_angle():
     wheel, mark, _ = belt.second_pulley_shapes(0.5 * math.pi)
     assert isinstance(wheel, Circle)
     assert mark.lines[0][1] == pytest.approx((100.0, 8.0))
+
+
+def test_an_overview_of_a_governed_engine_shows_how_it_is_regulated(mean_torque):
+    readings = shown_readings(mean_torque)
+    shown = list(choose_overview(mean_torque, readings))
+    governor, engine = ("sleeve_lift", "arm_angle"), ("shaft_speed", "gas_torque", "load_torque", "throttle_opening", "stored_work")
+    assert set(shown) == {*(f"governor.{name}" for name in governor), *(f"engine.{name}" for name in engine)}
+    assert shown == [name for name in readings if name in shown]
+    # The shaft turns the spindle at its own speed: one of both says all, and so for the crank, whose rate is the speed of the shaft.
+    assert "governor.spindle_speed" in readings
+    assert "engine.crank_rate" not in readings

@@ -99,6 +99,7 @@ def test_a_plate_is_a_sheet_a4_of_vectors(tmp_path, name):
     # 297 mm by 210 mm in points of 1/72 inch
     np.testing.assert_allclose([float(one) for one in box.split()], [0, 0, 297 / 25.4 * 72, 210 / 25.4 * 72], atol=0.01)
     assert b"/Subtype /Image" not in content
+    assert b"/Type3" not in content  # journals refuse fonts of Type 3
 
 
 def test_arrows_change_with_the_theme_and_what_stands_on_a_colour_map_does_not():

@@ -12,7 +12,7 @@ from PIL import Image
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.events import Event, EventKind
-from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.render.figures.time_series import diagnostics_figure, readings_figure
 from governor_mechanism.render.number_format import format_numbers, format_rounded_up
 from render.stub_effects import ListedEvents
@@ -195,6 +195,10 @@ def test_wrong_names_and_empty_runs_are_refused(tmp_path, porter):
         readings_figure(porter).save(tmp_path / "a.jpg")
     with pytest.raises(MechanismError, match="theme must be one of light, dark, transparent; got 'sepia'"):
         readings_figure(porter).save(tmp_path / "a.png", theme="sepia")
+    with pytest.raises(MechanismError, match="path must be a path; found None"):
+        readings_figure(porter).save(None)
+    with pytest.raises(MechanismError, match="a reading is given by its name"):
+        porter.plot(["arm_angle"])
     with pytest.raises(MechanismError, match="no reported time"):
         readings_figure(dataclasses.replace(porter, times=porter.times[:0])).save(tmp_path / "a.png")
 

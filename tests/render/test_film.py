@@ -12,7 +12,7 @@ from numpy.testing import assert_array_equal
 from PIL import Image
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.render.film.frame_canvas import FRAME_CLOSING_LINE_LENGTH
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
@@ -258,7 +258,7 @@ def test_the_footer_states_accuracy_or_early_end():
     ("options", "message"),
     [
         ({"size": 100}, "must be 320 to 4320 pixels"),
-        ({"frames_per_second": 100}, "1..50"),
+        ({"frames_per_second": 100}, "1 to 50"),
         ({"start": 1.0, "stop": 9.0}, "within the run, 0..1 s"),
         ({"part": "governer"}, "Did you mean 'governor'"),
     ],

@@ -18,8 +18,9 @@ from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.layout import REFERENCE_SIZE, fit_view, frame_layout
 from governor_mechanism.render.film.moving_parts import CurvePanel
 from governor_mechanism.render.film.options import FilmOptions, FilmView
-from governor_mechanism.render.film.outside_view import OutsideView
-from governor_mechanism.render.film.timing import MIN_FRAMES_PER_SPINDLE_TURN, find_loop_end, select_timing
+from governor_mechanism.render.film.outside_view import OutsideView, outside_box
+from governor_mechanism.render.film.periodic_motion import MIN_FRAMES_PER_SPINDLE_TURN, SPINDLE_CLOSING_TOLERANCE
+from governor_mechanism.render.film.timing import find_loop_end, select_timing
 from governor_mechanism.render.film.writer import write_film
 from governor_mechanism.render.geometry.primitives import Circle, Polygon
 from governor_mechanism.render.geometry.projection import EYE_DISTANCE_RATIO
@@ -112,6 +113,46 @@ def test_both_views_stand_side_by_side_on_the_film(porter):
     for view in (painter.outside_view, painter.view):
         column, row = (round(one) for one in pixel_of(view, x, y + 0.02))  # beside the pin in the middle of the ball
         assert blue[row, column]
+
+
+@pytest.mark.parametrize("options", [{}, {"labels": True}, {"labels": True, "forces": True}])
+def test_both_views_have_one_scale_and_like_heights_side_by_side(porter, options):
+    painter = FramePainter(porter, [data_of(porter, count=3)], options=FilmOptions(view=FilmView.BOTH, **options))
+    assert painter.view.scale == painter.outside_view.scale
+    assert [view.row_of(0.123) for view in (painter.view, painter.outside_view)] == pytest.approx(2 * [painter.view.row_of(0.123)])
+    # Both fit: the machine, which reaches as far to all sides from outside, is within the places of both.
+    left, right, bottom, top = outside_box(painter.frame_data.drawing.bounds)
+    x0, x1, y0, y1 = painter.outside_view.box
+    assert x0 <= left < right <= x1
+    assert y0 <= bottom < top <= y1
+
+
+def spinning(run, speed):
+    return dataclasses.replace(run, readings={**run.readings, "spindle_speed": np.full(len(run.times), speed)})
+
+
+def test_a_film_from_outside_closes_on_whole_turns_of_the_spindle():
+    """Of four periods, three are 4 turns: in the plane the film closes on the last, from outside on the third."""
+    run = spinning(
+        fake_run(GOVERNOR_DIMENSIONS["porter"], duration=4 * PERIOD + 0.1, output_interval=PERIOD / 100), 2 * np.pi * 4 / (3 * PERIOD)
+    )
+    ends = [select_timing((run,), None, None, None, None, 25.0, shows_rotation=shown).time_span[1] for shown in (False, True)]
+    # The motion passes its start within 1 % of its range, the spindle within 1/400 of a turn of a whole one.
+    assert ends == pytest.approx([4 * PERIOD, 3 * PERIOD], abs=0.01)
+    assert data_of(run, count=2).spindle_angle[-1] / (2 * np.pi) != pytest.approx(4.0, abs=SPINDLE_CLOSING_TOLERANCE)
+    assert find_loop_end(run, (0.0, 4 * PERIOD), shows_rotation=True) == pytest.approx(3 * PERIOD, abs=0.01)
+
+
+def test_a_film_from_outside_without_whole_turns_closes_on_the_motion_in_the_plane():
+    run = spinning(fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2 * PERIOD, output_interval=PERIOD / 100), 2 * np.pi * 1.3 / PERIOD)
+    timing = select_timing((run,), None, None, None, None, 25.0, shows_rotation=True)
+    assert timing.time_span[1] == pytest.approx(2 * PERIOD, abs=1e-3)
+
+
+def test_a_governor_at_rest_in_its_plane_closes_on_its_last_whole_turn(porter):
+    resting = dataclasses.replace(porter, poses=np.broadcast_to(porter.poses[0], porter.poses.shape), velocities=0.0 * porter.velocities)
+    timing = select_timing((spinning(resting, 2 * np.pi * 0.9),), None, None, None, None, 25.0, shows_rotation=True)
+    assert timing.time_span[1] == pytest.approx(3 / 0.9, abs=0.5 / 0.9 / 200)  # of 3.06 turns; times are compared half a turn / 200 apart
 
 
 def test_a_fast_spindle_seen_from_outside_is_slowed(porter):

@@ -17,7 +17,7 @@ from numpy.testing import assert_allclose
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.pictures import Film
+from governor_mechanism.model.results.pictures import Film
 from governor_mechanism.render.film.writer import write_film
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon
 from governor_mechanism.render.page.colours import colour_rules, darken, role_rules, series_rules
@@ -362,7 +362,7 @@ def luminance(colour):
 def test_two_runs_or_a_frame_rate_are_refused(porter, tmp_path):
     for arguments, message in (
         ({"run": [porter, porter]}, "a page shows one run"),
-        ({"run": porter, "frames_per_second": 10}, "takes no frames per second"),
+        ({"run": porter, "frames_per_second": 10}, "takes no frames_per_second"),
         ({"run": porter, "part": "engine"}, "no part 'engine'"),
         ({"run": porter, "start": 3.0}, "must lie within the run"),
     ):

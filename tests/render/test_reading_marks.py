@@ -9,7 +9,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.render.geometry.points import point_path
-from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, TextShape, bounding_box
+from governor_mechanism.render.geometry.primitives import Circle, Polygon, TextShape, bounding_box
 from governor_mechanism.render.geometry.stroke_letters import make_letters
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.number_format import format_label, format_name
@@ -162,7 +162,18 @@ def test_the_point_with_the_coordinates_x_and_y_is_marked():
         (mark,) = (shape for shape in shapes if isinstance(shape, Circle) and shape.role == "tracer")
         assert (mark.x, mark.y) == pytest.approx((run.readings["x"][row], run.readings["y"][row]), abs=1e-9)
         (letters,) = of_role(shapes, "letter")
-        assert isinstance(letters, Lines)
+        # They say that the coordinates are those of a point: P (x, y).
+        assert len(letters.lines) == len(make_letters("letter", ["P", "(", "x", ",", "y", ")"], (0.0, 0.0), 1.0).lines)
+
+
+def test_the_letters_of_a_pendulum_are_clear_of_its_bar():
+    """The bar leads from the origin to the mass, whose centre has the coordinates: they are on its far side."""
+    run, drawing = drawing_of_scene("pendulum_iftomm", run__duration="2 s")
+    for row in range(0, len(run.times), 20):
+        (letters,) = of_role(drawing.moving_shapes(run.poses[row], float(run.times[row])), "letter")
+        x0, x1, y0, y1 = bounding_box([letters])
+        mass = np.array([run.readings["x"][row], run.readings["y"][row]])
+        assert np.array([(x0 + x1) / 2, (y0 + y1) / 2]) @ mass > mass @ mass
 
 
 @pytest.mark.parametrize("name", ["slider_crank", "quick_return", "andrews_squeezer", "four_bar_chain"])

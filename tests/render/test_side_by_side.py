@@ -10,7 +10,7 @@ from PIL import Image
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.painters import SideBySidePainter

@@ -26,7 +26,7 @@ from governor_mechanism.render.figures.valve_timing.valve_diagram import ValveDi
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, TextShape, bounding_box
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.machines.slide_valve.cylinder import valve_magnification
-from governor_mechanism.render.machines.slide_valve.proportions import STEAM_PHASES
+from governor_mechanism.render.machines.slide_valve.steam_distribution import STEAM_PHASES, steam_phase
 from governor_mechanism.render.machines.slide_valve.steam_key import PHASE_NAMES
 from governor_mechanism.render.shown_readings import chosen_readings, shown_readings
 from governor_mechanism.render.style import ROLE_STYLES
@@ -111,7 +111,7 @@ def test_the_steam_changes_its_state_at_the_events():
     for name, angle in angles.items():
         end, event = name.rsplit(" ", 1)
         side = 1.0 if end == "crank end" else -1.0
-        after, before = (gear.steam_phase(gear.position(poses[angle + change]), side) for change in (1e-6, -1e-6))
+        after, before = (steam_phase(gear, gear.position(poses[angle + change]), side) for change in (1e-6, -1e-6))
         assert after == names[event]
         assert before != after
 
@@ -123,7 +123,7 @@ def test_only_the_steam_that_is_there_is_painted(run):
             shape.role for shape in gear.moving_shapes(pose, 0.0) if isinstance(shape, Polygon) and shape.points and "steam" in shape.role
         ]
         at = gear.position(pose)
-        assert sorted(shown) == sorted(3 * [gear.steam_phase(at, 1.0)] + 3 * [gear.steam_phase(at, -1.0)])  # cylinder, passage, engine
+        assert sorted(shown) == sorted(3 * [steam_phase(gear, at, 1.0)] + 3 * [steam_phase(gear, at, -1.0)])  # cylinder, passage, engine
 
 
 def test_the_key_frames_the_present_phase_of_each_end(run):
@@ -136,7 +136,7 @@ def test_the_key_frames_the_present_phase_of_each_end(run):
         for side, frame in zip((-1.0, 1.0), frames.lines, strict=True):
             left, right, low, high = bounding_box([Lines("", (frame,))])
             (framed,) = (s for s in squares if all(left < x < right and low < y < high for x, y in s.points))
-            phase = gear.steam_phase(gear.position(pose), side)
+            phase = steam_phase(gear, gear.position(pose), side)
             assert framed.role == phase
             assert low < words[PHASE_NAMES[phase]].y < high  # beside its name
 

@@ -18,6 +18,7 @@ from governor_mechanism.render.figures.registry import write_machine_figures
 from governor_mechanism.render.figures.valve_timing.gear_plate import draw_gear_plate
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
 from governor_mechanism.render.machines.registry import drawing_of
+from governor_mechanism.render.machines.slide_valve.steam_distribution import steam_phase
 from governor_mechanism.studies.valve_gears import compare_valve_gears
 
 CASES = {
@@ -109,5 +110,5 @@ def test_the_steam_of_a_crank_that_turns_back_expands_where_the_piston_recedes()
     drawing = drawing_of(MultibodyEngine().run(link_gear_scene({"reverser": 0.5}, duration=0.7)), link_gear_scene({"reverser": 0.5}).part)
     ahead = drawing.position(drawing.poses[0])
     closed = replace(ahead, crank_angle=2.0, valve_displacement=0.01)  # within the steam lap, beyond the exhaust lap of the head end
-    phases = [drawing.steam_phase(replace(closed, sense=sense), 1.0) for sense in (1.0, -1.0)]
+    phases = [steam_phase(drawing, replace(closed, sense=sense), 1.0) for sense in (1.0, -1.0)]
     assert phases == ["expanding steam", "pressed steam"]

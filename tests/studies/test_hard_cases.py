@@ -11,7 +11,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.engines import Engine, ReducedEngine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.render.figures.hard_cases import hard_case_figure
 from governor_mechanism.studies.hard_cases import linkage_cases, solutions, study
 from governor_mechanism.studies.hard_cases.registry import HARD_CASES

@@ -416,6 +416,12 @@ def test_items_of_lists_are_meant_by_name_or_number():
         replace_document_value(document, "body.crnk.mass", 3.0)
 
 
+def test_values_of_a_grid_are_those_a_person_would_write():
+    scene = gm.load("porter")
+    (axis,) = parse_axes(scene.document, ["dimensions.arm=280 mm:360 mm:5"])
+    assert axis.values == (0.28, 0.3, 0.32, 0.34, 0.36)
+
+
 def test_large_numbers_with_a_unit_are_taken_at_their_word(scene):
     """60 m is beyond what a bare number is believed, but it stands there with its unit."""
     (axis,) = parse_axes(scene.document, ["dimensions.link=40 m:60 m:3"])

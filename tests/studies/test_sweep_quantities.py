@@ -10,7 +10,7 @@ from scipy.special import ellipk
 
 import governor_mechanism as gm
 from governor_mechanism.engines.reduced.batch import UncertifiedResult
-from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.studies.sweep.default_quantities import choose_quantities
 from governor_mechanism.studies.sweep.oscillation import ReadingSamples, find_turning_points, mean_value
 from governor_mechanism.studies.sweep.quantities import parse_quantities

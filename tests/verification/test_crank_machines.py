@@ -7,7 +7,7 @@ import pytest
 import governor_mechanism as gm
 from crank_scenes import SLIDER_CRANK_MASSES, crank_scene, valve_scene
 from governor_mechanism.machines.slide_valve import EQUAL_CUT_OFFS
-from governor_mechanism.verification import slide_valve, slider_crank
+from governor_mechanism.verification.machines import slide_valve, slider_crank
 
 SETTINGS = {
     "equal cut-offs": {"setting": EQUAL_CUT_OFFS},

@@ -12,8 +12,8 @@ import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.scenes.library import shipped_scenes
-from governor_mechanism.verification import pendulum
-from governor_mechanism.verification.registry import CHECKS
+from governor_mechanism.verification.machines import pendulum
+from governor_mechanism.verification.machines.registry import CHECKS
 from governor_mechanism.verification.report import CheckReport, ComparisonRow
 from governor_scenes import CROSSED, PORTER, WATT, governor_scene
 

@@ -13,7 +13,7 @@ from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.verification import hartung
+from governor_mechanism.verification.machines import hartung
 from hartung_scenes import PAPER_DIMENSIONS, hartung_scene
 
 

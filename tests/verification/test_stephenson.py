@@ -6,7 +6,7 @@ import pytest
 
 import governor_mechanism as gm
 from crank_scenes import link_gear_scene
-from governor_mechanism.verification import stephenson
+from governor_mechanism.verification.machines import stephenson
 
 FORMS = {
     "moving lever": {"reverser": [[0.1, 1.0], [0.5, -0.5]]},

@@ -11,7 +11,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.units.arguments import BY_NAME, FLAG, FUNCTION, NUMBER, TEXT, TEXTS_BY_NAME, check_arguments
 
 if TYPE_CHECKING:
-    from governor_mechanism.verification.kernel_samples import VariedKey
+    from governor_mechanism.verification.user_kernel.samples import VariedKey
 
 
 @overload
@@ -64,7 +64,7 @@ def crosscheck(
         Values of the inputs of the quantity, as {"arm_angle": [0.3, 0.5]} in SI, or as text, {"arm_angle": "15 deg:45 deg:25"}; several
         inputs give a grid. Over "time", readings are compared with those of a run.
     allowed
-        Relative tolerance of the kernel; the default of `verification.user_kernel` if None.
+        Relative tolerance of the kernel; the default of `verification.user_kernel.comparison` if None.
     names
         Our name by the kernel's name where they differ, with a unit if it is not SI, as {"alpha": "arm_angle in deg"}.
     unit
@@ -99,10 +99,10 @@ def crosscheck(
     True
     """
     if kernel is None:
-        from governor_mechanism.verification.registry import check_against_closed_forms
+        from governor_mechanism.verification.machines.registry import check_against_closed_forms
 
         return check_against_closed_forms(as_rotating_part(scene))
-    from governor_mechanism.verification.user_kernel import KERNEL_RELATIVE_TOLERANCE, check_kernel
+    from governor_mechanism.verification.user_kernel.comparison import KERNEL_RELATIVE_TOLERANCE, check_kernel
 
     resolved_scene = as_scene(scene)
     tolerance = KERNEL_RELATIVE_TOLERANCE if allowed is None else allowed
@@ -114,7 +114,7 @@ def crosscheck(
 def _varied_keys(scene: gm.Scene, vary: Mapping[str, Any] | Sequence[str]) -> tuple[VariedKey, ...]:
     """Return the keys of a scene that vary, with their numbers; "first:last" stands for two values."""
     from governor_mechanism.studies.sweep.parameters import parse_axes
-    from governor_mechanism.verification.kernel_samples import VariedKey
+    from governor_mechanism.verification.user_kernel.samples import VariedKey
 
     if isinstance(vary, str):
         vary = [vary]

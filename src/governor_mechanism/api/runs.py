@@ -139,59 +139,73 @@ def film(
     exaggerate: float = 1.0,
     progress: gm.Progress | None = None,
 ) -> Path:
-    """Write one or several runs as an animation.
+    """Write one run, or several side by side, as an animation.
+
+    Runs share the axes of their readings and, if their machines are of like kind and size, their scale. A run that ends before the others
+    rests in its last position, and says when it ended.
 
     Parameters
     ----------
     run
-        A run, or several, which are shown side by side; one that ends before the others rests and says so.
+        A run, or a list of up to 6.
     path
-        Path of the file: .gif, .svg, .mp4 or .webm with the optional dependency `video`, or .html for an interactive page of one run.
+        File that ends in .gif, .mp4, .webm, .svg or .html; .mp4 and .webm need the optional dependency `video`, .svg is an animated drawing
+        of one run, and .html an interactive page of one run.
     titles
         Titles of several runs; those of their scenes if None.
     size
-        Height of the film in pixels, and its width per run of one part; at least 320.
+        Height of the film in pixels, and its width per run of one part; at least 320. A page fits its window.
     frames_per_second
-        Frames per second of film, 1 to 50; chosen by the scene if None.
+        Frames per second of film, 1 to 50. None is 25, and 12.5 for an engine room; a GIF that would exceed 700 kB (480 pixels high) takes
+        a lower rate, down to 10. A page has none of its own.
     part
-        Name of the part to show; all parts if None.
+        Name of the part to show. None shows all parts, each in a panel of its own; an engine and the governor that it drives, and that
+        controls it, are shown as one elevation of an engine room.
     start
-        Start of the shown part, s; the first time of the runs if None.
+        Start of the shown part of the runs, s. None is the first reported time.
     stop
-        End of the shown part, s; the last time of the runs if None, or the end of its last whole period, or when a governed engine
-        has settled.
+        End of the shown part of the runs, s. None is the last reported time of any. By default, the film of a run that is periodic to its
+        end closes on its last whole turn or period, so that it repeats without a jump; without a start, the film of an engine room ends
+        soon after the governor has settled, and says so. A page shows the whole run.
     slow_down
-        Seconds of film per second of the run; chosen by the duration if None.
+        Seconds of film per second of the run; 1 is true time. None is true time for runs of 1 to 60 s; shorter runs are slowed and longer
+        ones sped up to a film of 4 to 20 s. A crank that would make a turn in fewer than 20 frames is slowed further, and of a long run the
+        first turns are shown. The film of an engine room is sped up by a whole number to at most 10 s.
+        A page begins as its run is long, but in true time up to 100 s.
     layout
         "machine" alone, "machine+plots" in a square, or "wide": 16:9 with the plots beside.
     readings
-        Names of up to 4 plotted readings, or "rate of ..."; those that suit the machine if None.
+        Names of up to 4 plotted readings, or "rate of ..."; None for those that suit the machine.
     theme
-        Colours: "light" or "dark".
+        Colours: "light" or "dark". A page follows the reader's screen.
     footer
-        Whether the last line states accuracy and engine.
+        Whether the last line states accuracy and engine; an early end of the run is always stated.
     labels
-        Whether the parts and the main angle are named.
+        Whether the parts and the angle of the leading reading are named.
     forces
-        Whether weights, centrifugal forces, springs and dampers are drawn as arrows.
+        Whether the forces on the bodies are drawn: weight, centrifugal force, springs and dampers.
     traces
         Whether the paths of the mass centres are drawn.
     view
-        Of parts that turn with a spindle: "plane" for the turning plane, "outside" for the turning governor from the side, or "both".
+        How parts that turn with a spindle are seen: "plane" for the turning plane, "outside" for the turning governor from the side, or
+        "both". A spindle that would make a turn in fewer than 10 frames is then slowed as a crank is. A film from outside closes on the
+        last period after which the spindle has made whole turns to 2 % of a turn; where there is none, it closes on the motion in the plane
+        alone, and the spindle jumps when the film repeats.
     exaggerate
-        Magnification of the motion about its mean position, for motions too small to be seen; the plots stay true.
+        Magnification of the motion about its mean position, at least 1, for motions too small to be seen; the plots stay true. The scene
+        must have one part whose positions follow one free coordinate.
     progress
-        Called with the numbers of frames done and of all.
+        Called as ``progress(done, total)`` after each frame; once for a page.
 
     Returns
     -------
     Path
-        Path of the file.
+        Path of the film. No file is left behind if an exception is raised.
 
     Raises
     ------
     MechanismError
-        If the path, the runs, the titles or a number is not valid, or ffmpeg is missing for .mp4 or .webm.
+        If the path, the runs, the titles or an option is not valid, or ffmpeg is missing for .mp4 or .webm.
 
     Examples
     --------

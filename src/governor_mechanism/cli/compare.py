@@ -136,5 +136,5 @@ def _write_film(comparison: Comparison, path: Path, options: Mapping[str, Any]) 
         return []
     runs = [run for run, _ in shown]
     titles = [run.scene.title for run in runs] if len(runs) > 1 else None
-    with console.show_progress_bar("film") as progress:
+    with film_options.in_command_words(), console.show_progress_bar("film") as progress:
         return [gm.film(runs, path, titles=titles, progress=progress, **options)]

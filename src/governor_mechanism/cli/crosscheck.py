@@ -16,8 +16,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figure_files import FigureFiles
 
 if TYPE_CHECKING:
-    from governor_mechanism.verification.kernel_report import KernelReport
     from governor_mechanism.verification.report import CheckReport
+    from governor_mechanism.verification.user_kernel.report import KernelReport
 
 
 def crosscheck(
@@ -56,7 +56,7 @@ def crosscheck(
     """Compare a scene with its closed forms, or with a kernel of your own. The exit status is 1 if one disagrees."""
     loaded_scene = load_changed(scene, changes)
     if show_list:
-        from governor_mechanism.verification.kernel_listing import list_quantities
+        from governor_mechanism.verification.user_kernel.listing import list_quantities
 
         listing = list_quantities(loaded_scene)
         return console.CommandResult(text=[listing], values=listing.as_json())
@@ -68,7 +68,7 @@ def crosscheck(
         with console.show_status("simulating"):
             report = gm.crosscheck(loaded_scene)
         return console.CommandResult(text=[report], values=report.as_json(), files=_write_junit(report, junit) or None, ok=report.passed)
-    from governor_mechanism.verification.kernel_files import load_kernel
+    from governor_mechanism.verification.user_kernel.files import load_kernel
 
     console.prepare_folder(figures.folder)
     function = load_kernel(kernel)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,6 +21,7 @@ from governor_mechanism.render.film.options import (
     require_room_options,
     require_view,
 )
+from governor_mechanism.render.film_option_error import PYTHON_WORDS, FilmOptionError
 from governor_mechanism.units.quantities import number_or_text, parse_quantity
 
 if TYPE_CHECKING:
@@ -49,6 +51,36 @@ SlowDownOption = Annotated[
 ]
 
 
+COMMAND_WORDS: Mapping[str, str] = {
+    **{name: f"--{name.replace('_', '-')}" for name in PYTHON_WORDS},
+    "frames_per_second": "--fps",
+    "footer": "--no-footer",
+    "use_gif": "choose --film gif",
+}
+"""Words of messages on the command line, by those of Python."""
+
+
+@contextmanager
+def in_command_words() -> Iterator[None]:
+    """State mistakes in options of films with the names that these have on the command line: a context, or a decorator.
+
+    Yields
+    ------
+    None
+        Nothing.
+
+    Raises
+    ------
+    MechanismError
+        The mistake.
+    """
+    try:
+        yield
+    except FilmOptionError as error:
+        raise error.in_words(COMMAND_WORDS) from None
+
+
+@in_command_words()
 def check_film_options(
     scenes: Sequence[Scene], chosen: Mapping[str, Any], frames_per_second: float | None = None, *, file_format: str = "gif"
 ) -> None:
@@ -76,6 +108,8 @@ def check_film_options(
     options = make_film_options(**{**_FRAME_DEFAULTS, **frame_options})
     if file_format == PAGE_FORMAT:
         require_page_options(frames_per_second, options)
+    elif frames_per_second is not None:
+        _check_frame_rate(frames_per_second)
     if file_format == DRAWING_FORMAT:
         require_drawing_options(options)
     for scene in scenes:
@@ -106,9 +140,10 @@ def _check_names(scene: Scene, part: str | None, options: FilmOptions) -> None:
     if not options.readings:
         return
     from governor_mechanism.render.shown_readings import RATE_START
+    from governor_mechanism.render.valve_readings import valve_reading_names
 
     names = [one.name for one in scene.describe().readings]
-    names += [f"{RATE_START}{name}" for name in names]
+    names += [f"{RATE_START}{name}" for name in names] + [name for name in valve_reading_names(scene) if name not in names]
     for name in options.readings:
         if name not in names:
             raise MechanismError(
@@ -122,6 +157,13 @@ def _check_room(scene: Scene, options: FilmOptions) -> None:
 
     if find_governed_engine(scene):
         require_room_options(options)
+
+
+def _check_frame_rate(frames_per_second: float) -> None:
+    """Raise MechanismError if a frame rate (1/s) is out of range."""
+    from governor_mechanism.render.film.frame_schedules import require_frame_rate
+
+    require_frame_rate(frames_per_second)
 
 
 def _check_timing(duration: float, start: float | None = None, stop: float | None = None, slow_down: float | None = None) -> None:

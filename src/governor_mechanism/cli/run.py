@@ -24,12 +24,10 @@ from governor_mechanism.units.quantities import number_or_text
 
 if TYPE_CHECKING:
     from governor_mechanism.engines import Engine
+    from governor_mechanism.model.results.trajectory import Trajectory
     from governor_mechanism.model.scene import Scene
-    from governor_mechanism.model.trajectory import Trajectory
     from governor_mechanism.studies.valve_timing import ValveTiming
 
-MAX_FRAME_RATE = 50
-"""Largest frame rate, 1/s: viewers show a GIF frame of less than 2 hundredths of a second far too long."""
 MIN_FILM_SIZE, MAX_FILM_SIZE = 320, 4320
 """Range of the height of a film, pixels: below, its words are not legible; above, it is larger than any screen."""
 
@@ -55,9 +53,7 @@ def run(
         FilmFormat, typer.Option(help="File format of the film; mp4 and webm need the extra 'video', html is an interactive page.")
     ] = FilmFormat.GIF,
     no_film: Annotated[bool, typer.Option("--no-film", help="Write no film.")] = False,
-    fps: Annotated[
-        float | None, typer.Option(min=1, max=MAX_FRAME_RATE, help="Frames per second of film. [25; 12.5 for an engine room]")
-    ] = None,
+    fps: Annotated[float | None, typer.Option(help="Frames per second of film, 1 to 50. [25; 12.5 for an engine room]")] = None,
     size: Annotated[
         str | None, typer.Option(help="Height of the film in pixels, as 720 or 720x720; its width follows from what it shows. [480]")
     ] = None,
@@ -191,7 +187,7 @@ def _write_results(result: Trajectory, figures: FigureFiles, stem: str, film: Fi
     if not len(result.times):
         return []
     kind = None if film is None else film.value
-    with console.show_progress_bar("film") if film else nullcontext() as progress:
+    with film_options.in_command_words(), console.show_progress_bar("film") if film else nullcontext() as progress:
         return list(
             save_run(
                 result,

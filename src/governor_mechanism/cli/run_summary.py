@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from governor_mechanism.model.events import Event, EventKind
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.units.quantities import format_quantity, format_reading_name
 
 EVENT_NOUNS = {

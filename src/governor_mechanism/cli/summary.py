@@ -16,7 +16,8 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.equilibria import Equilibrium, has_damping
 from governor_mechanism.statics.equilibrium_speed import format_coordinate, has_equilibrium_speed, require_equilibrium_speed
 from governor_mechanism.statics.first_order_system import Onset
-from governor_mechanism.statics.linearisation import Linearisation, last_spindle_speed
+from governor_mechanism.statics.linearisation import Linearisation
+from governor_mechanism.statics.scene_linearisation import last_spindle_speed
 from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
 from governor_mechanism.statics.stability_limit import StabilityLimit
 from governor_mechanism.units.quantities import format_quantity, format_reading_name, number_or_text, parse_quantity
@@ -144,6 +145,8 @@ NEARLY_ASTATIC_SENSITIVITY = 10.0
 def _format_stability(scene: Scene, equilibrium: Equilibrium) -> str:
     if equilibrium.astatic:
         return "astatic, in equilibrium anywhere between"
+    is_angle = scene.part.mechanism.reading(scene.part.mechanism.coordinate).quantity == "angle"
+    stiffness = f"stiffness {equilibrium.stiffness:.6g} {'N m/rad' if is_angle else 'N/m'}"
     undamped = "undamped " if has_damping(scene) else ""
     stability = (
         f"stable, {undamped}natural frequency {equilibrium.frequency:.6g} rad/s"
@@ -151,12 +154,12 @@ def _format_stability(scene: Scene, equilibrium: Equilibrium) -> str:
         else f"unstable, {undamped}divergence rate {equilibrium.divergence_rate:.6g} 1/s"
     )
     if not equilibrium.sensitivity:
-        return f"{stability}; stiffness {equilibrium.stiffness:.6g}"
+        return f"{stability}; {stiffness}"
     sensitivity_clause = f"sensitivity {format_coordinate(scene, 0.01 * equilibrium.sensitivity)} per 1 % of speed"
     mechanism = scene.part.mechanism
     coordinate_scale = mechanism.output_scale(mechanism.coordinate)
     qualifier = "nearly astatic, " if equilibrium.sensitivity > NEARLY_ASTATIC_SENSITIVITY * coordinate_scale else ""
-    return f"{stability}; stiffness {equilibrium.stiffness:.6g}; {qualifier}{sensitivity_clause}"
+    return f"{stability}; {stiffness}; {qualifier}{sensitivity_clause}"
 
 
 def report_linearisation(scene: Scene, spindle_speed: float | None, limit: str | None) -> CommandResult:

@@ -11,11 +11,13 @@ import numpy as np
 from governor_mechanism.engines.expected_work import ExpectedWork, Reason, state_reason
 from governor_mechanism.errors import MechanismError, UnsupportedEffect
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import Joint
+from governor_mechanism.model.results.cost import Cost
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Cost, Outcome, Trajectory
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.observables.branch_choice import find_unresolved_branch, may_branch
 from governor_mechanism.observables.error_scales import EVENT_TIMES

@@ -15,8 +15,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
+from governor_mechanism.model.results.outcome import FLIGHT_DETAIL, Outcome
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import FLIGHT_DETAIL, Outcome
 from governor_mechanism.observables.error_scales import JOINT_GAP
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult

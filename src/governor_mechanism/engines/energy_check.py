@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from governor_mechanism.model.trajectory import Energy
+from governor_mechanism.model.results.energy import Energy
 
 ENERGY_ROUNDING_RATIO = 1e-13
 """Drift relative to the largest of the energies that add up to it: rounding, summed over the steps of a run."""

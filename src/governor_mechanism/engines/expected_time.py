@@ -11,7 +11,7 @@ from governor_mechanism.engines.expected_work import ExpectedWork
 from governor_mechanism.engines.impulse.engine import ImpulseEngine
 from governor_mechanism.engines.impulse.first_grid import choose_steps
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
 from governor_mechanism.model.scene import Scene
 
 AnyEngine = ErrorControlledEngine | ImpulseEngine

@@ -9,7 +9,7 @@ import numpy as np
 from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import contacts_of
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_rows_at_states
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
@@ -131,7 +131,7 @@ def _shaft_reading(scene: Scene, plane: TurningPlane) -> str:
 
 def _find_steady_rotation(scene: Scene, position_solver: PositionSolver, plane: TurningPlane) -> Motion:
     """Return poses and velocities of the equilibrium of the whole scene, near the initial guess."""
-    from governor_mechanism.statics.linearisation import settle  # needed by few scenes
+    from governor_mechanism.statics.settled_state import settle
 
     part, mechanism = scene.part_of(plane.prefix + SHAFT_NAME)[0], scene.mechanism
     values = {name: float(value) for name, value in scene.start.values.items() if value != EQUILIBRIUM}

@@ -13,8 +13,9 @@ from governor_mechanism.engines.impulse.engine import ImpulseEngine
 from governor_mechanism.engines.multibody.engine import MultibodyEngine
 from governor_mechanism.engines.reduced.engine import ReducedEngine
 from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.units.quantities import format_value
 
 ENGINES: dict[str, type[AnyEngine]] = {"reduced": ReducedEngine, "multibody": MultibodyEngine, "impulse": ImpulseEngine}

@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts, output_forces_of
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of
 from governor_mechanism.model.force_elements import Force, Torque
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.scene import Scene

@@ -11,7 +11,7 @@ import numpy as np
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.files.plain_values import finite_or_none, plain_value, save_json
 from governor_mechanism.files.table import make_data_frame
-from governor_mechanism.model.exported_result import ExportedResult
+from governor_mechanism.model.results.exported_result import ExportedResult
 from governor_mechanism.types import DataFrame
 
 

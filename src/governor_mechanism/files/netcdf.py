@@ -16,7 +16,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.files.plain_values import plain_value
 from governor_mechanism.files.run_dataset import RunVariable, run_attributes, run_variables
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 
 FORMAT_VERSION: Final = 1
 """Version of the files of runs. It changes with what `read_netcdf` needs."""

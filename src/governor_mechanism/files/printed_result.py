@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
-from governor_mechanism.model.exported_result import ExportedResult
+from governor_mechanism.model.results.exported_result import ExportedResult
 
 
 class PrintedResult(ExportedResult, ABC):

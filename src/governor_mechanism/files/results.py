@@ -10,7 +10,7 @@ import numpy as np
 from governor_mechanism.files.netcdf import write_netcdf
 from governor_mechanism.files.plain_values import finite_or_none, number_or_text, save_json, save_table
 from governor_mechanism.files.table import reading_columns
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 
 REPORTED_PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy", "numba")
 

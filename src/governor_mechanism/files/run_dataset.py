@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.plain_values import plain_value
+from governor_mechanism.model.results.energy import Energy
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Energy, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
 
 CONVENTIONS: Final = "CF-1.8"

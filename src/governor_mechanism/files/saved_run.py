@@ -12,8 +12,12 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.netcdf import SavedArrays, read_netcdf
 from governor_mechanism.files.run_dataset import energy_of
 from governor_mechanism.model.events import Event, EventKind
+from governor_mechanism.model.results.cost import Cost
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.reaction import Reaction
+from governor_mechanism.model.results.speed_fluctuation import SpeedFluctuation
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import RunSettings, Scene
-from governor_mechanism.model.trajectory import Cost, Outcome, Reaction, SpeedFluctuation, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.types import FloatArray
 

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, NamedTuple
 
 import numpy as np
 
 from governor_mechanism.integrators import stages as runge_kutta
 from governor_mechanism.integrators.event_location import EVENT_SAMPLE_FRACTIONS, INACTIVE_EVENT_VALUE, EventStep
-from governor_mechanism.integrators.stages import Stages
+from governor_mechanism.integrators.stages import Equation, Stages
 from governor_mechanism.types import FloatArray, IntArray
 
 
@@ -74,9 +74,6 @@ def make_step_buffers(
     event_values = np.full((EVENT_SAMPLE_FRACTIONS.size, event_tolerances.size), INACTIVE_EVENT_VALUE)
     arming_tolerances, trial_event_values = event_tolerances.copy(), np.empty(event_tolerances.size)
     return StepBuffers(stages, trial_stages, error_scale, event_tolerances, arming_tolerances, event_values, trial_event_values, n_kinks)
-
-
-Equation = TypeVar("Equation")
 
 
 @dataclass(frozen=True)

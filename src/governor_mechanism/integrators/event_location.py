@@ -5,11 +5,11 @@ trial time locate it with the accuracy of the integrator.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.integrators.stages import Stages
+from governor_mechanism.integrators.stages import Equation, Stages
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import BoolArray, FloatArray
@@ -40,8 +40,6 @@ MAX_ROOT_ITERATIONS = 100
 
 NO_EVENT = 2.0
 """Fraction of the step that stands for no event in it."""
-
-Equation = TypeVar("Equation")
 
 
 @jit_in_place
@@ -129,6 +127,7 @@ def make_trial_evaluation(
     """Return the function that takes a trial step of an equation; the functions are those of `EquationFunctions`."""
 
     def evaluate_after_fraction(equation: Equation, step: EventStep, fraction: float, values: FloatArray) -> None:
+        """Fill the event functions (event functions,) after a fraction of the step, or INACTIVE_EVENT_VALUE if it leaves the domain."""
         trial, local_end = step.trial_stages, step.local_time + fraction * step.h
         copy_array(trial.derivatives[:, 0], step.stages.derivatives[:, 0])
         quality = take_step(equation, step.local_time, fraction * step.h, step.state, trial)
@@ -144,6 +143,24 @@ def make_bracketing(evaluate_after_fraction: TrialEvaluation[Equation]) -> Calla
     """Return the function that brackets the first event in a step between two fractions; (2, 2) if there is none."""
 
     def bracket_first_event(equation: Equation, step: EventStep, event_values: FloatArray) -> tuple[float, float]:
+        """Bracket the first event in a step.
+
+        Parameters
+        ----------
+        equation
+            The equation.
+        step
+            The step.
+        event_values
+            Event functions at the samples; shape (samples, event functions).
+
+        Returns
+        -------
+        low : float
+            Fraction of the step before the event, or NO_EVENT.
+        high : float
+            Fraction of the step after it, or NO_EVENT.
+        """
         low, high, trial_values = NO_EVENT, NO_EVENT, np.empty(step.tolerances.size)
         for i in range(step.n_located):
             tolerance = step.tolerances[i]
@@ -171,14 +188,35 @@ def make_bracketing(evaluate_after_fraction: TrialEvaluation[Equation]) -> Calla
 def make_regula_falsi(
     evaluate_after_fraction: TrialEvaluation[Equation],
 ) -> Callable[[Equation, EventStep, FloatArray, int, float, float, FloatArray], float]:
-    """Return the function that locates the zero of one event function, which is negative at the fraction `low`.
-
-    It returns the fraction just after the zero. values_high are the values at `high`, and become those at the returned fraction.
-    """
+    """Return the function that locates the zero of one event function."""
 
     def locate_zero(
         equation: Equation, step: EventStep, values_high: FloatArray, i: int, low: float, high: float, trial_values: FloatArray
     ) -> float:
+        """Locate the zero of one event function by regula falsi.
+
+        Parameters
+        ----------
+        equation
+            The equation.
+        step
+            The step.
+        values_high
+            Event functions at `high`; they become those at the result; shape (event functions,).
+        i
+            Index of the event function.
+        low
+            Fraction of the step at which the function is negative.
+        high
+            Fraction of the step at which it is positive.
+        trial_values
+            Buffer; shape (event functions,).
+
+        Returns
+        -------
+        float
+            Fraction of the step just after the zero.
+        """
         evaluate_after_fraction(equation, step, low, trial_values)
         at_low, at_high, bisect = min(trial_values[i], -MIN_POSITIVE_EVENT_VALUE), values_high[i], False
         for _ in range(MAX_ROOT_ITERATIONS):
@@ -201,14 +239,28 @@ def make_regula_falsi(
 def make_event_location(evaluate_after_fraction: TrialEvaluation[Equation]) -> Callable[[Equation, EventStep, FloatArray], float]:
     """Return the function that locates the first event in a step: the fraction of the step after which an event function is positive.
 
-    It returns NO_EVENT if there is none. Its event_values (samples, functions) hold the values at the start in the first row and those
-    at the end in the last one, which become those at the event. A function that starts at zero, as at a body that just left a stop,
-    must be negative first, unless it rises at once.
+    A function that starts at zero, as at a body that just left a stop, must be negative first, unless it rises at once.
     """
     bracket_first_event = jit(make_bracketing(evaluate_after_fraction))
     locate_in_bracket = jit(_make_location_in_bracket(evaluate_after_fraction))
 
     def locate_first_event(equation: Equation, step: EventStep, event_values: FloatArray) -> float:
+        """Locate the first event in a step.
+
+        Parameters
+        ----------
+        equation
+            The equation.
+        step
+            The step.
+        event_values
+            Event functions at the samples, of which the last row becomes those at the event; shape (samples, event functions).
+
+        Returns
+        -------
+        float
+            Fraction of the step after which an event function is positive, or NO_EVENT.
+        """
         trial_values, n_located = np.empty(step.tolerances.size), step.n_located
         low, high = bracket_first_event(equation, step, event_values)
         if high > 1.0:
@@ -226,15 +278,34 @@ def make_event_location(evaluate_after_fraction: TrialEvaluation[Equation]) -> C
 def _make_location_in_bracket(
     evaluate_after_fraction: TrialEvaluation[Equation],
 ) -> Callable[[Equation, EventStep, FloatArray, float, float, FloatArray], float]:
-    """Return the function that locates where the first of the functions positive at `high` becomes positive.
-
-    Its trial_values are the values at `high`; the last row of event_values becomes the values just after the event.
-    """
+    """Return the function that locates the first event in a bracket."""
     locate_zero = jit(make_regula_falsi(evaluate_after_fraction))
 
     def locate_in_bracket(
         equation: Equation, step: EventStep, event_values: FloatArray, low: float, high: float, trial_values: FloatArray
     ) -> float:
+        """Locate where the first of the functions that are positive at `high` becomes positive.
+
+        Parameters
+        ----------
+        equation
+            The equation.
+        step
+            The step.
+        event_values
+            Event functions at the samples, of which the last row becomes those just after the event; shape (samples, event functions).
+        low
+            Fraction of the step before the event.
+        high
+            Fraction of the step after it.
+        trial_values
+            Event functions at `high`; overwritten; shape (event functions,).
+
+        Returns
+        -------
+        float
+            Fraction of the step just after the event.
+        """
         at_event, rising = event_values[LAST_SAMPLE], trial_values > 0.0
         rising[step.n_located :] = False
         copy_array(at_event, trial_values)

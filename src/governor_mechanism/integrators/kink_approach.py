@@ -8,9 +8,9 @@ two or three steps locate the kink to rounding.
 """
 
 from collections.abc import Callable
-from typing import TypeVar
 
 from governor_mechanism.integrators.event_location import EVENT_SAMPLE_FRACTIONS, LAST_SAMPLE, NO_EVENT, EventStep
+from governor_mechanism.integrators.stages import Equation
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray
 
@@ -35,8 +35,6 @@ MAX_SECANT_STEPS = 12
 SECANT_TOLERANCE = 1e-15
 """Change of a fraction of the step at which secant steps end: rounding."""
 
-Equation = TypeVar("Equation")
-
 SampleEvents = Callable[[Equation, EventStep, float, FloatArray], None]
 """Function that fills the event functions at a fraction of a step, interpolated or extrapolated."""
 
@@ -58,6 +56,24 @@ def make_kink_prediction(sample_events: SampleEvents[Equation]) -> Callable[[Equ
     find_root = jit_in_place(_make_root_search(sample_events))
 
     def predict_kink(equation: Equation, step: EventStep, event_values: FloatArray, buffer: FloatArray) -> float:
+        """Predict the first kink in a step or a little behind it.
+
+        Parameters
+        ----------
+        equation
+            The equation.
+        step
+            The step.
+        event_values
+            Event functions at the samples; shape (samples, event functions).
+        buffer
+            Buffer; shape (event functions,).
+
+        Returns
+        -------
+        float
+            The kink as a fraction of the step, up to 1 + MAX_STRETCH, or NO_EVENT.
+        """
         prediction = NO_EVENT
         for i in range(step.n_located, event_values.shape[1]):
             if event_values[0, i] < 0.0:
@@ -85,6 +101,30 @@ def _make_root_search(
     def find_root(
         equation: Equation, step: EventStep, i: int, high: float, low_value: float, high_value: float, buffer: FloatArray
     ) -> float:
+        """Find the zero of an event function by secant steps.
+
+        Parameters
+        ----------
+        equation
+            The equation.
+        step
+            The step.
+        i
+            Index of the event function.
+        high
+            Fraction of the step of a sample.
+        low_value
+            Value of the function at the sample before that.
+        high_value
+            Its value at `high`.
+        buffer
+            Buffer; shape (event functions,).
+
+        Returns
+        -------
+        float
+            The zero as a fraction of the step, or NO_EVENT if it is too far behind the step.
+        """
         low, is_bracketed = high - EVENT_SAMPLE_FRACTIONS[1], high_value > 0.0
         position, previous, previous_value, value = high, low, low_value, high_value
         for _ in range(MAX_SECANT_STEPS):
@@ -122,9 +162,7 @@ def make_kink_aim(
     Returns
     -------
     Callable
-        Function of the equation, the local time (s), the length of a step (s), its state and the derivative there (components,), the
-        index of the first kink, the event functions at the samples (samples, functions), of which the first row is given and the
-        others are overwritten, and a buffer (components,); it returns the length of the step, or a shorter one up to the kink.
+        The function, `aim_at_kink`.
     """
 
     def evaluate_on_tangent(
@@ -136,6 +174,7 @@ def make_kink_aim(
         buffer: FloatArray,
         event_values: FloatArray,
     ) -> None:
+        """Fill the event functions (event functions,) on the tangent of the motion, at a time (s) after the start of a step."""
         for i in range(state.size):
             buffer[i] = state[i] + time * derivative[i]
         evaluate_events(equation, local_time + time, buffer, event_values)
@@ -152,6 +191,32 @@ def make_kink_aim(
         event_values: FloatArray,
         buffer: FloatArray,
     ) -> float:
+        """Aim a step at the first kink along the tangent of the motion.
+
+        Parameters
+        ----------
+        equation
+            The equation.
+        local_time
+            Local time at the start of the step, s.
+        h
+            Length of the step, s.
+        state
+            State at the start; shape (components,).
+        derivative
+            Its time derivative; shape (components,).
+        first_kink
+            Index of the first event function that is a kink.
+        event_values
+            Event functions at the samples: the first row is given, the others are overwritten; shape (samples, event functions).
+        buffer
+            Buffer; shape (components,).
+
+        Returns
+        -------
+        float
+            Length of the step, or a shorter one up to the kink, s.
+        """
         aim, kink, low, high = h, -1, 0.0, h
         for j in range(1, EVENT_SAMPLE_FRACTIONS.size):
             low, high = EVENT_SAMPLE_FRACTIONS[j - 1] * h, EVENT_SAMPLE_FRACTIONS[j] * h

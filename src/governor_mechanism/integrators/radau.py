@@ -3,12 +3,12 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, NamedTuple
 
 from governor_mechanism.integrators import radau_stages
 from governor_mechanism.integrators.radau_stages import EPSILON
 from governor_mechanism.integrators.radau_systems import RadauBuffers, factorise_matrices
-from governor_mechanism.integrators.stages import StepCounter
+from governor_mechanism.integrators.stages import Equation, StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray
@@ -51,9 +51,6 @@ class RadauLimits(NamedTuple):
     tolerance: float
     step: float
     max_steps: int
-
-
-Equation = TypeVar("Equation")
 
 
 @dataclass(frozen=True)
@@ -125,6 +122,38 @@ def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegrati
         times: FloatArray,
         outputs: FloatArray,
     ) -> tuple[IntegrationStatus, float, int, float]:
+        """Integrate a state in place over a span.
+
+        Parameters
+        ----------
+        equation
+            The equation.
+        buffers
+            Buffers of the steps, which choose the method.
+        span
+            Start and end, s.
+        time_origin
+            Time from which local times count, s.
+        state
+            State at the start; changed in place; shape (components,).
+        limits
+            Tolerance and limits of the steps.
+        times
+            Reported times in (start, end], s; shape (n,).
+        outputs
+            Result: outputs at the times reached; shape (n, outputs).
+
+        Returns
+        -------
+        status : IntegrationStatus
+            How the integration ended.
+        step : float
+            Next step size, s.
+        n_reached : int
+            Number of times reached.
+        time : float
+            Time of the state, s.
+        """
         (t, end), step, counts, n_stages = span, limits.step, buffers.counts, buffers.increments.shape[0]
         duration, max_total = end - t, limits.max_steps + counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
         status = finish_step(equation, t - time_origin, state, buffers.start_derivative)
@@ -194,7 +223,7 @@ def _predict_factor(error: float, previous_error: float, h: float, previous_h: f
 
 
 def _make_output(functions: StiffEquationFunctions[Equation]) -> Callable[..., int]:
-    """Return the function that fills the outputs at the times within a step, from t to t_next, and returns how many are filled."""
+    """Return the function that fills the outputs at the times within a step."""
     write_output = functions.write_output
 
     def write_outputs(
@@ -209,6 +238,36 @@ def _make_output(functions: StiffEquationFunctions[Equation]) -> Callable[..., i
         outputs: FloatArray,
         n_reached: int,
     ) -> int:
+        """Fill in the outputs at the times within an accepted step.
+
+        Parameters
+        ----------
+        equation
+            The equation.
+        buffers
+            Buffers with the increments of the step.
+        time_origin
+            Time from which local times count, s.
+        t
+            Start of the step, s.
+        h
+            Length of the step, s.
+        t_next
+            End of the step, s.
+        state
+            State at the start of the step; shape (components,).
+        times
+            Reported times, s; shape (n,).
+        outputs
+            Result: outputs at the times; shape (n, outputs).
+        n_reached
+            Number of times that are filled in already.
+
+        Returns
+        -------
+        int
+            Number of times that are filled in now.
+        """
         while n_reached < times.size and times[n_reached] <= t_next:
             radau_stages.interpolate_state(buffers, state, (times[n_reached] - t) / h, buffers.stage_state)
             write_output(equation, times[n_reached] - time_origin, buffers.stage_state, outputs[n_reached])

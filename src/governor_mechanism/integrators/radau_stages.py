@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Callable
-from typing import TypeVar
 
 import numpy as np
 
 from governor_mechanism.integrators.radau_systems import RadauBuffers, solve_real, solve_shifted
+from governor_mechanism.integrators.stages import Equation
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray
@@ -114,21 +114,40 @@ def _rounding_of(state: FloatArray, error_scale: FloatArray) -> float:
     return EPSILON * largest
 
 
-Equation = TypeVar("Equation")
-
-
 def make_newton_iteration(
     evaluate: Callable[[Equation, float, FloatArray, FloatArray, int], float],
 ) -> Callable[[Equation, RadauBuffers, float, float, FloatArray, float, float], tuple[int, float]]:
-    """Return the function that solves the collocation equations of a step by Newton's method with a kept Jacobian.
-
-    It returns the number of iterations, 0 if they do not converge, and the rate of their convergence. The last of its arguments is that
-    rate in the step before, or 1.
-    """
+    """Return the function that solves the collocation equations of a step by Newton's method with a kept Jacobian."""
 
     def iterate(
         equation: Equation, buffers: RadauBuffers, local_time: float, h: float, state: FloatArray, tolerance: float, last_rate: float
     ) -> tuple[int, float]:
+        """Solve the collocation equations of a step for its increments, in place.
+
+        Parameters
+        ----------
+        equation
+            The equation.
+        buffers
+            Buffers with the predicted increments, shape (stages, components), and the factorised matrices.
+        local_time
+            Local time at the start of the step, s.
+        h
+            Length of the step, s.
+        state
+            State at the start; shape (components,).
+        tolerance
+            Error of a step, relative to the error scale.
+        last_rate
+            Rate of convergence in the step before, or 1.
+
+        Returns
+        -------
+        n_iterations : int
+            Number of iterations; 0 if they do not converge.
+        rate : float
+            Rate of their convergence.
+        """
         nodes, increments, residuals = buffers.tableau.nodes, buffers.increments, buffers.residuals
         n_stages, n = increments.shape
         max_iterations, newton_tolerance = 5 + n_stages, NEWTON_TOLERANCE_RATIO * tolerance
@@ -180,13 +199,37 @@ def make_error_estimate(
 ) -> Callable[[Equation, RadauBuffers, float, float, FloatArray, float, bool], float]:
     """Return the function that estimates the error of a step relative to the tolerance.
 
-    Where the last argument is true, a large estimate is filtered a second time, with the derivative at the start plus the errors: in a
-    first step and after a rejected one, components that decay fast would make it too large.
+    Where that is doubtful, a large estimate is filtered a second time, with the derivative at the start plus the errors: in a first step
+    and after a rejected one, components that decay fast would make it too large.
     """
 
     def estimate_error(
         equation: Equation, buffers: RadauBuffers, local_time: float, h: float, state: FloatArray, tolerance: float, is_doubtful: bool
     ) -> float:
+        """Return the error of a step relative to the tolerance.
+
+        Parameters
+        ----------
+        equation
+            The equation.
+        buffers
+            Buffers with the increments of the step and the derivative at its start.
+        local_time
+            Local time at the start of the step, s.
+        h
+            Length of the step, s.
+        state
+            State at the start; shape (components,).
+        tolerance
+            Error of a step, relative to the error scale.
+        is_doubtful
+            Whether a large estimate is filtered a second time: in a first step, and after a rejected one.
+
+        Returns
+        -------
+        float
+            The relative error.
+        """
         error = estimate_errors(buffers, h, buffers.start_derivative) / tolerance
         if error >= 1.0 and is_doubtful:
             for i in range(state.size):

@@ -113,6 +113,7 @@ def combine_stages(stages: Stages, state: FloatArray, stage: int, h: float, n_co
 
 
 Equation = TypeVar("Equation")
+"""Whatever the functions of an equation take as their first argument."""
 
 
 def make_take_step(
@@ -121,6 +122,26 @@ def make_take_step(
     """Return the function that takes a step of an equation; the functions are those of `EquationFunctions`."""
 
     def take_step(equation: Equation, local_time: float, h: float, state: FloatArray, stages: Stages) -> float:
+        """Fill the stages of a step.
+
+        Parameters
+        ----------
+        equation
+            The equation.
+        local_time
+            Local time at the start of the step, s.
+        h
+            Length of the step, s.
+        state
+            State at the start; shape (components,).
+        stages
+            Stages, with the derivative at the start in the first column; the state at the end follows in `end`.
+
+        Returns
+        -------
+        float
+            Lowest quality of the stages; negative where one leaves the domain, whose state is in `end` then.
+        """
         quality = 1.0
         for stage in range(1, END_STAGE + 1):
             result = stages.end if stage == END_STAGE else stages.last_stage_state if stage == END_STAGE - 1 else stages.stage_state

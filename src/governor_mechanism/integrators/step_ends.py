@@ -2,15 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar
 
 from governor_mechanism.integrators import event_location, kink_approach
 from governor_mechanism.integrators.equation import EquationFunctions, StepBuffers
 from governor_mechanism.integrators.event_location import EVENT_SAMPLE_FRACTIONS, LAST_SAMPLE, NO_EVENT, EventStep, is_any_positive
+from governor_mechanism.integrators.stages import Equation
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray
-
-Equation = TypeVar("Equation")
 
 
 @dataclass(frozen=True)
@@ -148,6 +146,30 @@ def _make_finish_and_sample(functions: EquationFunctions[Equation]) -> Callable[
     def finish_and_sample(
         equation: Equation, buffers: StepBuffers, local_time: float, h: float, local_end: float, state: FloatArray, lowest_quality: float
     ) -> float:
+        """Finish a step and sample its event functions.
+
+        Parameters
+        ----------
+        equation
+            The equation.
+        buffers
+            Stages of the step; its event functions are filled in, shape (samples, event functions).
+        local_time
+            Local time at the start of the step, s.
+        h
+            Length of the step, s.
+        local_end
+            Local time at its end, s.
+        state
+            State at the start; shape (components,).
+        lowest_quality
+            Lowest quality of the stages.
+
+        Returns
+        -------
+        float
+            Quality of the state after the step.
+        """
         stages, event_values = buffers.stages, buffers.event_values
         quality = finish_step(equation, local_end, lowest_quality, stages)
         if buffers.event_tolerances.size > 0:
@@ -161,10 +183,7 @@ def _make_finish_and_sample(functions: EquationFunctions[Equation]) -> Callable[
 
 
 def _make_correction_of_length(functions: EquationFunctions[Equation]) -> Callable[..., tuple[bool, float]]:
-    """Return the function that compares a finished step with the first kink; its arguments are those of `judge_length`.
-
-    It returns whether the step ends there, and the length with which to try again, or 0.
-    """
+    """Return the function that compares a finished step with the first kink; see `judge_length`."""
     predict_kink = jit_in_place(kink_approach.make_kink_prediction(functions.sample_events))
 
     def correct_length(
@@ -178,6 +197,36 @@ def _make_correction_of_length(functions: EquationFunctions[Equation]) -> Callab
         min_length: float,
         time_rounding: float,
     ) -> tuple[bool, float]:
+        """Compare a finished step with the first kink.
+
+        Parameters
+        ----------
+        equation
+            The equation.
+        buffers
+            Stages of the step and samples of its event functions.
+        local_time
+            Local time at the start of the step, s.
+        h
+            Length of the step, s.
+        state
+            State at the start; shape (components,).
+        retry_factor
+            Factor on the length with which its error would be small enough, or 0 if it is.
+        n_tried
+            Number of lengths that were corrected before.
+        min_length
+            Length of the shortest step, s.
+        time_rounding
+            Rounding of the time, s.
+
+        Returns
+        -------
+        is_at_kink : bool
+            Whether the step ends at the kink.
+        length : float
+            Length of the step to the kink, s, or 0 if this step is as good.
+        """
         if buffers.n_kinks == 0:
             return False, 0.0
         stages, event_values = buffers.stages, buffers.event_values
@@ -196,6 +245,26 @@ def _make_cut_at_event(functions: EquationFunctions[Equation]) -> Callable[..., 
     locate_first_event = jit(event_location.make_event_location(evaluate_after_fraction))
 
     def cut_at_event(equation: Equation, buffers: StepBuffers, local_time: float, h: float, state: FloatArray) -> float:
+        """Cut a finished step at the first event.
+
+        Parameters
+        ----------
+        equation
+            The equation.
+        buffers
+            Stages of the step, which are filled again up to the event, and samples of its event functions.
+        local_time
+            Local time at the start of the step, s.
+        h
+            Length of the step, s.
+        state
+            State at the start; shape (components,).
+
+        Returns
+        -------
+        float
+            Fraction of the step that precedes the event, or NO_EVENT.
+        """
         stages = buffers.stages
         step = EventStep(local_time, h, state, stages, buffers.trial_stages, buffers.arming_tolerances, count_located(buffers))
         if step.n_located == 0:

@@ -3,8 +3,8 @@
 import os
 from typing import Any
 
-from governor_mechanism.model.pictures import Film
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.pictures import Film
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film.writer import write_film
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.notebook.html import draw_small_curve, format_html_table, format_paragraph
 from governor_mechanism.render.figures.page import READING_NOISE_RATIO
 from governor_mechanism.render.number_format import display_unit_of, format_rounded_up

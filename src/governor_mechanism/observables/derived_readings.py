@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, gas_pressure
-from governor_mechanism.mechanics.dynamics.contacts import lagged_functions_of
-from governor_mechanism.mechanics.dynamics.force_elements import element_law
-from governor_mechanism.mechanics.dynamics.inputs import NOT_HELD, evaluate_reading_function_along, output_of_reading
-from governor_mechanism.mechanics.dynamics.output_forces import pad_coefficients
+from governor_mechanism.mechanics.dynamics.forces.force_elements import element_law
+from governor_mechanism.mechanics.dynamics.forces.inputs import NOT_HELD, evaluate_reading_function_along, output_of_reading
+from governor_mechanism.mechanics.dynamics.forces.loads import lagged_functions_of
+from governor_mechanism.mechanics.dynamics.forces.output_forces import pad_coefficients
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_forces_of
-from governor_mechanism.mechanics.dynamics.force_elements import CONSERVATIVE_TYPES, element_potential_energy
-from governor_mechanism.mechanics.dynamics.force_laws import gravitational_energy
-from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.forces.force_elements import CONSERVATIVE_TYPES, element_potential_energy
+from governor_mechanism.mechanics.dynamics.forces.force_laws import gravitational_energy
+from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes, mobility_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
 from governor_mechanism.mechanics.kinematics.output_variables import (
@@ -26,8 +27,11 @@ from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPIN
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import CylinderPressure, StallLimit
 from governor_mechanism.model.part import FreeSpindle
+from governor_mechanism.model.results.cost import Cost
+from governor_mechanism.model.results.energy import Energy
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
 from governor_mechanism.observables.derived_readings import evaluate_derived_readings
 from governor_mechanism.observables.error_scales import JOINT_GAP, MotionScales, name_of_rate
 from governor_mechanism.observables.rotation import plane_rotations

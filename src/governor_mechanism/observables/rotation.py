@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.force_laws import spindle_inertia, spindle_inertia_rate
+from governor_mechanism.mechanics.dynamics.forces.force_laws import spindle_inertia, spindle_inertia_rate
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.model.coupling.coupled_system import TurningPlane
 from governor_mechanism.model.mechanism import Mechanism

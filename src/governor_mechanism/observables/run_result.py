@@ -9,16 +9,20 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode
-from governor_mechanism.mechanics.dynamics.inverse_dynamics import InverseDynamics, compute_inverse_dynamics
-from governor_mechanism.mechanics.dynamics.lowering import ground_pin_of_point_mass, make_system
+from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import InverseDynamics, compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.system.reference_points import ground_pin_of_point_mass
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.results.energy import Energy
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.reaction import Reaction
+from governor_mechanism.model.results.speed_fluctuation import SpeedFluctuation
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Energy, Outcome, Reaction, SpeedFluctuation
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.observables.crossings import find_crossings
 from governor_mechanism.observables.sampled_motion import DenseOutput, SampledMotion

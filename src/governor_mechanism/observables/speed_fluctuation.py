@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.inverse_dynamics import compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import compute_inverse_dynamics
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.model.results.speed_fluctuation import SpeedFluctuation
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import SpeedFluctuation
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.observables.sampled_motion import BodyState, SampledMotion
 from governor_mechanism.types import FloatArray

@@ -6,7 +6,7 @@ from functools import cache, partial
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.force_elements import element_law
+from governor_mechanism.mechanics.dynamics.forces.force_elements import element_law
 from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output_value
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction

@@ -202,6 +202,11 @@ class ValveMotion:
         return (self.evaluate(angles).readings[self.valve.piston_travel] - self._crank_end_position) / self.stroke
 
     @property
+    def crank_end_angle(self) -> float:
+        """Angle of the crank against the body that bears it, at the dead centre of the crank end, rad."""
+        return self._origin
+
+    @property
     def leads(self) -> tuple[float, float]:
         """Openings of the steam ports of crank end and head end at their dead centres, m."""
         positions = self.evaluate(np.array(self.dead_centres)).readings[self.valve.displacement]

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, output_forces_of
-from governor_mechanism.mechanics.dynamics.inverse_dynamics import InverseDynamics, compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import InverseDynamics, compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, output_forces_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.scene import Scene

@@ -6,7 +6,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.pictures import Figure
+from governor_mechanism.model.results.pictures import Figure
 
 
 class FigureFormat(StrEnum):

@@ -10,13 +10,14 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.mechanics.kinematics.range_of_motion import find_range_of_motion
 from governor_mechanism.model.part import FreeSpindle
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.observables.kinematic_readings import analyse_kinematics
+from governor_mechanism.render.film_option_error import FilmOptionError
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.types import FloatArray
 
-_LEAVE_OUT = "leave exaggerate out"
+_LEAVE_OUT = "leave {exaggerate} out"
 _STOP_TOLERANCE = 1e-6
 """Distance beyond a stop, relative to the scale of its reading, that counts as none: a run rests on a stop to within its accuracy."""
 _STOP_COORDINATES = 50
@@ -40,7 +41,8 @@ def require_one_coordinate(scene: Scene) -> None:
     """
     if len(scene.parts) > 1:
         names = ", ".join(part.name for part in scene.parts)
-        raise MechanismError(f"exaggerate magnifies the motion of one part; the scene has {len(scene.parts)}: {names}; {_LEAVE_OUT}")
+        template = f"{{exaggerate}} magnifies the motion of one part; the scene has {{count}}: {{names}}; {_LEAVE_OUT}"
+        raise FilmOptionError(template, count=len(scene.parts), names=names)
     part = scene.part
     reason = ""
     if isinstance(part.spindle, FreeSpindle):
@@ -50,7 +52,8 @@ def require_one_coordinate(scene: Scene) -> None:
     elif (count := mobility_of(part.mechanism)) != 1:
         reason = f"it has {count} degrees of freedom" if count else "drivers prescribe its motion"
     if reason:
-        raise MechanismError(f"exaggerate needs a scene whose positions follow one free coordinate, but {reason}; {_LEAVE_OUT}")
+        template = f"{{exaggerate}} needs a scene whose positions follow one free coordinate, but {{reason}}; {_LEAVE_OUT}"
+        raise FilmOptionError(template, reason=reason)
 
 
 def magnify_motion(run: Trajectory, factor: float) -> Trajectory:
@@ -82,7 +85,8 @@ def magnify_motion(run: Trajectory, factor: float) -> Trajectory:
     if not _is_possible(run.scene, mean, ends, factor):
         largest = _largest_factor(run.scene, mean, ends, factor)
         cure = f"at most {largest:.3g} is possible" if largest > 1.0 + _FACTOR_ACCURACY else "it already uses all of it"
-        raise MechanismError(f"magnified {factor:g} times, the motion of {name!r} leaves the range of the mechanism; {cure}")
+        template = "magnified {factor:g} times, the motion of {name!r} leaves the range of the mechanism; {cure}: change {exaggerate}"
+        raise FilmOptionError(template, factor=factor, name=name, cure=cure)
     motion = analyse_kinematics(run.scene, name, mean + factor * (values - mean))
     velocities = motion.velocities * (factor * rates)[:, None, None]
     return replace(run, poses=motion.poses, velocities=velocities, readings={**run.readings, **motion.readings})

@@ -7,7 +7,8 @@ import unicodedata
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.model.trajectory import Outcome, Trajectory
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 
 FIGURE_UNITS = {"rad": ("°", 180 / math.pi), "m": ("mm", 1e3), "rad/s": ("rpm", 30 / math.pi), "Pa": ("bar", 1e-5), "1": ("", 1.0)}
 """Display unit of an SI unit and the factor to it. Other units are shown unchanged."""

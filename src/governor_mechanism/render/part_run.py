@@ -8,11 +8,11 @@ from typing import TypeVar
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.contacts import contacts_of
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.part import Part
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.types import FloatArray
 

@@ -8,7 +8,7 @@ from typing import Any
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import write_all_or_none
 from governor_mechanism.files.results import save_csv, save_netcdf, save_summary
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figure_files import FigureFormat, Theme, make_figure_files
 from governor_mechanism.units.arguments import FLAG, PATH, TEXT, check_arguments
 from governor_mechanism.units.quantities import format_value

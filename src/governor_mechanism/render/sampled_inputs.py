@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function_along
+from governor_mechanism.mechanics.dynamics.forces.inputs import evaluate_reading_function_along
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.time_functions import InputFunction, ReadingFunction
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.types import FloatArray
 
 

@@ -1,7 +1,7 @@
 """Readings of a run as figures and films show them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,8 +9,10 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.machines.steam_readings import PORT_OPENINGS
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.render.valve_readings import STEAM_PORTS, find_valve_readings
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.quantities import format_value
 
 MAX_SHOWN_ANGLE = 4 * np.pi
 """Range of an angle (rad) beyond which a scene of several parts shows its rate."""
@@ -29,20 +31,48 @@ class ShownReading:
 def shown_readings(run: Trajectory) -> dict[str, ShownReading]:
     """Return the readings by name, openings of ports as a viewer expects them: zero while the port is closed.
 
-    In a scene of several parts, rates stand for angles of many turns, which look like straight lines.
+    In a scene of several parts, rates stand for angles of many turns, which look like straight lines, unless the rate is a reading anyway.
     """
     shown, ports = {}, find_port_openings(run)
     for name, values in run.readings.items():
         unit, scale, error = run.units.get(name, ""), run.scales.get(name, 0.0), run.reading_errors.get(name, 0.0)
         if len(run.scene.parts) > 1 and unit == "rad" and np.ptp(values) > MAX_SHOWN_ANGLE:
-            if name.endswith(f".{SPINDLE_ANGLE}"):  # the spindle speed is a reading anyway
+            if name.endswith(f".{SPINDLE_ANGLE}") or _is_rate_a_reading(run, name):  # the spindle speed is always one
                 continue
             error, scale = run.reading_errors.get(f"rate of {name}", 0.0), 0.0
-            values, unit, name = run.rates[name], "rad/s", f"{name.removesuffix('_angle')}_rate"
+            values, unit, name = run.rates[name], "rad/s", _name_of_rate(name)
         elif name in ports:
             values = np.maximum(values, 0.0)
         shown[name] = ShownReading(values=values, unit=unit, scale=scale, error=error)
+    for name, one in _valve_readings(run).items():
+        shown[name] = replace(one, values=np.maximum(one.values, 0.0)) if name in STEAM_PORTS else one
     return shown
+
+
+def _valve_readings(run: Trajectory) -> dict[str, ShownReading]:
+    """Return what the position of the valve of any valve gear says, with the errors of its reading."""
+    source, values = find_valve_readings(run)
+    scale, error = run.scales.get(source, 0.0), run.reading_errors.get(source, 0.0) if values else 0.0
+    return {name: ShownReading(values=one, unit="m", scale=scale, error=error) for name, one in values.items()}
+
+
+def name_to_plot(run: Trajectory, name: str) -> str:
+    """Return the name by which `chosen_readings` finds a shown reading: a rate that stands for an angle is "rate of ..."."""
+    sources = (source for source in run.rates if _name_of_rate(source) == name)
+    return name if name in run.readings or name in find_valve_readings(run).values else f"{RATE_START}{next(sources, name)}"
+
+
+def _name_of_rate(name: str) -> str:
+    """Return the name of the rate that stands for an angle."""
+    return f"{name.removesuffix('_angle')}_rate"
+
+
+def _is_rate_a_reading(run: Trajectory, name: str) -> bool:
+    """Return whether another reading of the part is the rate of an angle, but for rounding."""
+    part = name.rpartition(".")[0]
+    rates = run.rates[name]
+    others = [values for one, values in run.readings.items() if run.units.get(one) == "rad/s" and one.rpartition(".")[0] == part]
+    return any(np.allclose(values, rates, rtol=1e-9, atol=0.0) for values in others)
 
 
 def find_port_openings(run: Trajectory) -> set[str]:
@@ -63,10 +93,15 @@ RATE_START = "rate of "
 def chosen_readings(run: Trajectory, names: Sequence[str]) -> dict[str, ShownReading]:
     """Return readings of a run by name as they are, and rates by "rate of ...". Raise MechanismError for an unknown name."""
     known = {**run.readings, **{f"{RATE_START}{name}": values for name, values in run.rates.items()}}
-    shown = {}
+    shown, of_valve = {}, _valve_readings(run)
     for name in names:
+        if not isinstance(name, str):
+            raise MechanismError(f'a reading is given by its name, as in plot("arm_angle", "sleeve_lift"); found {format_value(name)}')
+        if name in of_valve:
+            shown[name] = of_valve[name]
+            continue
         if name not in known:
-            raise MechanismError(f"the run has no reading {name!r}; it has {', '.join(known)}.{did_you_mean(name, known)}")
+            raise MechanismError(f"the run has no reading {name!r}; it has {', '.join((*known, *of_valve))}.{did_you_mean(name, known)}")
         source = name.removeprefix(RATE_START)
         unit, factor = run.units.get(name) or f"{run.units[source]}/s", 1.0
         if unit == "rad/s" and name not in run.readings and np.ptp(run.readings[source]) <= MAX_SHOWN_ANGLE:

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
-from governor_mechanism.model.exported_result import ExportedResult
+from governor_mechanism.model.results.exported_result import ExportedResult
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics import equilibrium_speed
 from governor_mechanism.statics.ball_radius import BallRadius, find_ball_radius

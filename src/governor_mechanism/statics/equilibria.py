@@ -8,14 +8,14 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
+from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of
 from governor_mechanism.mechanics.kinematics.range_of_motion import find_runs
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
-from governor_mechanism.model.exported_result import ExportedResult
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
-from governor_mechanism.model.named_values import name_values
 from governor_mechanism.model.part import MAX_SPINDLE_SPEED
+from governor_mechanism.model.results.exported_result import ExportedResult
+from governor_mechanism.model.results.named_values import name_values
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, interpolation_error_exceeds, sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import (

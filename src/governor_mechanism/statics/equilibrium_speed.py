@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
+from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output_value
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.mechanism import Mechanism

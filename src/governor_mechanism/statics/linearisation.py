@@ -1,26 +1,23 @@
-"""Linearised equations of a scene about an equilibrium or a steady rotation: eigenvalues, modes, transfer functions."""
+"""Linearised equations of a scene about an equilibrium or a steady rotation: eigenvalues, modes, inputs and outputs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output_value
-from governor_mechanism.model.exported_result import ExportedResult
-from governor_mechanism.model.part import FreeSpindle, Spindle
-from governor_mechanism.model.scene import Scene
+from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
+from governor_mechanism.model.results.exported_result import ExportedResult
 from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
-from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria
-from governor_mechanism.statics.equilibrium_speed import has_spindle_dependent_loads
-from governor_mechanism.statics.first_order_system import ComplexArray, FirstOrderSystem, Onset, Stability
+from governor_mechanism.statics.first_order_system import FirstOrderSystem, Onset, Stability
 from governor_mechanism.statics.modes import Mode, format_modes, format_rate
 from governor_mechanism.statics.scene_dynamics import SceneDynamics
-from governor_mechanism.statics.steady_state import SteadyState, find_steady_state
+from governor_mechanism.statics.state_space import StateSpace
+from governor_mechanism.statics.steady_state import SteadyState
 from governor_mechanism.types import DataFrame, FloatArray
-from governor_mechanism.units.quantities import format_quantity, format_reading_name, parse_quantity
+from governor_mechanism.units.quantities import format_quantity, format_reading_name
 from governor_mechanism.units.short_repr import short_repr
 
 RATE_PREFIX = "rate of "
@@ -29,64 +26,8 @@ RATE_PREFIX = "rate of "
 FORCE_PREFIX = "force on "
 """Start of the name of an input that is a force or torque along a reading."""
 
-TURNING_TOLERANCE = 1e-9
-"""Rate of a reading, in its scale over the time scale, above which it turns steadily."""
-
-MAX_RESTARTS = 12
-"""Largest number of restarts of Newton's method, each with other independent coordinates and slack springs."""
-
-RELAXATION_STEP = 0.1
-"""Displacement along the accelerations, in scales, before a restart: where Newton's method stalls, the forces lead to an equilibrium."""
-
 OUTPUT_TOLERANCE = 1e-12
 """Relative accuracy of the derivatives of the rates of readings that turn."""
-
-NO_STEADY_STATE = (
-    "no steady state was found near the start: accelerations remain; start nearer to an equilibrium or a steady rotation. "
-    "If a torque depends on the angle of a turning shaft, its steady state is periodic: use the mean torque"
-)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class StateSpace:
-    """State-space form x' = A x + B u, y = C x + D u with the names of states, inputs u and outputs y. All in SI."""
-
-    A: FloatArray
-    B: FloatArray
-    C: FloatArray
-    D: FloatArray
-    states: tuple[str, ...]
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
-
-    __repr__ = short_repr
-
-    def frequency_response(self, frequencies: Sequence[float] | FloatArray) -> ComplexArray:
-        """Return the complex amplitudes of the outputs for unit amplitudes of the inputs.
-
-        Parameters
-        ----------
-        frequencies
-            Angular frequencies, rad/s; shape (n,).
-
-        Returns
-        -------
-        ComplexArray
-            Amplitudes, SI; shape (n, outputs, inputs).
-
-        Raises
-        ------
-        MechanismError
-            If a frequency is exactly that of an undamped mode.
-        """
-        try:
-            columns = np.array([np.linalg.solve(1j * float(w) * np.eye(len(self.A)) - self.A, self.B) for w in frequencies])
-        except np.linalg.LinAlgError as error:
-            raise MechanismError(
-                "a frequency is that of an undamped mode, where the response is infinite; take another frequency"
-            ) from error
-        response: ComplexArray = self.C @ columns.reshape(-1, *self.B.shape) + self.D
-        return response
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -271,176 +212,3 @@ class Linearisation(FirstOrderSystem, ExportedResult):
             return dynamics.accelerations(z, rates, {index: float(change[0])})
 
         return directional_derivative(accelerations, np.zeros(1), np.ones(1))[0]
-
-
-def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spindle_speed: float | str | None = None) -> Linearisation:
-    """Linearise a scene about the steady state near given poses.
-
-    Inputs that vary with time have their last value.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    poses
-        Assembled poses near the steady state; shape (bodies, 3).
-    velocities
-        Their time derivatives, of which those of steadily turning shafts matter; shape (bodies, 3).
-    spindle_speed
-        Speed of the spindle, rad/s, or text with a unit; that of the scene if None.
-
-    Returns
-    -------
-    Linearisation
-        Linearised equations, eigenvalues and modes.
-
-    Raises
-    ------
-    MechanismError
-        If there is no steady state near the start, it is periodic, or it has no linear equations.
-    """
-    if spindle_speed is not None:
-        speed, spindle = parse_quantity(spindle_speed, "angular_speed", "the spindle's speed"), scene.spindle
-        given = replace(spindle, start_speed=speed) if isinstance(spindle, FreeSpindle) else Spindle(speeds=(speed,))
-        scene = scene.with_changes(spindle=given)
-    dynamics, state = settle(scene, poses, velocities)
-    dynamics.move_reference(state.z)
-    notes = dynamics.notes(state.z, state.rates)
-    if dynamics.drop_quadratic_damping(state.z, state.rates):
-        notes += ("quadratic damping has no effect on small motions about rest",)
-    return _build_linearisation(dynamics, state, notes)
-
-
-def settle(scene: Scene, poses: FloatArray, velocities: FloatArray, time: float | None = None) -> tuple[SceneDynamics, SteadyState]:
-    """Find the steady state near given poses.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    poses
-        Assembled poses near the steady state; shape (bodies, 3).
-    velocities
-        Their time derivatives, of which those of steadily turning shafts matter; shape (bodies, 3).
-    time
-        Time at which inputs are taken, s; that of their last change if None.
-
-    Returns
-    -------
-    dynamics : SceneDynamics
-        The scene in independent coordinates.
-    state : SteadyState
-        The steady state in these coordinates.
-
-    Raises
-    ------
-    MechanismError
-        If there is no steady state near the start, or it is periodic.
-    """
-    for _ in range(MAX_RESTARTS):
-        dynamics = SceneDynamics(scene, poses, velocities, time)
-        dynamics.require_no_uneven_turning()
-        dynamics.set_contact_mode(dynamics.start, dynamics.start_rates)
-        state = find_steady_state(dynamics.accelerations, dynamics.start, dynamics.start_rates, dynamics.scales, dynamics.time_scale)
-        # Coordinates that describe the start well may not do so at the steady state, and springs may have become slack.
-        if state.is_steady and dynamics.is_well_conditioned(state.z) and not dynamics.set_contact_mode(state.z, state.rates):
-            return dynamics, state
-        relaxed = state.z if state.is_steady else state.z + RELAXATION_STEP * state.direction_of_acceleration
-        motions = [dynamics.mass_centre_motion(z, state.rates) for z in (relaxed, state.z)]
-        poses, velocities = next(motion for motion in motions if np.all(np.isfinite(motion[0])))
-    raise MechanismError(NO_STEADY_STATE)
-
-
-def linearise_from_start(
-    scene: Scene, poses: FloatArray, velocities: FloatArray, spindle_speed: float | str | None = None
-) -> Linearisation:
-    """Linearise a scene as `linearise_scene` does, about the equilibrium nearest to the start if it has one degree of freedom.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    poses
-        Initial poses; shape (bodies, 3).
-    velocities
-        Initial velocities; shape (bodies, 3).
-    spindle_speed
-        Speed of the spindle, rad/s, or text with a unit; the last of the scene if None.
-
-    Returns
-    -------
-    Linearisation
-        Linearised equations, eigenvalues and modes.
-    """
-    if len(scene.parts) > 1:
-        return linearise_scene(scene, poses, velocities, spindle_speed)
-    speed = last_spindle_speed(scene) if spindle_speed is None else spindle_speed
-    try:
-        equilibria = find_equilibria(scene, speed)
-    except MechanismError as error:  # there is none, or more degrees of freedom, or an unknown travel
-        try:
-            return linearise_scene(scene, poses, velocities, spindle_speed)
-        except MechanismError as other_error:
-            earlier_problems = error.problems if NO_STEADY_STATE in other_error.problems else ()
-            raise MechanismError(*earlier_problems, *other_error.problems) from None
-    start = float(evaluate_output_value(scene.part.mechanism, scene.part.mechanism.coordinate, poses))
-    return linearise_scene(scene, poses_at(scene, min(equilibria, key=lambda one: abs(one.coordinate - start))), velocities, spindle_speed)
-
-
-def poses_at(scene: Scene, equilibrium: Equilibrium) -> FloatArray:
-    """Return the poses of all bodies of a scene at an equilibrium of its part, with the shaft of a free spindle.
-
-    Parameters
-    ----------
-    scene
-        Scene of one part.
-    equilibrium
-        Equilibrium of its mechanism.
-
-    Returns
-    -------
-    FloatArray
-        Poses, m and rad; shape (bodies, 3).
-    """
-    return np.concatenate([equilibrium.poses, np.zeros((len(scene.mechanism.bodies) - len(scene.part.mechanism.bodies), 3))])
-
-
-def last_spindle_speed(scene: Scene) -> float | None:
-    """Return the last given speed of the spindle, rad/s.
-
-    Parameters
-    ----------
-    scene
-        Scene of one part.
-
-    Returns
-    -------
-    float | None
-        Speed; None for a free spindle, or if the loads do not depend on it.
-    """
-    return scene.spindle.speeds[-1] if isinstance(scene.spindle, Spindle) and has_spindle_dependent_loads(scene) else None
-
-
-def _build_linearisation(dynamics: SceneDynamics, state: SteadyState, notes: tuple[str, ...]) -> Linearisation:
-    values, reading_rates = dynamics.readings(state.z), dynamics.reading_jacobian(state.z) @ state.rates
-    readings, rates = {}, {}
-    for name, value, rate in zip(dynamics.reading_names, values, reading_rates, strict=True):
-        if abs(rate) * dynamics.time_scale > TURNING_TOLERANCE * dynamics.reading_scale(name):
-            rates[name] = float(rate)
-        else:
-            readings[name] = float(value)
-    rates |= {name: float(row @ state.rates) for name, row in dynamics.spindle_speed_rows().items()}
-    positions = [dynamics.names[k] for k in state.positions]
-    cyclic = [" + ".join(dynamics.names[k] for k in np.flatnonzero(direction)) for direction in state.cyclic.T]
-    linearisation = Linearisation(
-        **vars(state.first_order_system),
-        readings=readings,
-        rates=rates,
-        state_names=(*positions, *(f"{RATE_PREFIX}{name}" for name in [*positions, *cyclic])),
-        notes=notes,
-        _dynamics=dynamics,
-        _state=state,
-    )
-    if not np.all(np.isfinite(linearisation.matrix)):
-        raise MechanismError("the steady state is a singular configuration, about which the mechanism cannot move freely")
-    return linearisation

@@ -9,11 +9,17 @@ from dataclasses import replace
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics import contacts, equations_of_motion
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of
-from governor_mechanism.mechanics.dynamics.inputs import output_of_reading
-from governor_mechanism.mechanics.dynamics.lowering import from_mass_centres, make_system, make_system_workspace, to_mass_centres
+from governor_mechanism.mechanics.dynamics.equations.body_forces import inertia_of_plane
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import N_ENERGY_STATES, evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.equations.projection import project_state
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, active_forces_of, initial_mode
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
+from governor_mechanism.mechanics.dynamics.forces.inputs import output_of_reading
+from governor_mechanism.mechanics.dynamics.forces.loads import initial_lags, reading_tables_of
+from governor_mechanism.mechanics.dynamics.system.arrays import make_system_workspace
+from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.system.reference_points import from_mass_centres, to_mass_centres
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
@@ -76,14 +82,14 @@ class SceneDynamics:
 
     def __init__(self, scene: Scene, poses: FloatArray, velocities: FloatArray, time: float | None = None) -> None:
         self.scene, self._mechanism, self.time_scale, self._time = scene, scene.mechanism, time_scale(scene), time
-        self._set_mode(contacts.initial_mode(scene))
+        self._set_mode(initial_mode(scene))
         self._require_steady_inputs()
         origin_poses, origin_velocities = from_mass_centres(self._system, poses, velocities)
         self._reference, bodies, axes = origin_poses, self._mechanism.bodies, ("x", "y", "angle")
         self._independent = self._choose_coordinates(origin_poses)
         self._projection_inverse_mass = self._system.inverse_mass.copy()
         self._projection_inverse_mass.ravel()[self._independent] = 0.0  # the projection does not change these
-        lags = contacts.initial_lags(scene, poses, velocities)
+        lags = initial_lags(scene, poses, velocities)
         names = [f"{bodies[k // 3].name}.{axes[k % 3]}" for k in self._independent]
         self.names = (*names, *(f"lag {k + 1}" for k in range(len(lags))))
         pose_scales = np.tile([self._mechanism.length_scale, self._mechanism.length_scale, 1.0], len(origin_poses))
@@ -149,8 +155,8 @@ class SceneDynamics:
     def set_contact_mode(self, z: FloatArray, rates: FloatArray) -> bool:
         """Make one-sided springs taut or slack and choose segments of tables as readings demand; return whether any has changed."""
         previous_mode, poses = self._mode, self.poses(z)
-        taut = tuple(self._reading(one.reading, poses) > one.slack_below for one in contacts.one_sided_forces_of(self.scene))
-        tables = contacts.reading_tables_of(self.scene)
+        taut = tuple(self._reading(one.reading, poses) > one.slack_below for one in one_sided_forces_of(self.scene))
+        tables = reading_tables_of(self.scene)
         segments = tuple(int(np.searchsorted(table.positions, self._input_of_function(table.reading, z, rates))) for table in tables)
         self._set_mode(replace(previous_mode, taut=taut, segments=segments))
         return self._mode != previous_mode
@@ -167,7 +173,7 @@ class SceneDynamics:
         forces = self._system.output_forces.copy()
         reading_rates = dict(zip(self.reading_names, self.reading_jacobian(z) @ rates, strict=True))
         is_dropped = False
-        for i, effect in enumerate(contacts.active_forces_of(self.scene, self._mode)):
+        for i, effect in enumerate(active_forces_of(self.scene, self._mode)):
             if reading_rates.get(effect.reading, 0.0) == 0.0 and effect.linear_coefficients != effect.coefficients:
                 forces["coefficients"][i, : len(effect.linear_coefficients)], is_dropped = effect.linear_coefficients, True
         self._system = self._system._replace(output_forces=forces)
@@ -180,9 +186,7 @@ class SceneDynamics:
         poses.ravel()[self._independent] = z[:n_free]
         velocities.ravel()[self._independent] = rates[:n_free]
         projected = self._system._replace(inverse_mass=self._projection_inverse_mass)
-        gap = equations_of_motion.project_state(
-            projected, self._workspace, self._inputs, 0.0, poses, velocities, CLOSURE_TOLERANCE * length_scale
-        )
+        gap = project_state(projected, self._workspace, self._inputs, 0.0, poses, velocities, CLOSURE_TOLERANCE * length_scale)
         if not gap < MAX_GAP_RATIO * length_scale:
             poses[:] = np.nan
         return poses, velocities
@@ -208,9 +212,9 @@ class SceneDynamics:
         for index, change in (input_changes or {}).items():
             inputs[index, 3] += change
         lags = rates[len(self._independent) :]
-        state = np.concatenate([poses.ravel(), velocities.ravel(), np.zeros(equations_of_motion.N_ENERGY_STATES), lags])
+        state = np.concatenate([poses.ravel(), velocities.ravel(), np.zeros(N_ENERGY_STATES), lags])
         derivative = np.empty(state.size)
-        equations_of_motion.evaluate_state_derivative(self._system, self._workspace, inputs, 0.0, state, derivative)
+        evaluate_state_derivative(self._system, self._workspace, inputs, 0.0, state, derivative)
         accelerations: FloatArray = np.concatenate([derivative[poses.size + self._independent], derivative[len(state) - len(lags) :]])
         return accelerations
 
@@ -263,9 +267,7 @@ class SceneDynamics:
         masses, n_free = np.array([[body.mass, body.mass, body.planar_inertia] for body in self._mechanism.bodies]), len(self._independent)
         for index, plane in enumerate(self._system.planes):
             if plane["has_reaction"]:
-                masses[plane["shaft"], 2] += equations_of_motion.inertia_of_plane(
-                    self._system.bodies, index, *self.motion(z, np.zeros_like(z))
-                )[0]
+                masses[plane["shaft"], 2] += inertia_of_plane(self._system.bodies, index, *self.motion(z, np.zeros_like(z)))[0]
         columns, result = self._velocity_columns(z)[:n_free], np.zeros((len(z), len(self.reading_names)))
         mass_matrix = np.einsum("ikc,kc,jkc->ij", columns, masses, columns)
         result[:n_free] = np.linalg.solve(mass_matrix, self.reading_jacobian(z)[:, :n_free].T)
@@ -305,12 +307,12 @@ class SceneDynamics:
                 )
             if contact.friction is not None:
                 notes.append(f"dry friction on {contact.output_name} is left out: at rest it holds, and it has no linear law")
-        for effect in contacts.one_sided_forces_of(self.scene):
+        for effect in one_sided_forces_of(self.scene):
             if abs(self._reading(effect.reading, poses) - effect.slack_below) <= MAX_GAP_RATIO * self.reading_scale(effect.reading):
                 raise MechanismError(
                     f"the {effect.key} on {effect.reading!r} is just slack at the equilibrium, where its force has no linear law"
                 )
-        for table in contacts.reading_tables_of(self.scene):
+        for table in reading_tables_of(self.scene):
             value = self._input_of_function(table.reading, z, rates)
             if min(abs(value - position) for position in table.positions) <= KINK_TOLERANCE * max(map(abs, table.positions)):
                 raise MechanismError(

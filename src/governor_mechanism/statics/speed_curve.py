@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
-from governor_mechanism.model.exported_result import ExportedResult
-from governor_mechanism.model.named_values import name_values
+from governor_mechanism.model.results.exported_result import ExportedResult
+from governor_mechanism.model.results.named_values import name_values
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics import equilibrium_speed
 from governor_mechanism.statics.adaptive_grid import sample_range_of_motion

@@ -6,7 +6,7 @@ from functools import cache
 from typing import Generic, TypeVar
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.exported_result import ExportedResult
+from governor_mechanism.model.results.exported_result import ExportedResult
 from governor_mechanism.statics.first_order_system import FirstOrderSystem, Onset
 from governor_mechanism.units.short_repr import short_repr
 

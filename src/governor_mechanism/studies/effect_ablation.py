@@ -24,8 +24,9 @@ from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import Part, Spindle
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.types import DataFrame
 from governor_mechanism.units.quantities import format_reading_name

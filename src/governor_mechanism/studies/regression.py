@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.engines import select_engine
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.types import FloatArray
 
 SLEEVE_READING = "sleeve_lift"

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.files.plain_values import plain_record
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.units.text_table import format_table
 
 STATICS_TOLERANCE = 1e-8

@@ -4,8 +4,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.verification.kernel_report import KernelReport, KernelRow, format_percent
 from governor_mechanism.verification.report import CheckReport, ComparisonRow
+from governor_mechanism.verification.user_kernel.report import KernelReport, KernelRow, format_percent
 
 
 def save_junit(report: CheckReport, path: Path) -> Path:

@@ -16,7 +16,7 @@ from governor_mechanism.closed_form import slide_valve
 from governor_mechanism.closed_form.flywheel import throttle
 from governor_mechanism.closed_form.flywheel.engine import AirEngine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.studies.regulation.speed_response import Verdict
 from reference import flywheel as printed

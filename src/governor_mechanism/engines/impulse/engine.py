@@ -10,12 +10,13 @@ from governor_mechanism.engines.base import Engine, RunRequest
 from governor_mechanism.engines.impulse.pymunk.bodies import cannot_rotate_in_pymunk
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts, reading_functions_of
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.loads import reading_functions_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint, ProportionalDisplacement, RackAndPinion
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Trajectory
 
 POSITIVE_SETTINGS = {"step": "seconds", "monitor_interval": "time scales", "max_step_work": "steps", "max_distance_ratio": "length scales"}
 """Settings that are positive and finite, with their units."""

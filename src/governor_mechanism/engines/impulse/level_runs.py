@@ -10,7 +10,7 @@ import numpy as np
 from governor_mechanism.engines.impulse.joint_gaps import count_closed_times, has_open_joints
 from governor_mechanism.engines.impulse.records import FixedStepProblem, FixedStepSolution
 from governor_mechanism.engines.impulse.run import integrate_over_grid
-from governor_mechanism.model.trajectory import FLIGHT_DETAIL, Outcome
+from governor_mechanism.model.results.outcome import FLIGHT_DETAIL, Outcome
 from governor_mechanism.types import FloatArray
 
 MAX_OPEN_JOINT_HALVINGS = 5

@@ -9,8 +9,8 @@ from governor_mechanism.engines.impulse.time_inputs import SpindleState, TimeInp
 from governor_mechanism.engines.impulse.work_budget import WorkBudget
 from governor_mechanism.integrators.time_grid import TimeGrid
 from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode
-from governor_mechanism.mechanics.dynamics.projection import CLOSURE_TOLERANCE_RATIO, StateProjector
+from governor_mechanism.mechanics.dynamics.equations.projection import CLOSURE_TOLERANCE_RATIO, StateProjector
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator

@@ -16,9 +16,9 @@ from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.engines.impulse.work_budget import WorkBudget
 from governor_mechanism.engines.initial_state import part_initial_state
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.limit_excursions import find_first_excursion
 from governor_mechanism.observables.run_result import RunResult, StateHistory

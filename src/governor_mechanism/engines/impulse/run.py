@@ -9,7 +9,7 @@ from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.records import FixedStepProblem, FixedStepSolution
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
 from governor_mechanism.engines.impulse.work_budget import StepLimitError
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from governor_mechanism.engines.impulse.pymunk.applied_forces import StepInputs, lower_scene
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.part import FreeSpindle

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts, output_forces_of
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray, IntArray
 

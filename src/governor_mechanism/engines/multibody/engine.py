@@ -14,11 +14,12 @@ from governor_mechanism.engines.exit_location import describe_stall, locate_exit
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.run import ConstrainedIntegrator, IntegrationResult, MultibodySettings
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of
+from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME, contacts_of
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.observables.derived_readings import find_first_control_exit
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.limit_excursions import find_first_excursion

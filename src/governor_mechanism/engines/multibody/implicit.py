@@ -8,8 +8,9 @@ from governor_mechanism.integrators.radau import RadauLimits, StiffEquationFunct
 from governor_mechanism.integrators.radau_systems import RadauBuffers
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.mechanics.dynamics import equations_of_motion
-from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.equations.projection import project_state
+from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
@@ -98,7 +99,7 @@ def _expand(equation: PartitionedEquation, local_time: float, state: FloatArray,
         result[i], result[n_coordinates + i] = poses[i], 0.0
     for i in range(state.size):
         result[equation.components[i]] = state[i]
-    residual = equations_of_motion.project_state(
+    residual = project_state(
         equation.projected_system,
         equation.workspace,
         equation.input_cubics,
@@ -115,9 +116,7 @@ def _evaluate_from(equation: PartitionedEquation, local_time: float, state: Floa
     """Fill the reduced derivative, and the full state and derivative into the buffers; return the quality."""
     if _expand(equation, local_time, state, poses, equation.buffer) < 0.0:
         return OPEN_JOINT
-    equations_of_motion.evaluate_state_derivative(
-        equation.system, equation.workspace, equation.input_cubics, local_time, equation.buffer, equation.derivative
-    )
+    evaluate_state_derivative(equation.system, equation.workspace, equation.input_cubics, local_time, equation.buffer, equation.derivative)
     equation.counts[StepCounter.EVALUATIONS] += 1
     total = 0.0
     for i in range(state.size):

@@ -3,22 +3,23 @@
 import math
 from typing import NamedTuple
 
-from governor_mechanism.integrators.dop853 import NEAR_SINGULAR_QUALITY, OUT_OF_RANGE, TURNED_BACK, StepLimits, make_dop853
+from governor_mechanism.integrators.dop853 import StepLimits, make_dop853
 from governor_mechanism.integrators.equation import EquationFunctions, StepBuffers
 from governor_mechanism.integrators.event_location import LAST_SAMPLE, EventStep, is_any_positive
+from governor_mechanism.integrators.stage_quality import NEAR_SINGULAR_QUALITY, OUT_OF_RANGE, TURNED_BACK
 from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.mechanics.dynamics import equations_of_motion
-from governor_mechanism.mechanics.dynamics.constraint_solver import apply_jacobian, subtract_minv_jt
-from governor_mechanism.mechanics.dynamics.inputs import HOLD_KINDS, NOT_HELD
-from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
-from governor_mechanism.mechanics.dynamics.output_forces import (
-    GAS_KINKS,
-    IN_NO_PHASE,
-    EventFunctionKind,
-    evaluate_gas_phase,
-    evaluate_travel_in_stroke,
+from governor_mechanism.mechanics.dynamics.equations.constraint_solver import apply_jacobian, subtract_minv_jt
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import (
+    N_ENERGY_STATES,
+    evaluate_inputs_at,
+    evaluate_state_derivative,
 )
+from governor_mechanism.mechanics.dynamics.equations.projection import project_state
+from governor_mechanism.mechanics.dynamics.forces.inputs import HOLD_KINDS, NOT_HELD
+from governor_mechanism.mechanics.dynamics.forces.output_forces import IN_NO_PHASE, evaluate_gas_phase, evaluate_travel_in_stroke
+from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace
+from governor_mechanism.mechanics.dynamics.system.event_functions import GAS_KINKS, EventFunctionKind, evaluate_event_functions
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.model.time_functions import StrokeHold
 from governor_mechanism.numerics.array_copy import copy_array
@@ -80,7 +81,7 @@ def _project_to(equation: MultibodyEquation, local_time: float, state: FloatArra
     n_coordinates = 3 * equation.system.bodies.size
     poses, velocities = state[:n_coordinates].reshape(-1, 3), state[n_coordinates : 2 * n_coordinates].reshape(-1, 3)
     tolerance = tolerance_ratio * equation.constraint_tolerance
-    equations_of_motion.project_state(equation.system, equation.workspace, equation.input_cubics, local_time, poses, velocities, tolerance)
+    project_state(equation.system, equation.workspace, equation.input_cubics, local_time, poses, velocities, tolerance)
 
 
 @jit_in_place
@@ -88,7 +89,7 @@ def _evaluate(equation: MultibodyEquation, local_time: float, state: FloatArray,
     """Evaluate the state derivative, near a change point after a projection, and return the pivot ratio of the constraint rows."""
     pivot_ratio, is_projected = 0.0, False
     while True:
-        pivot_ratio = equations_of_motion.evaluate_state_derivative(
+        pivot_ratio = evaluate_state_derivative(
             equation.system, equation.workspace, equation.input_cubics, local_time, state, equation.derivative
         )
         equation.counts[StepCounter.EVALUATIONS] += 1
@@ -138,7 +139,7 @@ def _project_errors(equation: MultibodyEquation, errors: FloatArray) -> None:
 
 @jit_in_place
 def _evaluate_events(equation: MultibodyEquation, local_time: float, state: FloatArray, event_values: FloatArray) -> None:
-    equations_of_motion.evaluate_event_functions(equation.system, equation.workspace, state, event_values)
+    evaluate_event_functions(equation.system, equation.workspace, state, event_values)
 
 
 @jit_in_place
@@ -156,7 +157,7 @@ def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float
         needs_forces = needs_forces or event_functions[i].kind == EventFunctionKind.FORCE or event_functions[i].input_index >= 0
     if needs_forces:
         _evaluate(equation, step.local_time + fraction * step.h, sample, stages.derivatives, N_STAGES - 1)
-    equations_of_motion.evaluate_event_functions(equation.system, equation.workspace, sample, event_values)
+    evaluate_event_functions(equation.system, equation.workspace, sample, event_values)
 
 
 _EQUATION = EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events)
@@ -168,8 +169,8 @@ _integrate_to_event = jit_in_place(make_dop853(_EQUATION, has_event_functions=Tr
 def _evaluate_inputs(equation: MultibodyEquation, local_time: float, state: FloatArray) -> None:
     n_coordinates = 3 * equation.system.bodies.size
     poses, velocities = state[:n_coordinates].reshape(-1, 3), state[n_coordinates : 2 * n_coordinates].reshape(-1, 3)
-    lag_states, cubics = state[2 * n_coordinates + equations_of_motion.N_ENERGY_STATES :], equation.input_cubics
-    equations_of_motion.evaluate_inputs_at(equation.system, equation.workspace, poses, velocities, cubics, local_time, lag_states)
+    lag_states, cubics = state[2 * n_coordinates + N_ENERGY_STATES :], equation.input_cubics
+    evaluate_inputs_at(equation.system, equation.workspace, poses, velocities, cubics, local_time, lag_states)
 
 
 @jit_in_place
@@ -216,7 +217,7 @@ def _find_switch(equation: MultibodyEquation, input_index: int) -> int:
 def _update_holds(equation: MultibodyEquation, local_time: float, state: FloatArray) -> None:
     """Set the states of the holds: at a dead centre of their own crank new ones, and behind a cut-off the travel at which it was passed."""
     system, rows, inputs = equation.system, equation.workspace.output_row_values, equation.workspace.inputs
-    lag_states = state[6 * system.bodies.size + equations_of_motion.N_ENERGY_STATES :]
+    lag_states = state[6 * system.bodies.size + N_ENERGY_STATES :]
     for k in range(system.lags.size):
         lag = system.lags[k]
         if lag.hold == 0:

@@ -7,8 +7,8 @@ from governor_mechanism.integrators.radau import RadauLimits
 from governor_mechanism.integrators.radau_systems import RadauBuffers, make_radau_buffers
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES
-from governor_mechanism.mechanics.dynamics.lowering import System, SystemWorkspace
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import N_ENERGY_STATES
+from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE

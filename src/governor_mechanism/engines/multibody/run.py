@@ -21,11 +21,17 @@ from governor_mechanism.integrators.time_grid import make_time_grid
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
 from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
-from governor_mechanism.mechanics.dynamics import lowering
 from governor_mechanism.mechanics.dynamics.characteristic_scales import loading_rate, max_step_scale
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, has_contacts, has_kinks, initial_lags, output_forces_of
-from governor_mechanism.mechanics.dynamics.equations_of_motion import N_ENERGY_STATES, project_state
-from governor_mechanism.mechanics.dynamics.output_forces import GAS_KINKS, SLIDING_FRICTION
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import N_ENERGY_STATES
+from governor_mechanism.mechanics.dynamics.equations.projection import project_state
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, has_contacts
+from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of
+from governor_mechanism.mechanics.dynamics.forces.loads import has_kinks, initial_lags
+from governor_mechanism.mechanics.dynamics.forces.output_forces import SLIDING_FRICTION
+from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace, count_output_forces, make_system_workspace
+from governor_mechanism.mechanics.dynamics.system.event_functions import GAS_KINKS
+from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.system.reference_points import from_mass_centres, to_mass_centres
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
@@ -100,8 +106,8 @@ class ConstrainedIntegrator:
         self, evaluator: ReadingEvaluator, initial_motion: Motion, reported_times: FloatArray, max_steps: int, settings: MultibodySettings
     ) -> None:
         self.scene, self.evaluator, self.max_steps, self.settings = evaluator.scene, evaluator, max_steps, settings
-        self.system, self.input_functions = lowering.make_system(self.scene)
-        self.model = self.system, lowering.make_system_workspace(self.system)
+        self.system, self.input_functions = make_system(self.scene)
+        self.model = self.system, make_system_workspace(self.system)
         break_times = list(self.scene.system.breaking_gears.values())
         self._max_step_scale = max_step_scale(self.scene)
         breakpoints = np.unique(np.concatenate([break_times, *(function.breakpoints for function in self.input_functions)]))
@@ -121,7 +127,7 @@ class ConstrainedIntegrator:
         self._min_stiff_steps = float(MIN_STEPS_TO_SWITCH) if is_smooth else np.inf
         warn_before_compiling(self.integration_kernel, 15)
         with compiled_beside(self.integration_kernel, self._make_integration_arguments):
-            self.initial_state = self._make_initial_state(*lowering.from_mass_centres(self.system, *initial_motion))
+            self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion))
             self.error_scale = self._make_error_scale(evaluator.time_scale)
             self._implicit_step_cost = settings.implicit_step_cost + settings.implicit_step_cost_per_state * self.error_scale.size
             self._stable_step, motion_time = self._find_stable_step(float(np.max(reported_times, initial=0.0)))
@@ -200,7 +206,7 @@ class ConstrainedIntegrator:
         if implicit is not None:
             self.implicit_steps += implicit.n_steps
             run.counts += implicit.counts
-            run.output_force_counts += implicit.counts[StepCounter.EVALUATIONS] * lowering.count_output_forces(self.system)
+            run.output_force_counts += implicit.counts[StepCounter.EVALUATIONS] * count_output_forces(self.system)
         self.counters += run.counts
         self.output_force_counts += run.output_force_counts
         events = drop_cancelled_events(contacts.events if contacts else (), SIMULTANEITY_TOLERANCE * self.evaluator.time_scale)
@@ -230,7 +236,7 @@ class ConstrainedIntegrator:
         """Return mass centres and spindle from state vectors (monitor times, components)."""
         n_bodies, times = len(self.system.bodies), self.time_grid.monitor_times[: len(states)]
         motion, other_states = states[:, : 6 * n_bodies].reshape(-1, 2, n_bodies, 3), states[:, 6 * n_bodies :]
-        poses, velocities = lowering.to_mass_centres(self.system, motion[:, 0], motion[:, 1])
+        poses, velocities = to_mass_centres(self.system, motion[:, 0], motion[:, 1])
         (work, dissipated_energy), lags = other_states[:, :N_ENERGY_STATES].T, other_states[:, N_ENERGY_STATES:]
         return StateHistory(times=times, poses=poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, lags=lags)
 
@@ -254,12 +260,12 @@ class ConstrainedIntegrator:
 
     def _to_mass_centres(self, state: FloatArray) -> Motion:
         """Return poses and velocities of the mass centres of one state."""
-        return lowering.to_mass_centres(self.system, *state[: 6 * len(self.system.bodies)].reshape(2, -1, 3))
+        return to_mass_centres(self.system, *state[: 6 * len(self.system.bodies)].reshape(2, -1, 3))
 
     def _make_initial_state(self, poses: FloatArray, velocities: FloatArray) -> FloatArray:
         """Return the initial state vector, with constraints satisfied to rounding."""
         project_state(*self.model, self.input_cubics(0.0), 0.0, poses, velocities, self.constraint_tolerance)
-        centres = lowering.to_mass_centres(self.system, poses, velocities)
+        centres = to_mass_centres(self.system, poses, velocities)
         return np.concatenate([poses.ravel(), velocities.ravel(), np.zeros(N_ENERGY_STATES), initial_lags(self.scene, *centres)])
 
     def input_cubics(self, start: float) -> FloatArray:
@@ -329,9 +335,7 @@ class ExplicitRun:
             contacts.change_mode(self.time, self.state, context.input_cubics(self.time), triggered)
             self.step = min(self.step, settings.restart_step_ratio * self._limits.max_step)
 
-    def _integrate_to_event(
-        self, system: lowering.System, workspace: lowering.SystemWorkspace, end: float
-    ) -> tuple[IntegrationStatus, set[int]]:
+    def _integrate_to_event(self, system: System, workspace: SystemWorkspace, end: float) -> tuple[IntegrationStatus, set[int]]:
         """Integrate up to a time (s) or to the first event; return the status and the contacts of event functions that are positive."""
         context, n_evaluations, rows = self._context, int(self.counts[StepCounter.EVALUATIONS]), self.rows_until(end)
         has_contact_events = context.scene_contacts is not None and system.event_functions.size > 0
@@ -348,5 +352,5 @@ class ExplicitRun:
         self.n_filled += n_reached
         self.contact_modes += [context.scene_contacts.mode] * n_reached if context.scene_contacts else []
         n_evaluations = int(self.counts[StepCounter.EVALUATIONS]) - n_evaluations
-        self.output_force_counts += n_evaluations * lowering.count_output_forces(system)
+        self.output_force_counts += n_evaluations * count_output_forces(system)
         return status, set(system.event_functions["contact_index"][buffers.event_values[-1] > 0.0].tolist())

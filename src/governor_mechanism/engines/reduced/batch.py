@@ -10,16 +10,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.engines.base import make_reported_times
-from governor_mechanism.engines.reduced.passage import describe_passage_end, make_table_end_limits
+from governor_mechanism.engines.reduced.passage import describe_passage_end
 from governor_mechanism.engines.reduced.row_arrays import RecordedRows, RowArrays, RowTemplate, lower_row
 from governor_mechanism.engines.reduced.row_integration import NOT_STARTED, RowEnd, RowRequest, integrate_rows, make_row_buffers
 from governor_mechanism.engines.reduced.settings import ReducedSettings
+from governor_mechanism.engines.reduced.table_end import make_table_end_limits
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.kinematics.output_variables import unwrap_output
 from governor_mechanism.mechanics.reduction.motion_table import INITIAL_TABLE_CAPACITY, TableEnd
 from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.types import FloatArray, IntArray
 

@@ -13,12 +13,19 @@ from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses
 from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, find_touched_stop
 from governor_mechanism.mechanics.contact.tolerances import REST_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import EventLog, make_transition
-from governor_mechanism.mechanics.dynamics.inputs import EVENT_ROUNDING_RATIO
-from governor_mechanism.mechanics.dynamics.output_forces import IN_NO_PHASE, evaluate_event_function, evaluate_gas_phase
-from governor_mechanism.mechanics.reduction import equation_of_motion
-from governor_mechanism.mechanics.reduction.equation_of_motion import StateIndex
-from governor_mechanism.mechanics.reduction.lowering import ForceParameter, OutputForceColumn, ReducedForces
+from governor_mechanism.mechanics.dynamics.forces.inputs import EVENT_ROUNDING_RATIO
+from governor_mechanism.mechanics.dynamics.forces.output_forces import IN_NO_PHASE, evaluate_gas_phase
+from governor_mechanism.mechanics.dynamics.system.event_functions import evaluate_event_function
+from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_acceleration, evaluate_static_force
+from governor_mechanism.mechanics.reduction.model_outputs import (
+    evaluate_output,
+    evaluate_output_second_derivative,
+    evaluate_table_output,
+    friction_limit,
+)
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
+from governor_mechanism.mechanics.reduction.reduced_forces import ForceParameter, OutputForceColumn, ReducedForces
+from governor_mechanism.mechanics.reduction.reduced_model import MODE_HELD, N_FURTHER_STATES, ReducedModel, StateIndex
 from governor_mechanism.mechanics.reduction.shaft_outputs import evaluate_shaft_outputs
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.chebyshev import evaluate_piece
@@ -32,7 +39,7 @@ NO_ARGUMENT = -1
 class ReducedState(NamedTuple):
     """State of a reduced model at a local time (s), with its place in the table."""
 
-    model: equation_of_motion.ReducedModel
+    model: ReducedModel
     piece: int
     t: float
     local_time: float
@@ -45,19 +52,17 @@ def evaluate_reduced_contacts(place: ReducedState) -> ContactDynamics:
     model, piece, t, rate = place.model, place.piece, place.t, place.state[1]
     n_contacts, n_springs, parameters = model.contacts.shape[0], model.one_sided_springs.shape[0], model.parameters
     angle, speed = place.state[StateIndex.SHAFT_ANGLE], place.state[StateIndex.SHAFT_SPEED]
-    further_rates = np.empty((equation_of_motion.N_FURTHER_STATES, 1))
-    acceleration = equation_of_motion.evaluate_acceleration(model, piece, t, rate, angle, speed, place.local_time, False, further_rates, 0)
+    further_rates = np.empty((N_FURTHER_STATES, 1))
+    acceleration = evaluate_acceleration(model, piece, t, rate, angle, speed, place.local_time, False, further_rates, 0)
     values, derivatives, accelerations, limits = np.empty(n_contacts), np.empty(n_contacts), np.empty(n_contacts), np.empty(n_contacts)
     for k in range(n_contacts):
         output = model.contacts[k].output_index
-        values[k], derivatives[k] = equation_of_motion.evaluate_table_output(model, piece, t, output)
-        accelerations[k] = (
-            derivatives[k] * acceleration + equation_of_motion.evaluate_output_second_derivative(model, piece, t, output) * rate * rate
-        )
-        limits[k] = equation_of_motion.friction_limit(model, k)
+        values[k], derivatives[k] = evaluate_table_output(model, piece, t, output)
+        accelerations[k] = derivatives[k] * acceleration + evaluate_output_second_derivative(model, piece, t, output) * rate * rate
+        limits[k] = friction_limit(model, k)
     stretches, stretch_rates = np.empty(n_springs), np.empty(n_springs)
     for i in range(n_springs):
-        value, derivative = equation_of_motion.evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])
+        value, derivative = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])
         stretches[i] = (value - model.one_sided_springs[i, 1]) / model.one_sided_springs[i, 2]
         stretch_rates[i] = derivative * rate / model.one_sided_springs[i, 2]
     inverse_inertia = evaluate_piece(model.coefficients, piece, TableColumn.INVERSE_INERTIA, t)
@@ -78,7 +83,7 @@ def apply_reduced_impulses(place: ReducedState, dynamics: ContactDynamics, impul
     model, state = place.model, place.state
     inverse_inertia = evaluate_piece(model.coefficients, place.piece, TableColumn.INVERSE_INERTIA, place.t)
     for k in range(impulses.size):
-        derivative = equation_of_motion.evaluate_table_output(model, place.piece, place.t, model.contacts[k].output_index)[1]
+        derivative = evaluate_table_output(model, place.piece, place.t, model.contacts[k].output_index)[1]
         state[1] += inverse_inertia * derivative * impulses[k]
     dissipated_energy = dissipated_by_impulses(dynamics, impulses)
     state[StateIndex.WORK] += dissipated_energy
@@ -90,13 +95,7 @@ change_contact_states = jit(make_transition(evaluate_reduced_contacts, apply_red
 
 @jit
 def apply_transition(
-    model: equation_of_motion.ReducedModel,
-    time: float,
-    local_time: float,
-    piece_guess: int,
-    is_released: bool,
-    state: FloatArray,
-    log: EventLog,
+    model: ReducedModel, time: float, local_time: float, piece_guess: int, is_released: bool, state: FloatArray, log: EventLog
 ) -> None:
     """Update contact mode and state after events; `is_released`: the force exceeds what can be held."""
     piece, t, _ = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
@@ -106,7 +105,7 @@ def apply_transition(
     released = np.full(n_contacts, is_released)
     change_contact_states(ReducedState(model, piece, t, local_time, state), states, segments, released, time, log)
     is_held = np.any(states == HELD)
-    model.mode[equation_of_motion.MODE_HELD] = is_held
+    model.mode[MODE_HELD] = is_held
     if is_held:
         state[1] = 0.0
 
@@ -137,13 +136,13 @@ def make_mode(forces: ReducedForces) -> IntArray:
 
 
 @jit_in_place
-def first_table_index(model: equation_of_motion.ReducedModel) -> int:
+def first_table_index(model: ReducedModel) -> int:
     """Return the index in the contact mode of the segment of the first table; those of the kinks follow after all tables."""
     return int(1 + model.contacts.shape[0] + model.one_sided_springs.shape[0])
 
 
 @jit_in_place
-def set_table_terms(model: equation_of_motion.ReducedModel) -> None:
+def set_table_terms(model: ReducedModel) -> None:
     """Set the terms of the inputs to the segments of tables in the contact mode."""
     first = first_table_index(model)
     for k in range(int(model.parameters[ForceParameter.TABLE_COUNT])):
@@ -153,7 +152,7 @@ def set_table_terms(model: equation_of_motion.ReducedModel) -> None:
 
 
 @jit_in_place
-def change_table_segments(model: equation_of_motion.ReducedModel, event_values: FloatArray) -> None:
+def change_table_segments(model: ReducedModel, event_values: FloatArray) -> None:
     """Let tables whose event functions (2 tables,) are positive go on to the next segment."""
     first = first_table_index(model)
     for k in range(event_values.size // 2):
@@ -162,14 +161,12 @@ def change_table_segments(model: equation_of_motion.ReducedModel, event_values: 
 
 
 @jit_in_place
-def _evaluate_table_ends(
-    model: equation_of_motion.ReducedModel, piece: int, t: float, shaft_speed: float, event_values: FloatArray
-) -> None:
+def _evaluate_table_ends(model: ReducedModel, piece: int, t: float, shaft_speed: float, event_values: FloatArray) -> None:
     """Fill the event functions (2 tables,) at the ends of the segments of tables."""
     first = first_table_index(model)
     for k in range(event_values.size // 2):
         segment = model.table_segments[model.mode[first + k]]
-        value, derivative = equation_of_motion.evaluate_output(model, piece, t, segment.source_index)
+        value, derivative = evaluate_output(model, piece, t, segment.source_index)
         if segment.is_rate:
             value = derivative * shaft_speed
         if segment.high < math.inf:
@@ -179,36 +176,36 @@ def _evaluate_table_ends(
 
 
 @jit_in_place
-def _evaluate_kinks(model: equation_of_motion.ReducedModel, piece: int, t: float, event_values: FloatArray) -> None:
+def _evaluate_kinks(model: ReducedModel, piece: int, t: float, event_values: FloatArray) -> None:
     """Fill the event functions (kinks,) of the kinks that are monitored."""
     first = first_table_index(model) + int(model.parameters[ForceParameter.TABLE_COUNT])
     for i in range(event_values.size):
         kink, argument = model.kinks[i], 0.0
         if model.mode[first + i] != 0:
             if kink.argument_index != NO_ARGUMENT:
-                argument = equation_of_motion.evaluate_output(model, piece, t, kink.argument_index)[0]
-            value = equation_of_motion.evaluate_output(model, piece, t, kink.source_index)[0]
+                argument = evaluate_output(model, piece, t, kink.argument_index)[0]
+            value = evaluate_output(model, piece, t, kink.source_index)[0]
             event_values[i] = evaluate_event_function(model.kinks, i, value, argument, 0.0)
 
 
 @jit_in_place
-def _keep_phases(model: equation_of_motion.ReducedModel, forces: FloatArray, piece: int, t: float) -> None:
+def _keep_phases(model: ReducedModel, forces: FloatArray, piece: int, t: float) -> None:
     """Keep the gases among some forces in their present phases of the cycle."""
     for i in range(forces.shape[0]):
         force = forces[i]
         index = int(force[OutputForceColumn.PHASE])
         if index >= 0:
-            travel = equation_of_motion.evaluate_output(model, piece, t, force[OutputForceColumn.OUTPUT])[0]
-            crank_angle = equation_of_motion.evaluate_output(model, piece, t, force[OutputForceColumn.CRANK_ANGLE])[0]
+            travel = evaluate_output(model, piece, t, force[OutputForceColumn.OUTPUT])[0]
+            crank_angle = evaluate_output(model, piece, t, force[OutputForceColumn.CRANK_ANGLE])[0]
             model.mode[index] = int(evaluate_gas_phase(force[OutputForceColumn.FIRST_COEFFICIENT :], travel, crank_angle))
 
 
 @jit_in_place
-def find_blocked_directions(model: equation_of_motion.ReducedModel, piece_index: int, t: float) -> tuple[bool, bool]:
+def find_blocked_directions(model: ReducedModel, piece_index: int, t: float) -> tuple[bool, bool]:
     """Return whether stops block an increase, and a decrease, of the coordinate."""
     up_blocked = down_blocked = False
     for k in range(model.contacts.shape[0]):
-        value, output_derivative = equation_of_motion.evaluate_table_output(model, piece_index, t, model.contacts[k].output_index)
+        value, output_derivative = evaluate_table_output(model, piece_index, t, model.contacts[k].output_index)
         outward_derivative = find_touched_stop(model.contacts, k, value, REST_TOLERANCE) * output_derivative
         up_blocked, down_blocked = up_blocked or outward_derivative > 0.0, down_blocked or outward_derivative < 0.0
     return up_blocked, down_blocked
@@ -216,7 +213,7 @@ def find_blocked_directions(model: equation_of_motion.ReducedModel, piece_index:
 
 @jit_in_place
 def evaluate_reduced_event_functions(
-    model: equation_of_motion.ReducedModel, state: FloatArray, local_time: float, piece_guess: int, event_values: FloatArray
+    model: ReducedModel, state: FloatArray, local_time: float, piece_guess: int, event_values: FloatArray
 ) -> None:
     """Fill the event functions at a state; inactive outside the table."""
     event_values[:] = INACTIVE_EVENT_VALUE
@@ -229,8 +226,8 @@ def evaluate_reduced_event_functions(
     evaluate_shaft_outputs(model.shaft_outputs, state[StateIndex.SHAFT_ANGLE])
     _evaluate_table_ends(model, piece, t, state[StateIndex.SHAFT_SPEED], event_values[first_table:first_kink])
     _evaluate_kinks(model, piece, t, event_values[first_kink:])
-    if model.mode[equation_of_motion.MODE_HELD] != 0:
-        force, resistance = equation_of_motion.evaluate_static_force(model, piece, t, state, local_time)
+    if model.mode[MODE_HELD] != 0:
+        force, resistance = evaluate_static_force(model, piece, t, state, local_time)
         up_blocked, down_blocked = find_blocked_directions(model, piece, t)
         if not up_blocked:
             event_values[3 * n_contacts + n_springs] = force - resistance
@@ -238,7 +235,7 @@ def evaluate_reduced_event_functions(
             event_values[3 * n_contacts + n_springs + 1] = -force - resistance
         return
     for k in range(n_contacts):
-        value, output_derivative = equation_of_motion.evaluate_table_output(model, piece, t, model.contacts[k].output_index)
+        value, output_derivative = evaluate_table_output(model, piece, t, model.contacts[k].output_index)
         if model.mode[1 + k] != 0:
             event_values[3 * k] = -model.mode[1 + k] * output_derivative * state[1]
         if model.contacts[k].high < math.inf:
@@ -246,16 +243,12 @@ def evaluate_reduced_event_functions(
         if model.contacts[k].low > -math.inf:
             event_values[3 * k + 2] = model.contacts[k].low - value
     for i in range(n_springs):
-        elongation = (
-            equation_of_motion.evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])[0] - model.one_sided_springs[i, 1]
-        )
+        elongation = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])[0] - model.one_sided_springs[i, 1]
         event_values[3 * n_contacts + i] = -elongation if model.mode[1 + n_contacts + i] != 0 else elongation
 
 
 @jit_in_place
-def begin_phases(
-    model: equation_of_motion.ReducedModel, state: FloatArray, local_time: float, piece_guess: int, event_values: FloatArray
-) -> None:
+def begin_phases(model: ReducedModel, state: FloatArray, local_time: float, piece_guess: int, event_values: FloatArray) -> None:
     """Keep all gas in the phase that begins or goes on here, and let the event functions of kinks that are not negative wait.
 
     Those are functions of the kink at which the integration goes on. Before they rise again there is a dead centre, at which they are
@@ -274,7 +267,7 @@ def begin_phases(
 
 
 @jit_in_place
-def end_phases(model: equation_of_motion.ReducedModel) -> None:
+def end_phases(model: ReducedModel) -> None:
     """Let the phase of each gas follow from the state again."""
     first = first_table_index(model) + int(model.parameters[ForceParameter.TABLE_COUNT]) + model.kinks.size
     for i in range(first, model.mode.size):

@@ -21,17 +21,20 @@ from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import divide_intervals, make_time_grid
-from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, ContactMode, reading_functions_of
-from governor_mechanism.mechanics.dynamics.inputs import output_of_reading
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME
+from governor_mechanism.mechanics.dynamics.forces.inputs import output_of_reading
+from governor_mechanism.mechanics.dynamics.forces.loads import reading_functions_of
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
-from governor_mechanism.mechanics.reduction.lowering import OutputForceColumn
+from governor_mechanism.mechanics.reduction.reduced_forces import OutputForceColumn
 from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import CylinderGas, Torque, TorsionDamper
 from governor_mechanism.model.joints import GROUND, JOINT_TYPES, Gear, Joint
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.numerics.parallel_compilation import compiled_beside
 from governor_mechanism.observables.derived_readings import find_first_control_exit

@@ -17,7 +17,7 @@ from governor_mechanism.engines.reduced.contact import (
     make_mode,
     set_table_terms,
 )
-from governor_mechanism.integrators import dop853
+from governor_mechanism.integrators import dop853, stage_quality
 from governor_mechanism.integrators.equation import EquationFunctions, StepBuffers, make_step_buffers
 from governor_mechanism.integrators.event_location import LAST_SAMPLE, EventStep, is_any_positive
 from governor_mechanism.integrators.stages import END_STAGE, Stages, StepCounter, make_take_step
@@ -25,12 +25,14 @@ from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import FIRST_NONZERO_STAGE, STAGES
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import EventLog, make_event_log
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts, has_kinks
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.loads import has_kinks
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
-from governor_mechanism.mechanics.reduction import equation_of_motion
-from governor_mechanism.mechanics.reduction.equation_of_motion import StateIndex
-from governor_mechanism.mechanics.reduction.lowering import ForceParameter, ReducedForces, lower_reduced_scene
+from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_equation_of_motion
+from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
+from governor_mechanism.mechanics.reduction.reduced_forces import ForceParameter, ReducedForces
+from governor_mechanism.mechanics.reduction.reduced_model import MODE_HELD, N_STATES, ReducedModel, StateIndex, make_reduced_model
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable, allocate_table, find_piece
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.array_copy import copy_array
@@ -73,7 +75,7 @@ class ReducedEquation(NamedTuple):
         How far the coordinate may lie beyond the table between two stages, SI: the accuracy of the motion.
     """
 
-    model: equation_of_motion.ReducedModel
+    model: ReducedModel
     piece: IntArray
     counts: IntArray
     accuracy: float
@@ -83,7 +85,7 @@ def make_reduced_equation(
     table: PiecewiseTable, forces: ReducedForces, input_cubics: FloatArray, mode: IntArray, counts: IntArray, tolerance: float
 ) -> ReducedEquation:
     """Return the equation of a table, the forces along it, the inputs, a contact mode, counters, and the tolerance of the steps."""
-    model = equation_of_motion.make_reduced_model(table, forces, input_cubics, mode)
+    model = make_reduced_model(table, forces, input_cubics, mode)
     accuracy = TOLERANCE_SAFETY_FACTOR * tolerance * float(forces.parameters[ForceParameter.COORDINATE_SCALE])
     return ReducedEquation(model, np.zeros(1, dtype=np.int64), counts, accuracy)
 
@@ -96,11 +98,9 @@ def make_reduced_buffers(forces: ReducedForces, counts: IntArray) -> StepBuffers
     ]
     error_scale = np.array([coordinate_scale, coordinate_scale / time_scale, energy_scale, energy_scale, 1.0, 1.0 / time_scale])
     has_shaft, is_conservative = parameters[ForceParameter.HAS_SHAFT] != 0.0, parameters[ForceParameter.IS_CONSERVATIVE] != 0.0
-    n_integrated = equation_of_motion.N_STATES if has_shaft else 2 if is_conservative else int(StateIndex.SHAFT_ANGLE)
-    n_coupled = equation_of_motion.N_STATES if has_shaft else 2
-    return make_step_buffers(
-        equation_of_motion.N_STATES, n_coupled, error_scale[:n_integrated], make_event_tolerances(forces), counts, len(forces.kinks)
-    )
+    n_integrated = N_STATES if has_shaft else 2 if is_conservative else int(StateIndex.SHAFT_ANGLE)
+    n_coupled = N_STATES if has_shaft else 2
+    return make_step_buffers(N_STATES, n_coupled, error_scale[:n_integrated], make_event_tolerances(forces), counts, len(forces.kinks))
 
 
 @jit_in_place
@@ -108,14 +108,12 @@ def _evaluate(equation: ReducedEquation, local_time: float, state: FloatArray, d
     model = equation.model
     piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], equation.piece[0])
     if side >= 0:
-        return dop853.BELOW_DOMAIN - side
+        return stage_quality.BELOW_DOMAIN - side
     equation.piece[0] = piece
     equation.counts[StepCounter.EVALUATIONS] += 1
     angle, speed = state[StateIndex.SHAFT_ANGLE], state[StateIndex.SHAFT_SPEED]
     derivatives[0, k] = state[1]
-    derivatives[1, k] = equation_of_motion.evaluate_equation_of_motion(
-        model, piece, t, state[1], angle, speed, local_time, derivatives[2:], k
-    )
+    derivatives[1, k] = evaluate_equation_of_motion(model, piece, t, state[1], angle, speed, local_time, derivatives[2:], k)
     return 1.0
 
 
@@ -131,9 +129,9 @@ def _take_step(equation: ReducedEquation, local_time: float, h: float, state: Fl
         quality = _take_general_step(equation, local_time, h, state, stages)
     is_far = abs(stages.end[0] - state[0]) > MAX_STEP_OUTSIDE_TABLE * parameters[ForceParameter.COORDINATE_SCALE]
     if quality < 0.0:
-        return dop853.FAR_OUTSIDE_DOMAIN if is_far else quality
+        return stage_quality.FAR_OUTSIDE_DOMAIN if is_far else quality
     side = _find_excursion(equation, h, state, stages) if state[1] * stages.end[1] < 0.0 else -1
-    return quality if side < 0 else dop853.BELOW_DOMAIN - side
+    return quality if side < 0 else stage_quality.BELOW_DOMAIN - side
 
 
 @jit_in_place
@@ -181,7 +179,7 @@ def _take_conservative_step(equation: ReducedEquation, h: float, state: FloatArr
     stages.end[0], stages.end[1] = q_end, v_end
     equation.piece[0] = piece
     equation.counts[StepCounter.EVALUATIONS] += END_STAGE
-    return 1.0 if side < 0 else dop853.BELOW_DOMAIN - side
+    return 1.0 if side < 0 else stage_quality.BELOW_DOMAIN - side
 
 
 @jit_in_place
@@ -190,7 +188,7 @@ def _finish_step(equation: ReducedEquation, local_time: float, quality: float, s
         stages.next_state[i], stages.next_derivative[i, 0] = stages.end[i], stages.derivatives[i, END_STAGE]
     parameters, state = equation.model.parameters, stages.next_state
     is_turning = parameters[ForceParameter.STALL_RATIO] * state[StateIndex.SHAFT_SPEED] >= 0.0
-    return quality if is_turning and state[StateIndex.RATE] >= parameters[ForceParameter.MIN_RATE] else dop853.TURNED_BACK
+    return quality if is_turning and state[StateIndex.RATE] >= parameters[ForceParameter.MIN_RATE] else stage_quality.TURNED_BACK
 
 
 @jit_in_place
@@ -281,7 +279,7 @@ def make_integration_arguments(scene: Scene) -> tuple[Any, ...]:
     input_cubics = stack_local_cubics(inputs, np.zeros(1))[0]
     mode, counts = make_mode(forces), np.zeros(len(StepCounter), dtype=np.int64)
     equation = make_reduced_equation(table, forces, input_cubics, mode, counts, 1.0)
-    state, states = np.zeros(equation_of_motion.N_STATES), np.zeros((0, equation_of_motion.N_STATES))
+    state, states = np.zeros(N_STATES), np.zeros((0, N_STATES))
     limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)
     arguments = (equation, make_reduced_buffers(forces, counts), (0.0, 0.0), np.zeros(0), state, limits, states)
     if integration_kernel(scene) is integrate_without_contacts:
@@ -338,7 +336,7 @@ def integrate_with_contacts(
             apply_transition(model, time, time - span[0], equation.piece[0], is_released, state, event_log)
             if end == span[0]:
                 return IntegrationStatus.DONE, step, n_reached, time
-        is_held, n_steps = mode[equation_of_motion.MODE_HELD] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
+        is_held, n_steps = mode[MODE_HELD] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
         max_step = limits.max_step * (HELD_STEP_FACTOR if is_held and is_load_steady else 1.0)
         min_stiff_steps = math.inf if is_conservative or is_held else 0.0
         segment_limits = dop853.StepLimits(limits.tolerance, step, max_step, limits.max_steps, min_stiff_steps)

@@ -3,18 +3,18 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from governor_mechanism.engines.certificate import describe_end
 from governor_mechanism.engines.reduced.integration import ReducedEquation, integrate_reduced
 from governor_mechanism.engines.reduced.settings import ReducedSettings
+from governor_mechanism.engines.reduced.table_end import approach_table_end, find_motion_end, make_table_end_limits, time_at_rate
 from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.equation import StepBuffers
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.transition import EventLog
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable, TableEnd, describe_table_end
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Outcome
 from governor_mechanism.types import FloatArray, IntArray
 
 
@@ -101,70 +101,11 @@ def integrate_passage(
         )
         last_time = time
         if is_end:
-            rate, acceleration = state[1], buffers.stages.derivatives[1, 0]
-            edge, end_coordinate = motion_table.edge(side), motion_table.end_coordinate(side)
-            stops_short = end_coordinate != edge and stops_within(end_coordinate - state[0], rate, acceleration)
-            time += time_to_travel((edge if stops_short else end_coordinate) - state[0], rate, acceleration)
+            edge, acceleration = motion_table.edge(side), float(buffers.stages.derivatives[1, 0])
+            stops_short, time_left = find_motion_end(edge, motion_table.end_coordinate(side), state[0], state[1], acceleration)
+            time += time_left
             return PassageEnd(IntegrationStatus.TABLE_ENDED, step, n_filled, time, side, stops_short)
     return PassageEnd(IntegrationStatus.DONE, step, n_filled, time, side)
-
-
-class TableEndLimits(NamedTuple):
-    """What ends an integration at the end of a table; see the fields of these names of `ReducedSettings`."""
-
-    table_end_approach: float
-    table_end_step_ratio: float
-    min_end_step_ratio: float
-    min_remaining_travel: float
-
-
-def make_table_end_limits(settings: ReducedSettings) -> TableEndLimits:
-    """Return what ends an integration at the end of a table."""
-    return TableEndLimits(
-        settings.table_end_approach, settings.table_end_step_ratio, settings.min_end_step_ratio, settings.min_remaining_travel
-    )
-
-
-def time_at_rate(travel: float, rate: float) -> float:
-    """Return the time (s) of a travel at a rate; 0 if the rate does not lead there."""
-    return max(travel / rate, 0.0) if rate != 0.0 else 0.0
-
-
-def stops_within(travel: float, rate: float, acceleration: float) -> bool:
-    """Return whether a rate leads away from the end of a travel, or a constant acceleration ends it before."""
-    return not (rate * travel > 0.0 and rate * rate + 2.0 * acceleration * travel > 0.0)
-
-
-def time_to_travel(travel: float, rate: float, acceleration: float) -> float:
-    """Return the time (s) of a travel from a rate on at a constant acceleration, or at the rate alone if that stops it.
-
-    0 if it leads away.
-    """
-    if rate == 0.0 or travel / rate <= 0.0:
-        return 0.0
-    square_of_end_rate = rate * rate + 2.0 * acceleration * travel
-    if not square_of_end_rate > 0.0:
-        return travel / rate
-    return 2.0 * travel / (rate + math.copysign(math.sqrt(square_of_end_rate), rate))
-
-
-def approach_table_end(
-    travel_left: float,
-    time_left: float,
-    step: float,
-    has_advanced: bool,
-    distance_scale: float,
-    longest_time: float,
-    limits: TableEndLimits,
-) -> tuple[float, bool]:
-    """Return the next step (s) towards the end of a table, and whether it is reached but for rounding.
-
-    The first step goes almost to the end of the last piece; after one that leads beyond it, shorter ones do. `time_left` (s) is that
-    of the travel left at the present rate; rounding is relative to `distance_scale` (SI) and `longest_time` (s).
-    """
-    step = limits.table_end_approach * time_left if has_advanced and time_left != 0.0 else step * limits.table_end_step_ratio
-    is_end = step < limits.min_end_step_ratio * longest_time or abs(travel_left) < limits.min_remaining_travel * distance_scale
-    return step, is_end
 
 
 def describe_passage_end(

@@ -10,8 +10,9 @@ import numpy as np
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
-from governor_mechanism.mechanics.reduction.lowering import ReducedForces, lower_reduced_scene
+from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays
+from governor_mechanism.mechanics.reduction.reduced_forces import ReducedForces
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.row_numbers import NotRecordable, Recorder, find_labels, is_number_or_label
 from governor_mechanism.types import BoolArray, FloatArray, IntArray

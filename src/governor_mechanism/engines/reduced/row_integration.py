@@ -8,16 +8,15 @@ import numpy as np
 
 from governor_mechanism.engines.certificate import TOLERANCE_SAFETY_FACTOR
 from governor_mechanism.engines.reduced.integration import ReducedEquation, integrate_without_contacts, make_reduced_buffers
-from governor_mechanism.engines.reduced.passage import TableEndLimits, approach_table_end, stops_within, time_at_rate, time_to_travel
 from governor_mechanism.engines.reduced.row_arrays import RowArrays, RowScalar
+from governor_mechanism.engines.reduced.table_end import TableEndLimits, approach_table_end, find_motion_end, time_at_rate
 from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.equation import StepBuffers
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.mechanics.dynamics.inputs import output_rate
+from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, RowColumn, evaluate_rows
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import AssemblyArrays, continue_to_coordinate
-from governor_mechanism.mechanics.reduction.equation_of_motion import N_STATES, ReducedModel
 from governor_mechanism.mechanics.reduction.motion_table import find_end_coordinate
 from governor_mechanism.mechanics.reduction.node_evaluation import (
     Coefficient,
@@ -26,6 +25,7 @@ from governor_mechanism.mechanics.reduction.node_evaluation import (
     ReductionArrays,
     make_lagrangian_workspace,
 )
+from governor_mechanism.mechanics.reduction.reduced_model import N_STATES, ReducedModel
 from governor_mechanism.mechanics.reduction.table import (
     EndReason,
     ExtensionStatus,
@@ -41,11 +41,7 @@ from governor_mechanism.numerics.jit import jit_in_place, jit_unlocked
 from governor_mechanism.types import FloatArray, IntArray
 
 approach_table_end_jit = jit_in_place(approach_table_end)
-time_at_rate_jit, time_to_travel_jit, stops_within_jit = (
-    jit_in_place(time_at_rate),
-    jit_in_place(time_to_travel),
-    jit_in_place(stops_within),
-)
+time_at_rate_jit, find_motion_end_jit = jit_in_place(time_at_rate), jit_in_place(find_motion_end)
 begin_table_jit, find_end_coordinate_jit = jit_in_place(begin_table), jit_in_place(find_end_coordinate)
 
 
@@ -264,9 +260,10 @@ def _integrate_row(arrays: RowArrays, request: RowRequest, buffers: RowBuffers, 
     end_coordinate, reason = find_end_coordinate_jit(edge, bound, assembly.coordinate_scale), table.end_reasons[side]
     if status == IntegrationStatus.TABLE_ENDED:
         acceleration = buffers.steps.stages.derivatives[1, 0]
-        if end_coordinate != edge and stops_within_jit(end_coordinate - state[0], state[1], acceleration):
+        stops_short, time_left = find_motion_end_jit(edge, end_coordinate, state[0], state[1], acceleration)
+        if stops_short:
             end_coordinate, reason = edge, EndReason.AT_SINGULARITY
-        time += time_to_travel_jit(end_coordinate - state[0], state[1], acceleration)
+        time += time_left
     end[RowEnd.STATUS], end[RowEnd.TIME], end[RowEnd.REACHED_COUNT] = status, time, 1 + n_reached
     end[RowEnd.SIDE], end[RowEnd.END_REASON] = side, reason
     end[RowEnd.END_COORDINATE], end[RowEnd.IS_AT_BOUND] = end_coordinate, end_coordinate == bound

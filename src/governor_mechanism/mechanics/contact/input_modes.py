@@ -4,9 +4,10 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, reading_tables_of
-from governor_mechanism.mechanics.dynamics.inputs import output_of_reading
-from governor_mechanism.mechanics.dynamics.lowering import forced_output_names
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
+from governor_mechanism.mechanics.dynamics.forces.inputs import output_of_reading
+from governor_mechanism.mechanics.dynamics.forces.loads import reading_tables_of
 from governor_mechanism.model.scene import Scene
 
 

@@ -13,10 +13,16 @@ from governor_mechanism.mechanics.contact.input_modes import InputModes
 from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, find_active_stop, is_locked, is_resting, solve_forces
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, make_transition
-from governor_mechanism.mechanics.dynamics import equations_of_motion, lowering
-from governor_mechanism.mechanics.dynamics.contacts import ContactMode, contacts_of, initial_mode, make_contact_table, one_sided_forces_of
-from governor_mechanism.mechanics.dynamics.inputs import output_rate
-from governor_mechanism.mechanics.dynamics.lowering import System
+from governor_mechanism.mechanics.dynamics.equations.constrained_solution import solve_constrained_system
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.equations.projection import project_state
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, initial_mode
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, make_contact_table, one_sided_forces_of
+from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
+from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate
+from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace, make_system_workspace
+from governor_mechanism.mechanics.dynamics.system.holding_rows import with_held_values
+from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.model.events import Event
@@ -54,11 +60,11 @@ class ContactResponse(NamedTuple):
 
 @jit
 def _evaluate_response(
-    system: System, workspace: lowering.SystemWorkspace, input_cubics: FloatArray, state: FloatArray, contacts: RecordArray
+    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, state: FloatArray, contacts: RecordArray
 ) -> ContactResponse:
     """Evaluate motion and response in a state of a system in which nothing is held and nothing slides."""
     derivative = np.empty(state.size)
-    equations_of_motion.evaluate_state_derivative(system, workspace, input_cubics, 0.0, state, derivative)  # evaluates the output rows too
+    evaluate_state_derivative(system, workspace, input_cubics, 0.0, state, derivative)  # evaluates the output rows too
     first, end = 3 * system.bodies.size, 6 * system.bodies.size
     velocities, accelerations = state[first:end].reshape(-1, 3), derivative[first:end].reshape(-1, 3)
     output_rows, output_values, jacobian = system.output_rows, workspace.output_row_values, workspace.output_jacobian
@@ -77,7 +83,7 @@ def _evaluate_response(
             body = output_rows.row_bodies[output, side]
             if body >= 0:
                 impulse[body] += jacobian[output, side]
-        equations_of_motion.solve_constrained_system(system, workspace, impulse, 0.0, velocity_changes[k])
+        solve_constrained_system(system, workspace, impulse, 0.0, velocity_changes[k])
         for i in range(workspace.multipliers.size):
             drive_work[k] -= workspace.multipliers[i] * workspace.row_values[i, RowColumn.DRIVE_RATE]
         for i in range(n_contacts):
@@ -114,9 +120,9 @@ class SceneContacts:
     """
 
     def __init__(self, scene: Scene, time_scale: float, constraint_tolerance: float) -> None:
-        mechanism, names, contacts = scene.mechanism, lowering.forced_output_names(scene), contacts_of(scene)
+        mechanism, names, contacts = scene.mechanism, forced_output_names(scene), contacts_of(scene)
         position_solver, springs = PositionSolver(mechanism), one_sided_forces_of(scene)
-        system, self.input_functions = lowering.make_system(scene)
+        system, self.input_functions = make_system(scene)
         self.contacts = make_contact_table(scene, names, system.first_friction_input)
         self._outputs = self.contacts["output_index"]
         self._subjects = [contact.output_name for contact in contacts] + [spring.reading for spring in springs]
@@ -128,7 +134,7 @@ class SceneContacts:
         self._spring_outputs = [names.index(spring.reading) for spring in springs]
         self._free_values = np.array([spring.slack_below for spring in springs])
         self._spring_scales = np.array([mechanism.output_scale(spring.reading) for spring in springs])
-        self._models: dict[ContactModeKey, tuple[ContactMode, System, lowering.SystemWorkspace]] = {}
+        self._models: dict[ContactModeKey, tuple[ContactMode, System, SystemWorkspace]] = {}
         self.events = list[Event]()
         self.continue_from(initial_mode(scene))
 
@@ -148,7 +154,7 @@ class SceneContacts:
         self.events.clear()
 
     @property
-    def model(self) -> tuple[System, lowering.SystemWorkspace]:
+    def model(self) -> tuple[System, SystemWorkspace]:
         """System of the current mode, in which held outputs are constraints, and its workspace."""
         return self._get_model(self.mode)
 
@@ -209,7 +215,7 @@ class SceneContacts:
         )
         # The velocity that this removes is rounding.
         poses, velocities = state[: 6 * self._response.velocity_changes.shape[1]].reshape(2, -1, 3)
-        equations_of_motion.project_state(*self.model, input_cubics, 0.0, poses, velocities, self._constraint_tolerance)
+        project_state(*self.model, input_cubics, 0.0, poses, velocities, self._constraint_tolerance)
 
     def _mask(self, contacts: Collection[int]) -> BoolArray:
         """Return which contacts are among those of given indices."""
@@ -260,7 +266,7 @@ class SceneContacts:
         self._state[2 * n_coordinates] += dissipated_energy - impulses @ self._response.drive_work
         self._state[2 * n_coordinates + 1] += dissipated_energy
 
-    def _get_model(self, mode: ContactMode) -> tuple[System, lowering.SystemWorkspace]:
+    def _get_model(self, mode: ContactMode) -> tuple[System, SystemWorkspace]:
         """Return the system of a contact mode and its workspace."""
         holds = tuple(
             None if held is None else int(held >= high) - int(held <= low)
@@ -268,11 +274,11 @@ class SceneContacts:
         )
         key = holds, replace(mode, held_values=())
         if key not in self._models:
-            system = lowering.make_system(self._scene, mode)[0]
-            self._models[key] = mode, system, lowering.make_system_workspace(system)
+            system = make_system(self._scene, mode)[0]
+            self._models[key] = mode, system, make_system_workspace(system)
         elif self._models[key][0] != mode:
             _, system, workspace = self._models[key]
-            self._models[key] = mode, lowering.with_held_values(system, self._outputs.tolist(), mode), workspace
+            self._models[key] = mode, with_held_values(system, self._outputs.tolist(), mode), workspace
         return self._models[key][1:]
 
     def _find_rest_values(self, dynamics: ContactDynamics) -> FloatArray:

@@ -143,6 +143,28 @@ def make_transition(
     def change_contact_states(
         model: Model, states: IntArray, segments: IntArray, is_released: BoolArray, time: float, log: EventLog
     ) -> ContactDynamics:
+        """Change the states of all contacts where springs change their segment, contacts strike, or what holds gives way.
+
+        Parameters
+        ----------
+        model
+            The model; impulses change its velocities.
+        states
+            State of each contact; changed in place; shape (contacts,).
+        segments
+            Segment of each one-sided spring; changed in place; shape (springs,).
+        is_released
+            Contacts that cannot hold; shape (contacts,).
+        time
+            Time of the transition, s.
+        log
+            Event log.
+
+        Returns
+        -------
+        ContactDynamics
+            Motion of the contacts after the impulses.
+        """
         previous_states, n_contacts = states.copy(), states.size
         dynamics = evaluate_dynamics(model)
         has_changed = rules.update_spring_segments(dynamics, segments)

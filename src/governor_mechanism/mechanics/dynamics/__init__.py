@@ -1,1 +1,1 @@
-"""Equations of motion of a scene as arrays."""
+"""Motion of a scene under forces: what acts on it, its arrays, and its equations."""

@@ -11,9 +11,9 @@ from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_reading_motions
 from governor_mechanism.mechanics.kinematics.released_drivers import release_drivers
-from governor_mechanism.model.exported_result import ExportedResult
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.named_values import name_values
+from governor_mechanism.model.results.exported_result import ExportedResult
+from governor_mechanism.model.results.named_values import name_values
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import DataFrame, FloatArray

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
+from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.kinematics.range_of_motion import RangeOfMotion, find_range_of_motion
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.mechanics.reduction.lowering import lower_lagrangian
+from governor_mechanism.mechanics.reduction.lagrangian_lowering import lower_lagrangian
 from governor_mechanism.mechanics.reduction.node_evaluation import Coefficient, evaluate_coefficients_at_nodes, make_lagrangian_workspace
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.mechanism import Mechanism

@@ -1,210 +1,41 @@
-"""Lowering of a scene with one degree of freedom to the arrays of the reduced model."""
+"""Lowering of a scene with one degree of freedom to the arrays of its motion table and its forces."""
 
 import math
 from collections.abc import Sequence
-from enum import IntEnum
-from typing import NamedTuple
 
 import numpy as np
 
 from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.contacts import (
-    contacts_of,
-    loads_of,
-    make_contact_table,
-    one_sided_forces_of,
-    output_forces_of,
-    reading_tables_of,
-)
-from governor_mechanism.mechanics.dynamics.force_elements import element_law, lower_outputs
-from governor_mechanism.mechanics.dynamics.inputs import make_input_terms, make_table_segments
-from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, forced_output_names, make_body_record, make_gas_event_functions
-from governor_mechanism.mechanics.dynamics.output_forces import (
-    EVENT_FUNCTION_DTYPE,
-    MAX_COEFFICIENTS,
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, make_contact_table, one_sided_forces_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.forces.force_elements import element_law
+from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
+from governor_mechanism.mechanics.dynamics.forces.inputs import make_input_terms, make_table_segments
+from governor_mechanism.mechanics.dynamics.forces.loads import loads_of, reading_tables_of
+from governor_mechanism.mechanics.dynamics.forces.output_forces import (
     OUTPUT_FORCE_DTYPE,
     OutputForceRecord,
     make_output_force,
     output_force_record,
 )
-from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
-from governor_mechanism.mechanics.kinematics.coordinate_assembly import lower_assembly
+from governor_mechanism.mechanics.dynamics.system.event_functions import EVENT_FUNCTION_DTYPE, make_gas_event_functions
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, LagrangianArrays, ReductionArrays
+from governor_mechanism.mechanics.reduction.lagrangian_lowering import acts_elsewhere, lower_lagrangian
+from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, ReductionArrays
+from governor_mechanism.mechanics.reduction.reduced_forces import COORDINATE, N_OUTPUT_FORCE_COLUMNS, ForceParameter, ReducedForces
 from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
-from governor_mechanism.mechanics.reduction.shaft_outputs import ShaftOutputs, lower_shaft_outputs
+from governor_mechanism.mechanics.reduction.shaft_outputs import lower_shaft_outputs
 from governor_mechanism.model.effect import OutputForce
-from governor_mechanism.model.force_elements import CylinderGas, ForceElement
+from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import Part, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.numerics.once_per_object import once_per_object
-from governor_mechanism.types import FloatArray, RecordArray
+from governor_mechanism.types import FloatArray
 
 UNBOUNDED_RANGE = 1e9
 """Bound of the coordinate where the scene sets none, in coordinate scales."""
-
-
-COORDINATE = -2
-"""Index that stands for the coordinate among those of outputs."""
-
-
-class ReducedForces(NamedTuple):
-    """The forces along the output columns of the motion table; few arrays, because each one adds to the cost of a kernel call.
-
-    Attributes
-    ----------
-    parameters
-        Scalars, indexed by `ForceParameter`.
-    one_sided_springs
-        Springs that go slack instead of pushing: output index, value below which they are slack, output scale; shape (n, 3).
-    output_forces
-        Force laws that the table does not contain, by `OutputForceColumn`; shape (n, columns).
-    contacts
-        Records of `CONTACT_DTYPE`; shape (contacts,).
-    shaft_torques
-        Input of each torque on the shaft, and its ratio to the shaft; shape (n, 2).
-    shaft_forces
-        Gas on the shaft, like `output_forces`; shape (n, columns).
-    shaft_outputs
-        Outputs of bodies on the shaft along which gas acts or on which loads depend. Outputs are counted from those of the table on.
-    kinks
-        Kinks of gas, records of `EVENT_FUNCTION_DTYPE`; an index of COORDINATE is the coordinate; shape (kinks,).
-    table_segments
-        Segments of all tables of readings, records of `TABLE_SEGMENT_DTYPE`.
-    input_terms
-        Records of `INPUT_TERM_DTYPE`; those of tables are set where a segment begins.
-    inputs
-        Values of the inputs at the last evaluation; shape (inputs,).
-    """
-
-    parameters: FloatArray
-    one_sided_springs: FloatArray
-    output_forces: FloatArray
-    contacts: RecordArray
-    shaft_torques: FloatArray
-    shaft_forces: FloatArray
-    shaft_outputs: ShaftOutputs
-    kinks: RecordArray
-    table_segments: RecordArray
-    input_terms: RecordArray
-    inputs: FloatArray
-
-
-class OutputForceColumn(IntEnum):
-    """Columns of `ReducedForces.output_forces`."""
-
-    OUTPUT = 0
-    """Index of the output."""
-    LAW = 1
-    """Index of the force law in `FORCE_LAWS`."""
-    DISSIPATES = 2
-    """Whether the force dissipates energy."""
-    MODE = 3
-    """Index in the contact mode of whether a one-sided spring is taut; -1 for a force that always acts."""
-    CRANK_ANGLE = 4
-    """Output that is the crank angle of a gas, or COORDINATE."""
-    PHASE = 5
-    """Index in the contact mode of the phase of the cycle that a gas is kept in, or IN_NO_PHASE; -1 for other forces."""
-    INPUT = 6
-    """Input by which the force is multiplied, or -1."""
-    FIRST_COEFFICIENT = 7
-    """From here on the coefficients of the law."""
-
-
-N_OUTPUT_FORCE_COLUMNS = OutputForceColumn.FIRST_COEFFICIENT + MAX_COEFFICIENTS
-"""Number of columns of `ReducedForces.output_forces`."""
-
-
-class ForceParameter(IntEnum):
-    """Indices of `ReducedForces.parameters`."""
-
-    IS_SPINDLE_LOADED = 0
-    """Whether a change of the spindle speed loads the bodies."""
-    SPINDLE_RATIO = 1
-    """Ratio of the spindle speed to that of the shaft; 0 if the spindle speed is given."""
-    SHAFT_INERTIA = 2
-    """Moment of inertia of all bodies that only rotate, at the speed of the shaft, kg m2."""
-    FLUCTUATION_AMPLITUDE = 3
-    """Relative amplitude of the fluctuation of a given spindle speed."""
-    CYCLES_PER_TURN = 4
-    """Cycles of that fluctuation per turn."""
-    FORCE_SCALE = 5
-    """Scale of generalised forces along the coordinate."""
-    IS_CONSERVATIVE = 6
-    """Whether the quadratic and the potential column hold all forces."""
-    LOAD_COUNT = 7
-    """Number of inputs of force elements."""
-    COORDINATE_SCALE = 8
-    """Scale of the coordinate, m or rad."""
-    TIME_SCALE = 9
-    """Characteristic time, s."""
-    ENERGY_SCALE = 10
-    """Scale of energies, J."""
-    HAS_SHAFT = 11
-    """Whether a shaft turns freely, so that its angle and speed are states."""
-    HAS_REACTION = 12
-    """Whether the bodies in the turning plane act on the shaft."""
-    SHAFT_DAMPING = 13
-    """Coefficient of the torsion dampers on the shaft, N m s/rad."""
-    FIRST_LOAD_INPUT = 14
-    """Index of the first input of force elements that act along the coordinate."""
-    OUTPUT_COUNT = 15
-    """Number of outputs in the table."""
-    MIN_RATE = 16
-    """Rate of the coordinate below which the integration ends."""
-    STALL_RATIO = 17
-    """Ratio to the shaft of a body on it with which the integration ends where it turns back, or 0."""
-    TABLE_COUNT = 18
-    """Number of tables of readings."""
-
-
-def lower_lagrangian(scene: Scene, prefix: str, part: Part, outputs: Sequence[str], effects: Sequence[OutputForce]) -> LagrangianArrays:
-    """Lower a part with one degree of freedom to the arrays of its Lagrangian coefficients; gas is left out: its force has kinks.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    prefix
-        Start of the names of the part.
-    part
-        The part; its mechanism has no drives.
-    outputs
-        Readings of the part that are evaluated with the coefficients, among them those of the effects.
-    effects
-        Effects with a potential.
-
-    Returns
-    -------
-    LagrangianArrays
-        What determines the coefficients.
-    """
-    mechanism, plane = part.mechanism, next(iter(scene.system.planes), None)
-    has_centrifugal_forces = plane is not None and plane.is_loaded
-    own_elements = [
-        element
-        for element in scene.mechanism.force_elements
-        if not _is_elsewhere(element, prefix, part) and not isinstance(element, CylinderGas)
-    ]
-    rows, element_forces = lower_outputs(scene.mechanism, outputs, own_elements, {}, 0)
-    first_body = scene.mechanism.body_index(prefix + mechanism.bodies[0].name)
-    for side in ("first", "second"):
-        rows.table[side] -= np.where(rows.table[side] >= 0, first_body, 0)
-    effect_records = [output_force_record(effect, outputs.index(effect.reading)) for effect in effects]
-    if effect_records:
-        element_forces = np.concatenate([np.array(effect_records, dtype=OUTPUT_FORCE_DTYPE), element_forces])
-    return LagrangianArrays(
-        assembly=lower_assembly(mechanism),
-        mass=np.array([[body.mass, body.mass, body.planar_inertia] for body in mechanism.bodies]).ravel(),
-        bodies=np.array([make_body_record(body, part.gravity, has_centrifugal_forces - 1) for body in mechanism.bodies], dtype=BODY_DTYPE),
-        has_centrifugal_forces=has_centrifugal_forces,
-        output_rows=rows._replace(row_bodies=bodies_of_rows(rows.table)),
-        forces=element_forces,
-        n_loads=sum(len(element.loads) for element in own_elements),
-    )
 
 
 @once_per_object
@@ -230,8 +61,8 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
     spindle = plane.given_speed if plane and plane.given_speed else Spindle()
     limits = [limit for limit in mechanism.limits if limit.reading != mechanism.coordinate]
     all_gases = [element for element in scene.mechanism.force_elements if isinstance(element, CylinderGas)]
-    gases = [gas for gas in all_gases if not _is_elsewhere(gas, prefix, part)]
-    shaft_gases = [gas for gas in all_gases if _is_elsewhere(gas, prefix, part)]
+    gases = [gas for gas in all_gases if not acts_elsewhere(gas, prefix, part)]
+    shaft_gases = [gas for gas in all_gases if acts_elsewhere(gas, prefix, part)]
     names, shaft_names = _output_names(scene, train, [prefix + limit.reading for limit in limits], gases, shaft_gases)
     all_names = [*names, *shaft_names]
     tabulated = [effect for effect in output_forces_of(scene) if _is_tabulated(effect)]
@@ -282,17 +113,12 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
     return arrays, forces, tuple(map(CubicTimeFunction, inputs))
 
 
-def _is_elsewhere(element: ForceElement, prefix: str, part: Part) -> bool:
-    """Return whether a force element acts on no body of a part."""
-    return {prefix + body.name for body in part.mechanism.bodies}.isdisjoint(element.bodies)
-
-
 def _shaft_elements(scene: Scene, prefix: str, part: Part, train: ShaftTrain) -> tuple[list[tuple[int, float, float]], int]:
     """Return input (-1 for a damper), relative ratio and damping of the force elements on the shaft, and the first input of the others."""
     shaft_elements, next_input, first_own_input = list[tuple[int, float, float]](), 1, 1
     for element in scene.mechanism.force_elements:
         ratio = train.ratio(element.bodies[1]) - train.ratio(element.bodies[0])
-        if _is_elsewhere(element, prefix, part):
+        if acts_elsewhere(element, prefix, part):
             if not isinstance(element, CylinderGas):
                 shaft_elements.append((next_input, ratio, 0.0) if element.loads else (-1, ratio, element_law(element)[1][0]))
             first_own_input += len(element.inputs) if first_own_input == next_input else 0

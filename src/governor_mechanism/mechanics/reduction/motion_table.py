@@ -17,8 +17,8 @@ from governor_mechanism.mechanics.reduction.table import (
     grow_table,
 )
 from governor_mechanism.mechanics.reduction.table_refinement import extend_table
+from governor_mechanism.model.results.outcome import FLIGHT_DETAIL
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import FLIGHT_DETAIL
 from governor_mechanism.types import FloatArray
 
 INITIAL_TABLE_CAPACITY = 32

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics import force_laws
-from governor_mechanism.mechanics.dynamics.inputs import output_rate
-from governor_mechanism.mechanics.dynamics.output_forces import LOAD, evaluate_force_law, evaluate_potential
+from governor_mechanism.mechanics.dynamics.forces import force_laws
+from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate
+from governor_mechanism.mechanics.dynamics.forces.output_forces import LOAD, evaluate_force_law, evaluate_potential
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, RowKind, evaluate_rows
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import AssemblyArrays, AssemblyWorkspace, make_assembly_workspace
 from governor_mechanism.numerics.jit import jit, jit_in_place

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.inputs import output_rate
+from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, evaluate_rows
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.mechanics.reduction.shaft import ShaftTrain

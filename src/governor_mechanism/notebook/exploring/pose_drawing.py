@@ -7,8 +7,11 @@ from functools import cached_property
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
+from governor_mechanism.model.results.cost import Cost
+from governor_mechanism.model.results.energy import Energy
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Cost, Energy, Outcome, Trajectory
 from governor_mechanism.notebook.exploring.shape_svg import draw_shapes, frame_picture, write_text
 from governor_mechanism.render.film.layout import PixelRect, PixelView, fit_view
 from governor_mechanism.render.geometry.primitives import BoundingBox, round_step

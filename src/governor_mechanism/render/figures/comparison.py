@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.render.figures.band_plot import draw_range_band
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, DOTTED, MM_PER_M, Page, Panel, PanelRect, add_legend
 from governor_mechanism.render.number_format import display_unit_of, format_label
+from governor_mechanism.render.range_bands import PlotSize, count_turns, find_range_band, name_cycles
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.studies.comparison.comparison import Comparison
 from governor_mechanism.studies.comparison.motion import leading_reading
@@ -50,6 +52,9 @@ _UNLIKE_RATIO = 1.5
 
 _WIDTH, _ROW_HEIGHT, _MARGIN = 10.5, 3.1, 0.55
 """Width of the figure, height of a row of panels, and of title and lower margin each, inches."""
+
+_READING_LINE_WIDTH = 1.5
+"""Width of a reading over time, points."""
 
 _NAME_HEIGHT, _MAX_NAME_LETTERS, _MAX_LETTERS_OF_TWO = 0.21, 110, 62
 """Height of a line of the legend, inches; largest number of letters of a scene in it, and of one beside another."""
@@ -137,22 +142,33 @@ def _moves(run: Trajectory, name: str) -> bool:
 
 
 def _draw_reading(panel: Panel, comparison: Comparison, name: str, indices: Sequence[int]) -> None:
-    """Draw a reading of some scenes over time; a dot marks where a shorter run ends."""
+    """Draw a reading of some scenes over time, or its range and mean; a dot marks where a shorter run ends."""
     last = max(float(comparison.runs[k].times[-1]) for k in indices)
-    unit = ""
-    for k in indices:
+    names = {k: comparison.shared_readings.get(name, {k: name})[k] or name for k in indices}
+    unit, factor = display_unit_of(comparison.runs[indices[-1]].units[names[indices[-1]]])
+    curves = {k: comparison.runs[k].readings[names[k]] * factor for k in indices}
+    limits = min(map(np.min, curves.values())), max(map(np.max, curves.values()))
+    bands, ends_early = [], False
+    for k, values in curves.items():
         run, (colour, style) = comparison.runs[k], _STYLES[k]
-        full_name = comparison.shared_readings.get(name, {k: name})[k] or name
-        unit, factor = display_unit_of(run.units[full_name])
-        values = run.readings[full_name] * factor
-        panel.plot(run.times, values, color=colour, linestyle=style, linewidth=1.5)
+        share = float(run.times[-1]) / last if last > 0 else 1.0
+        line_pixels = _READING_LINE_WIDTH * float(panel.figure.dpi) / 72
+        size = PlotSize(width=share * panel.bbox.width, height=panel.bbox.height, line_width=line_pixels, limits=limits)
+        band = find_range_band(run.times, values, size, count_turns(run))
+        if band is None:
+            panel.plot(run.times, values, color=colour, linestyle=style, linewidth=_READING_LINE_WIDTH)
+        else:
+            draw_range_band(panel, band, colour, style, _READING_LINE_WIDTH)
+            bands.append(band)
         if run.times[-1] < last * (1 - 1e-9):
             panel.plot(run.times[-1:], values[-1:], "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=5)
+            ends_early = True
     panel.set_ylabel(format_label(name, unit))
     panel.set_xlim(0.0, last)
     panel.ticklabel_format(axis="y", useOffset=False)
-    if any(comparison.runs[k].times[-1] < last * (1 - 1e-9) for k in indices):
-        panel.write_note("dot: end of a shorter run", (1.0, 1.02), xycoords="axes fraction", ha="right", color=MUTED, fontsize=7.5)
+    notes = ["dot: end of a shorter run"] * ends_early + [f"band, line: range and mean within {name_cycles(bands)}" for _ in bands[:1]]
+    if notes:
+        panel.write_note("; ".join(notes), (1.0, 1.02), xycoords="axes fraction", ha="right", color=MUTED, fontsize=7.5)
 
 
 def _draw_speed_curves(panel: Panel, comparison: Comparison) -> None:

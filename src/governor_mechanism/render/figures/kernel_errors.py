@@ -12,7 +12,7 @@ from governor_mechanism.render.number_format import format_label
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, VERMILLION
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import DISPLAY_UNITS
-from governor_mechanism.verification.kernel_report import KernelReport, format_percent
+from governor_mechanism.verification.user_kernel.report import KernelReport, format_percent
 
 _MAX_TITLE_LETTERS = 84
 """Number of letters of a title that fit on the page."""

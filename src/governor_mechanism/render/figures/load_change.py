@@ -5,15 +5,15 @@ from typing import Any
 
 import numpy as np
 
+from governor_mechanism.render.figures.band_plot import BAND_OPACITY
 from governor_mechanism.render.figures.page import DASHED, MM_PER_M, Page, Panel
 from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
 from governor_mechanism.render.machines.engine_room.torques import engine_torque
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SKY, VERMILLION
+from governor_mechanism.render.range_bands import COLUMN_WIDTH, make_range_band
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, VERMILLION
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
 from governor_mechanism.studies.regulation.load_change import LoadChangeStudy
 from governor_mechanism.studies.regulation.speed_response import SETTLING_BAND, Verdict
-from governor_mechanism.studies.regulation.turn_average import rolling_mean
-from governor_mechanism.types import FloatArray
 
 RPM_PER_RAD_PER_S = 60 / math.tau
 
@@ -36,15 +36,16 @@ def load_change_figure(study: LoadChangeStudy) -> Page:
     run = study.run
     times, begin = run.times, study.change_times[0]
     speed, sleeve, torque = (page.add_panel((0.10, y, 0.86, 0.225), "", label) for y, label in _PANELS)
-    speeds = run.rates[governed.shaft_angle] * RPM_PER_RAD_PER_S
+    angles, n_columns = run.readings[governed.shaft_angle], math.ceil(speed.bbox.width / COLUMN_WIDTH)
+    speeds, lift = run.rates[governed.shaft_angle] * RPM_PER_RAD_PER_S, run.readings[governed.sleeve] * MM_PER_M
+    bands = [make_range_band(times, values, angles / math.tau, n_columns) for values in (speeds, lift)]
     if not governed.has_mean_torque:
-        _draw_envelope(speed, times, speeds, SKY)
+        for panel, band in zip((speed, sleeve), bands, strict=True):
+            panel.fill_between(band.times, band.low, band.high, color=BLUE, alpha=BAND_OPACITY, linewidth=0)
+        speed.write_note("line: mean over a turn; band: range within it", (0.985, 0.06), **_corner(MUTED))
     speed.plot(study.average.times, study.average.speeds * RPM_PER_RAD_PER_S, color=BLUE, linewidth=1.6)
     _draw_settling(speed, study)
-    lift = run.readings[governed.sleeve] * MM_PER_M
-    if not governed.has_mean_torque:
-        _draw_envelope(sleeve, times, lift, SKY)
-    sleeve.plot(*rolling_mean(times, lift, run.readings[governed.shaft_angle]), color=BLUE, linewidth=1.6)
+    sleeve.plot(bands[1].mean_times, bands[1].means, color=BLUE, linewidth=1.6)
     _draw_torques(torque, study, governed)
     for panel in (speed, sleeve, torque):
         panel.axvline(begin, color=MUTED, linewidth=0.9, linestyle=DASHED)
@@ -60,15 +61,6 @@ _HALO = {"facecolor": PAPER, "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
 
 _PANELS = ((0.635, "Speed of the shaft [rpm]"), (0.36, "Sleeve lift [mm]"), (0.085, "Torque [N m]"))
 """Lower edge and label of each panel."""
-
-
-def _draw_envelope(panel: Panel, times: FloatArray, values: FloatArray, colour: str) -> None:
-    """Shade the range within which a reading varies in each turn."""
-    width = max(len(times) // 300, 1)
-    n = len(times) // width * width
-    blocks = values[:n].reshape(-1, width)
-    centres = times[:n].reshape(-1, width).mean(axis=1)
-    panel.fill_between(centres, blocks.min(axis=1), blocks.max(axis=1), color=colour, alpha=0.35, linewidth=0, label="within a turn")
 
 
 def _draw_settling(panel: Panel, study: LoadChangeStudy) -> None:

@@ -27,6 +27,7 @@ from governor_mechanism.render.figure_files import FigureFormat, Theme
 from governor_mechanism.render.style import INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT
 from governor_mechanism.render.theme import themed
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.arguments import PATH, TEXT, check_arguments
 
 _METADATA_WITHOUT_DATE: Mapping[str, Mapping[str, None]] = {
     FigureFormat.PNG: {"Software": None},
@@ -147,13 +148,15 @@ class Page(Figure):
         """Write a small text at a position in fractions of the page."""
         return self.text(x, y, text, **{"color": MUTED, "fontsize": size, "fontfamily": SANS_FONT, "parse_math": False, **style})
 
+    @check_arguments(path=PATH, theme=TEXT)
     def save(self, path: str | os.PathLike[str], theme: str = Theme.LIGHT) -> Path:
         """Write the page as PNG, SVG or PDF; an exception leaves no file behind.
 
         Parameters
         ----------
         path
-            The file; its name ends in .png, .svg or .pdf. SVG and PDF hold vectors, and their texts as outlines.
+            The file; its name ends in .png, .svg or .pdf. SVG and PDF hold vectors; texts are outlines in SVG and TrueType in PDF, as
+            journals ask.
         theme
             "light", "dark", or "transparent" (without the paper).
 
@@ -174,7 +177,9 @@ class Page(Figure):
             raise MechanismError(f"a figure's name must end in one of {endings}; got {target.name!r}")
         if theme not in set(Theme):
             raise MechanismError(f"a figure's theme must be one of {', '.join(Theme)}; got {theme!r}")
-        with atomic_write(target) as temporary, themed(self, Theme(theme)), rc_context({"svg.hashsalt": "figure"}):
+        # equal figures give equal files; TrueType, since journals refuse fonts of Type 3
+        settings = rc_context({"svg.hashsalt": "figure", "pdf.fonttype": 42})
+        with atomic_write(target) as temporary, themed(self, Theme(theme)), settings:
             FigureCanvasAgg(self)
             metadata = _METADATA_WITHOUT_DATE[file_format]
             # matplotlib would choose the canvas by the ending of the temporary name

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables.valve_motion import has_valve_events
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.figures.page import Plate

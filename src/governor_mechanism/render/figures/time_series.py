@@ -3,19 +3,32 @@
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.gridspec import SubplotSpec
-from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullLocator
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.events import Event, EventKind
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.events import EventKind
+from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.render.figures.band_plot import LINE_WIDTH, band_handles, draw_range_band
+from governor_mechanism.render.figures.event_marks import (
+    MAX_EVENT_LINES,
+    STRIP_BORDER_HEIGHT,
+    STRIP_ROW_HEIGHT,
+    EventTimes,
+    draw_event_lines,
+    draw_event_strip,
+    event_handles,
+    group_event_times,
+)
+from governor_mechanism.render.figures.overview import choose_overview
 from governor_mechanism.render.figures.page import (
+    FIGURE_DPI,
     READING_NOISE_RATIO,
-    SERIES_LINE_STYLES,
     Page,
     Panel,
     add_legend,
@@ -24,50 +37,56 @@ from governor_mechanism.render.figures.page import (
     use_plain_decades,
 )
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_label, format_name, format_rounded_up
-from governor_mechanism.render.shown_readings import ShownReading, chosen_readings, shown_readings
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, SKY, VERMILLION
+from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band
+from governor_mechanism.render.refined_curves import refine_curve
+from governor_mechanism.render.shown_readings import ShownReading, chosen_readings, name_to_plot, shown_readings
+from governor_mechanism.render.style import BLUE, GREEN, MUTED, PAPER, SANS_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
 
-_FIGURE_WIDTH, _ROW_HEIGHT, _ONLY_PLOT_HEIGHT, _BORDER_HEIGHT = 9.6, 1.9, 3.2, 0.85
-"""Width of the figure, height of a row of plots and of an only plot, height of title and footer together, inches."""
-_LEGEND_HEIGHT = 0.24
-"""Height of the event legend, inches."""
+_FIGURE_WIDTH, _ROW_HEIGHT, _ONLY_PLOT_HEIGHT = 9.6, 1.9, 3.2
+"""Width of the figure, height of a row of plots and of an only plot, inches."""
+_HEADER_HEIGHT, _FOOTER_HEIGHT, _LINE_HEIGHT = 0.75, 0.75, 0.24
+"""Height above the plots with the title, below them with the time and the closing lines, and of each further line, inches."""
+_LEFT, _RIGHT, _COLUMN_GAP, _ROW_GAP = 0.075, 0.975, 0.17, 0.62
+"""Edges of the plots relative to the width, and their distances relative to the width and the height of a plot."""
 _MIN_PLOTTED_ERROR = 1e-18
 """Lower bound of plotted errors, because a logarithmic axis has no zero."""
 _MAX_FOOTER_LETTERS = 140
 """Largest number of letters in a footer line."""
 
-_MAX_EVENT_LINES = 30
-"""Largest number of events with a line each."""
-_HEADER_HEIGHT, _STRIP_BORDER_HEIGHT, _STRIP_ROW_HEIGHT, _EVENT_NAME_WIDTH = 0.75, 0.1, 0.2, 0.85
-"""Height above the plots without further lines, of the strip of events without its rows and of a row, and width of their names, inches."""
-_MAX_NAMED_KINDS = 6
-"""Largest number of event kinds in the legend."""
 
-_EVENT_STYLES: dict[EventKind, tuple[str, Any]] = {
-    EventKind.STICK: (VERMILLION, (0, (4, 2))),
-    EventKind.REST: (SERIES_COLOURS[3], (0, (1, 1.5))),
-    EventKind.SLIP: (GREEN, (0, (7, 1.5, 1.5, 1.5))),
-    EventKind.SEPARATION: (SKY, (0, (1, 1.5))),
-    EventKind.IMPACT: (INK, (0, (1, 2))),
-}
-_OTHER_EVENT_STYLE = (MUTED, (0, (5, 2, 1, 2)))
-"""Colour and dashes of the lines of other event kinds."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Curve:
+    """A reading in its panel: values (n,) at times (n,) s and error in the display unit, limits of its axis, and its band, or None."""
+
+    name: str
+    unit: str
+    times: FloatArray
+    values: FloatArray
+    error: float
+    limits: tuple[float, float]
+    band: RangeBand | None
+
+    @property
+    def colour(self) -> str:
+        """Colour of the curve: readings of a spindle are green."""
+        return GREEN if self.name.rpartition(".")[2].startswith("spindle") else BLUE
 
 
 def readings_figure(run: Trajectory, chosen: Sequence[str] = ()) -> Page:
-    """Draw every reading over time, in everyday units, or chosen readings alone.
+    """Draw an overview of the readings over time, in everyday units, or chosen readings.
 
-    What stays constant stands in a line of its own instead of a panel, unless it is chosen. Few events, such as impacts against stops, are
-    marked by a line each through the panels; many by a tick each in a strip below, with a row for each kind. Turning points are seen in the
-    curves.
+    What stays constant stands in a line of its own instead of a panel. Of many other readings those are drawn that tell most (`overview`),
+    and a line below names the rest. Readings that are chosen all have a panel. A curve whose oscillations are too narrow to be told apart
+    is drawn as its range and mean within a turn (`range_bands`). Few events, such as impacts against stops, are marked by a line each
+    through the panels; many by a tick each in a strip below, with a row for each kind. Turning points are seen in the curves.
 
     Parameters
     ----------
     run
         Finished run with at least one reported time.
     chosen
-        Names of readings, or "rate of ..." for their rates; all readings if empty.
+        Names of readings, or "rate of ..." for their rates; an overview if empty.
 
     Returns
     -------
@@ -83,36 +102,77 @@ def readings_figure(run: Trajectory, chosen: Sequence[str] = ()) -> Page:
     readings = chosen_readings(run, chosen) if chosen else shown_readings(run)
     constants = {} if chosen else {name: one for name, one in readings.items() if _is_constant(one)}
     moving = {name: one for name, one in readings.items() if name not in constants} or readings
+    drawn = moving if chosen else choose_overview(run, moving)
+    curves = _make_curves(run, drawn)
     events = [event for event in run.events if event.kind != EventKind.TURNING_POINT and run.times[0] <= event.time <= run.times[-1]]
-    strip = _times_by_style(events) if len(events) > _MAX_EVENT_LINES else {}
-    n_columns = 1 if len(moving) == 1 else 2
-    n_rows = math.ceil(len(moving) / n_columns)
-    panel_heights = [_ONLY_PLOT_HEIGHT if len(moving) == 1 else _ROW_HEIGHT] * n_rows
-    strip_heights = [_STRIP_BORDER_HEIGHT + _STRIP_ROW_HEIGHT * len(strip)] if strip else []
-    has_legend = bool(events) and not strip
-    header = _HEADER_HEIGHT + _LEGEND_HEIGHT * has_legend + _LEGEND_HEIGHT * (len(moving) < len(readings))
-    height = sum(panel_heights) + sum(strip_heights) + _BORDER_HEIGHT + header - _HEADER_HEIGHT
+    event_times = group_event_times(events)
+    has_strip = len(events) > MAX_EVENT_LINES
+    above: list[str | list[Artist]] = [_list_constants(constants)] if len(moving) < len(readings) else []
+    keys = ([] if has_strip else event_handles(event_times), band_handles([curve.band for curve in curves if curve.band is not None]))
+    above += [handles for handles in keys if handles]
+    below = _list_others(run, [name for name in moving if name not in drawn])
+    page = _draw_panels(run, curves, event_times, len(above), len(below), has_strip=has_strip)
+    height = float(page.get_figheight())
+    for number, line in enumerate(above):
+        y = (height - 0.55 - number * _LINE_HEIGHT) / height
+        if isinstance(line, str):
+            page.write_footnote(line, y=y, size=8.5, va="center")
+        else:
+            _draw_key(page, line, y)
+    _write_closing_lines(page, run, below)
+    return page
+
+
+def _make_curves(run: Trajectory, readings: Mapping[str, ShownReading]) -> list[_Curve]:
+    """Return the curves of readings, with a band where the oscillations are too narrow for the narrowest panels of a figure."""
+    n_columns = min(len(readings), 2)
+    width = FIGURE_DPI * _FIGURE_WIDTH * (_RIGHT - _LEFT) / (n_columns + _COLUMN_GAP * (n_columns - 1))
+    height = FIGURE_DPI * _row_height(len(readings)) / (1 + _ROW_GAP)
+    line_width = LINE_WIDTH * FIGURE_DPI / 72
+    turns = count_turns(run)
+    curves = []
+    for name, reading in readings.items():
+        unit, factor = display_unit_of(reading.unit)
+        values = reading.values * factor
+        limits = axis_limits_for(values, READING_NOISE_RATIO * reading.scale * factor)
+        size = PlotSize(width=width, height=height, line_width=line_width, limits=limits)
+        band = find_range_band(run.times, values, size, turns)
+        times = run.times
+        if band is None and reading.values is run.readings.get(name) and name in run.rates:
+            times, values = refine_curve(times, values, run.rates[name] * factor, size)
+        shown_unit, error = unit.replace("°", "deg"), reading.error * factor
+        curves.append(_Curve(name=name, unit=shown_unit, times=times, values=values, error=error, limits=limits, band=band))
+    return curves
+
+
+def _row_height(n_panels: int) -> float:
+    return _ONLY_PLOT_HEIGHT if n_panels == 1 else _ROW_HEIGHT
+
+
+def _draw_panels(
+    run: Trajectory, curves: Sequence[_Curve], event_times: EventTimes, n_above: int, n_below: int, *, has_strip: bool
+) -> Page:
+    """Return a page with the panels of curves and the events, with room for lines above and below."""
+    n_columns = min(len(curves), 2)
+    n_rows = math.ceil(len(curves) / n_columns)
+    row_heights = [_row_height(len(curves))] * n_rows
+    row_heights += [STRIP_BORDER_HEIGHT + STRIP_ROW_HEIGHT * len(event_times)] * has_strip
+    header, footer = _HEADER_HEIGHT + _LINE_HEIGHT * n_above, _FOOTER_HEIGHT + _LINE_HEIGHT * n_below
+    # The gap below the last row of plots is part of the footer.
+    height = sum(row_heights) + header + footer - 0.65
     page = Page(_FIGURE_WIDTH, height)
-    margins = {"left": 0.075, "right": 0.975, "top": 1 - header / height, "bottom": 0.75 / height}
-    grid = page.add_gridspec(n_rows + len(strip_heights), n_columns, hspace=0.62, wspace=0.17, **margins)
-    grid.set_height_ratios([*panel_heights, *strip_heights])
-    for k, (name, reading) in enumerate(moving.items()):
+    margins = {"left": _LEFT, "right": _RIGHT, "top": 1 - header / height, "bottom": footer / height}
+    grid = page.add_gridspec(len(row_heights), n_columns, hspace=_ROW_GAP, wspace=_COLUMN_GAP, height_ratios=row_heights, **margins)
+    for k, curve in enumerate(curves):
         row, column = divmod(k, n_columns)
-        cell = grid[row, column:] if k == len(moving) - 1 else grid[row, column]  # the last one fills its row
-        panel = _plot_reading(page, cell, run.times, name, reading)
-        if not strip:
-            _draw_event_markers(panel, events)
+        cell = grid[row, column:] if k == len(curves) - 1 else grid[row, column]  # the last one fills its row
+        panel = _plot_curve(page, cell, curve)
+        if not has_strip:
+            draw_event_lines(panel, event_times)
         if row == n_rows - 1:
             _label_time(panel)
-    if strip:
-        _draw_event_strip(page, grid[n_rows, :], run.times, strip)
-    line_height = height - 0.55
-    if len(moving) < len(readings):
-        _write_constants(page, constants, line_height / height)
-        line_height -= _LEGEND_HEIGHT
-    if has_legend:
-        _draw_event_legend(page, events, line_height / height)
-    _write_closing_lines(page, run, height)
+    if has_strip:
+        _label_time(draw_event_strip(page, grid[n_rows, :], run.times, event_times))
     return page
 
 
@@ -135,15 +195,16 @@ def diagnostics_figure(run: Trajectory) -> Page:
         If the run has no reported time.
     """
     _check_times(run)
-    height = 2 * _ROW_HEIGHT + _BORDER_HEIGHT
+    height = 2 * _ROW_HEIGHT + 0.85
     page = Page(_FIGURE_WIDTH, height)
-    grid = page.add_gridspec(2, 1, hspace=0.62, left=0.075, right=0.975, top=1 - _HEADER_HEIGHT / height, bottom=0.75 / height)
+    margins = {"left": _LEFT, "right": _RIGHT, "top": 1 - _HEADER_HEIGHT / height, "bottom": _FOOTER_HEIGHT / height}
+    grid = page.add_gridspec(2, 1, hspace=_ROW_GAP, **margins)
     drift = np.abs(run.energy.jacobi - run.energy.jacobi[0]) / run.energy.scale
     unit, factor = display_unit_of("m")
     size_in_units = max(part.mechanism.length_scale for part in run.scene.parts) * factor
     _plot_error(page, grid[0, 0], run.times, run.joint_gap * factor, f"Widest joint gap [{unit}]", size_in_units)
     _label_time(_plot_error(page, grid[1, 0], run.times, drift, "Energy drift, relative to the energy scale", 1.0))
-    _write_closing_lines(page, run, height)
+    _write_closing_lines(page, run)
     return page
 
 
@@ -156,34 +217,56 @@ def _is_constant(reading: ShownReading) -> bool:
     return bool(np.ptp(reading.values) <= READING_NOISE_RATIO * reading.scale)
 
 
-def _write_constants(page: Page, constants: Mapping[str, ShownReading], height: float) -> None:
-    """Write the readings that stay constant, with their values, in a line at a height, as a fraction of the figure."""
+def _list_constants(constants: Mapping[str, ShownReading]) -> str:
+    """Return the readings that stay constant, with their values, as a line."""
     values = []
     for name, reading in constants.items():
         unit, factor = display_unit_of(reading.unit)
         values.append(f"{format_name(name)} {reading.values[0] * factor:.6g} {unit}".rstrip())
-    text = textwrap.shorten("constant: " + ", ".join(values), _MAX_FOOTER_LETTERS, placeholder=" …")
-    page.write_footnote(text, y=height, size=8.5, va="center")
+    return textwrap.shorten("constant: " + ", ".join(values), _MAX_FOOTER_LETTERS, placeholder=" …")
 
 
-def _write_closing_lines(page: Page, run: Trajectory, height: float) -> None:
-    """Write the title of the scene above, and outcome and accuracy below, on a page of a height, inches."""
+def _list_others(run: Trajectory, names: Sequence[str]) -> list[str]:
+    """Return lines on readings that are not drawn, and on how they are; none without any."""
+    if not names:
+        return []
+    plotted = [name_to_plot(run, name) for name in names]
+    text = f'run.plot("{plotted[0]}") draws one '
+    text += "more reading" if len(names) == 1 else f"of {len(names)} more readings: {', '.join(plotted)}"
+    return textwrap.wrap(text, _MAX_FOOTER_LETTERS, max_lines=2, placeholder=" …")
+
+
+def _draw_key(page: Page, handles: list[Artist], height: float) -> None:
+    """Draw a legend in a line at a height, as a fraction of the figure."""
+    position: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (0.02, height), "ncols": len(handles)}
+    spacing = {"borderpad": 0.0, "borderaxespad": 0.0, "handlelength": 2.2, "columnspacing": 1.6}
+    add_legend(page, {"color": MUTED}, handles=handles, prop={"family": SANS_FONT, "size": 8}, **position, **spacing)
+
+
+def _write_closing_lines(page: Page, run: Trajectory, others: Sequence[str] = ()) -> None:
+    """Write the title of the scene above, and other lines, outcome and accuracy below."""
+    height = float(page.get_figheight())
     page.write_title(run.scene.title, y=1 - 0.27 / height)
     lines, is_failure = format_closing_lines(run, _MAX_FOOTER_LETTERS)
-    for text, y in zip(lines, (0.16,) if len(lines) == 1 else (0.26, 0.10), strict=True):
+    y_positions = (0.16,) if len(lines) == 1 else (0.26, 0.10)
+    for number, text in enumerate(reversed(others), start=1):
+        page.write_footnote(text, y=(y_positions[0] + number * _LINE_HEIGHT) / height, size=8.5, va="center")
+    for text, y in zip(lines, y_positions, strict=True):
         page.write_footnote(text, y=y / height, size=8.5, va="center", color=VERMILLION if is_failure else MUTED)
 
 
-def _plot_reading(page: Page, cell: SubplotSpec, times: FloatArray, name: str, reading: ShownReading) -> Panel:
+def _plot_curve(page: Page, cell: SubplotSpec, curve: _Curve) -> Panel:
     """Plot one reading with its error estimate."""
-    unit, factor = display_unit_of(reading.unit)
-    unit = unit.replace("°", "deg")
-    panel = _add_panel(page, cell, format_label(name, unit))
-    panel.plot(times, reading.values * factor, color=GREEN if name.rpartition(".")[2].startswith("spindle") else BLUE, linewidth=1.3)
-    panel.set_ylim(axis_limits_for(reading.values * factor, READING_NOISE_RATIO * reading.scale * factor))
-    format_plain_ticks(panel.yaxis, panel.get_ylim())
-    if reading.error > 0:
-        _write_side_note(panel, f"error estimate {format_rounded_up(reading.error * factor)} {unit}".rstrip())
+    panel = _add_panel(page, cell, format_label(curve.name, curve.unit))
+    if curve.band is None:
+        panel.plot(curve.times, curve.values, color=curve.colour, linewidth=LINE_WIDTH)
+    else:
+        draw_range_band(panel, curve.band, curve.colour)
+        panel.set_xlim(curve.times[0], curve.times[-1])
+    panel.set_ylim(curve.limits)
+    format_plain_ticks(panel.yaxis, curve.limits)
+    if curve.error > 0:
+        _write_side_note(panel, f"error estimate {format_rounded_up(curve.error)} {curve.unit}".rstrip())
     return panel
 
 
@@ -220,50 +303,3 @@ def _add_panel(page: Page, cell: SubplotSpec, heading: str) -> Panel:
     panel.margins(x=0)
     panel.write_heading(heading, y=1.06)
     return panel
-
-
-def _draw_event_markers(panel: Panel, events: Sequence[Event]) -> None:
-    """Draw a line at the time of each event."""
-    for (label, colour, dashes), times in _times_by_style(events).items():
-        lines = panel.vlines(times, 0.0, 1.0, transform=panel.get_xaxis_transform(), colors=colour)
-        lines.set(linewidth=0.8, zorder=1, linestyle=dashes, gid=label)
-
-
-def _draw_event_strip(page: Page, cell: SubplotSpec, times: FloatArray, strip: Mapping[tuple[str, str, Any], Sequence[float]]) -> None:
-    """Draw a tick at the time of each event, in a row for each kind, whose name and number stand before it."""
-    place = cell.get_position(page)
-    left = place.x0 + _EVENT_NAME_WIDTH / _FIGURE_WIDTH
-    panel = page.add_panel((left, place.y0, place.x1 - left, place.height), grid="x")
-    for row, ((name, colour, _), event_times) in enumerate(strip.items()):
-        panel.vlines(event_times, row - 0.36, row + 0.36, colors=colour, linewidth=1.0).set_gid(name)
-    labels = [f"{name} ({len(event_times)})" for (name, _, _), event_times in strip.items()]
-    panel.set_yticks(range(len(strip)), labels)
-    panel.tick_params(axis="y", length=0.0)
-    panel.set(xlim=(times[0], times[-1]), ylim=(len(strip) - 0.4, -0.6))
-    _label_time(panel)
-
-
-def _draw_event_legend(page: Page, events: Sequence[Event], height: float) -> None:
-    """Draw a one-line legend of the event kinds and named crossings with their numbers at a height, as a fraction of the figure."""
-    handles = [
-        Line2D([], [], color=colour, linestyle=dashes, linewidth=1.2, label=name if len(times) == 1 else f"{name} ({len(times)})")
-        for (name, colour, dashes), times in list(_times_by_style(events).items())[:_MAX_NAMED_KINDS]
-    ]
-    position: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (0.02, height), "ncols": len(handles)}
-    spacing = {"borderpad": 0.0, "borderaxespad": 0.0, "handlelength": 2.2, "columnspacing": 1.6}
-    add_legend(page, {"color": MUTED}, handles=handles, prop={"family": SANS_FONT, "size": 8}, **position, **spacing)
-
-
-def _times_by_style(events: Sequence[Event]) -> dict[tuple[str, str, Any], list[float]]:
-    """Return the times, s, of the events by label, colour and dashes: those of the kind, and of each named crossing its own."""
-    names = list(dict.fromkeys(event.subject for event in events if event.kind == EventKind.CROSSING))
-    times: dict[tuple[str, str, Any], list[float]] = {}
-    for event in events:
-        if event.kind == EventKind.CROSSING:
-            number = names.index(event.subject) % len(SERIES_COLOURS)
-            style = format_name(event.subject), SERIES_COLOURS[number], SERIES_LINE_STYLES[number]
-        else:
-            colour, dashes = _EVENT_STYLES.get(event.kind, _OTHER_EVENT_STYLE)
-            style = event.kind.value, colour, dashes
-        times.setdefault(style, []).append(event.time)
-    return times

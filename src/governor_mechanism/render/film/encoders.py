@@ -18,7 +18,7 @@ from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
 from governor_mechanism.render.film.moving_parts import pale_colour
 from governor_mechanism.render.film.painters import Painter
 from governor_mechanism.render.film.svg_animation import write_animation
-from governor_mechanism.render.style import FILM_COLOURS, GREEN, SERIES_COLOURS, parse_rgb
+from governor_mechanism.render.style import FILM_COLOURS, parse_rgb
 from governor_mechanism.render.theme import themed_colour
 
 AddFrame = Callable[[int, int], None]
@@ -47,7 +47,7 @@ def choose_palette(film: FilmFrames) -> Palette:
     painter, n_frames = film.painter, len(film.delays)
     samples = [painter.paint(int(k)).copy() for k in np.unique(np.linspace(0, n_frames - 1, N_PALETTE_SAMPLES).astype(int))]
     shown = {to_hex(colour) for canvas in painter.canvases for colour in artist_colours(canvas.figure)}
-    whole_curves = (pale_colour(colour) for colour in (*SERIES_COLOURS, GREEN))
+    whole_curves = (pale_colour(colour) for colour in FILM_COLOURS)
     film_colours = (to_hex(themed_colour(colour, film.theme)) for colour in (*FILM_COLOURS, *whole_curves))
     return Palette([parse_rgb(colour) for colour in film_colours if colour in shown], samples, few_colours=film.few_colours)
 

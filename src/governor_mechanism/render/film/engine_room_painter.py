@@ -3,19 +3,19 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import FrameCanvas
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import PixelView, shift_rect
-from governor_mechanism.render.film.moving_parts import Curve, Panel, plot_curves
+from governor_mechanism.render.film.moving_parts import Curve, CurvePanel, Panel, plot_curves
 from governor_mechanism.render.film.options import DEFAULT_OPTIONS, FilmLayout, FilmOptions
+from governor_mechanism.render.film.plot_heading import LINE_PITCH, PlotHeading
 from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2, round_step
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, EngineRoomParts
@@ -23,8 +23,9 @@ from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDra
 from governor_mechanism.render.machines.engine_room.torques import engine_torque, load_steps, mean_speed
 from governor_mechanism.render.machines.flywheel_engine.cylinder import BAR
 from governor_mechanism.render.number_format import display_unit_of, format_film_speed, format_name, format_numbers
+from governor_mechanism.render.range_bands import RangeBand, name_cycles
 from governor_mechanism.render.shown_readings import chosen_readings
-from governor_mechanism.render.style import BLUE, GREEN, MUTED, SERIES_COLOURS, SERIF_FONT, VERMILLION
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, SERIES_COLOURS, SERIF_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
 
 ROOM_RECT: layout.PixelRect = (8.0, 42.0, 8.0 + room.WIDTH, 42.0 + room.HEIGHT)
@@ -88,9 +89,9 @@ class EngineRoomPainter(FrameCanvas):
         self._run, self._governed, self._data = run, governed, governor
         self.room = EngineRoomDrawing(run, governed, engine.drawing, governor.drawing)
         self._add_title_and_footer(run, run.scene.title if title is None else title, governor)
-        self._add_caption()
-        panels = [self._make_elevation(), *self._make_plots()]
-        self._finish(panels, animated)
+        plots = self._make_plots()
+        self._add_caption([band for panel in plots for band in panel.bands])
+        self._finish([self._make_elevation(), *plots], animated)
 
     @property
     def canvases(self) -> Sequence[FrameCanvas]:
@@ -112,23 +113,23 @@ class EngineRoomPainter(FrameCanvas):
         if self.room.has_load:
             loads = np.interp(self._data.times, self._run.times, self.room.load_values)
             x, y = self._place((room.LINE_SHAFT[0] + room.BRAKE_ARM + 18.0, room.LINE_SHAFT[1] + 34.0))
-            left = self._add_number(format_numbers(loads), "N m", (x, y), 11, color=VERMILLION, fontweight="bold")
-            self._add_text("load", (left - 6.0, y), 11.5, fontfamily=SERIF_FONT, ha="right")
+            left = self.add_number(format_numbers(loads), "N m", (x, y), 11, color=VERMILLION, fontweight="bold")
+            self.add_text("load", (left - 6.0, y), 11.5, fontfamily=SERIF_FONT, ha="right")
         if "supply_pressure" in self._governed.engine.dimensions:
             pressure = self._governed.engine.dimensions["supply_pressure"] / BAR
             position = self._place((room.PIPE_AXIS - room.PIPE_HALF_WIDTH - 8.0, room.HEIGHT - 12.0))
-            self._add_text(f"supply {pressure:.4g} bar", position, 9.5, color=MUTED, ha="right")
+            self.add_text(f"supply {pressure:.4g} bar", position, 9.5, color=MUTED, ha="right")
         if self._governed.break_time is not None:
             text = f"belt breaks at {self._governed.break_time:.4g} s"
-            self._add_text(text, self._place((room.GOVERNOR_AXIS + 92.0, room.GOVERNOR_BASE + 12.0)), 9.5, color=MUTED)
+            self.add_text(text, self._place((room.GOVERNOR_AXIS + 92.0, room.GOVERNOR_BASE + 12.0)), 9.5, color=MUTED)
         return self._make_shape_panel(view, tuple(self.room.background_shapes()), shapes_at)
 
     def _place(self, point: Vec2) -> Vec2:
         """Return the place in the frame of a point of the room."""
         return ROOM_RECT[0] + point[0] - self._shift, ROOM_RECT[3] - point[1]
 
-    def _add_caption(self) -> None:
-        """Write scale bars of engine and governor, and how time and rotation are shown."""
+    def _add_caption(self, bands: Sequence[RangeBand]) -> None:
+        """Write scale bars of engine and governor, how time and rotation are shown, and what the bands of plots are."""
         x, y = 14.0 - self._shift, 447.0
         engine, governor = self.room.engine, self.room.governor
         for name, scale in ((engine.scaled, engine.pixels_per_metre), ("governor", governor.pixels_per_metre)):
@@ -137,8 +138,8 @@ class EngineRoomPainter(FrameCanvas):
             self._add_line((x, y), (right, y), MUTED)
             for end in (x, right):
                 self._add_line((end, y - 3), (end, y + 3), MUTED)
-            text = self._add_text(f"{name} {length * 1e3:g} mm", (right + 5.0, y), 9.5, color=MUTED)
-            x = right + 5.0 + float(text.get_window_extent().width) * layout.REFERENCE_SIZE / self._size + 16.0
+            text = self.add_text(f"{name} {length * 1e3:g} mm", (right + 5.0, y), 9.5, color=MUTED)
+            x = right + 5.0 + self._width_of(text) + 16.0
         slow_down = self._data.slow_down
         texts = [f"time lapse {1 / slow_down:.4g}x" if slow_down < 1.0 else format_film_speed(slow_down)]
         (start, stop), duration = self._data.time_span, float(np.ptp(self._run.times))
@@ -147,9 +148,12 @@ class EngineRoomPainter(FrameCanvas):
         if (slowing := self.room.rotation_slowing(self._data.times)) > 1:
             texts.append(f"one turn drawn for {slowing}")
         right = ROOM_RECT[2] - self._shift
-        self._add_text(", ".join(text for text in texts if text), (right, y), 9.5, color=MUTED, ha="right", max_width=right - x)
+        self.add_text(", ".join(text for text in texts if text), (right, y), 9.5, color=MUTED, ha="right", max_width=right - x)
+        if bands:
+            position, width = (self._right - 12.0, y + 3.5), self._right - 16.0 - right  # below the times of the plots
+            self.add_text(f"band: range within {name_cycles(bands)}", position, 9.0, color=MUTED, ha="right", max_width=width)
 
-    def _make_plots(self) -> list[Panel]:
+    def _make_plots(self) -> list[CurvePanel]:
         """Return the plots, stacked over a common time axis, and write their names and numbers."""
         if self._options.layout is FilmLayout.MACHINE:
             return []
@@ -164,25 +168,24 @@ class EngineRoomPainter(FrameCanvas):
         for k, plot in enumerate(plots):
             y = top + k * height
             is_last = k == len(plots) - 1
-            rect = (left + layout.LABEL_WIDTH, y + layout.HEADING_HEIGHT - 2.0, right - 3.0, y + height - 6.0)
+            heading = self._heading_of(plot)
+            in_two_lines = heading.needs_two_lines(self, right - left)
+            plot_top = y + layout.HEADING_HEIGHT - 2.0 + (LINE_PITCH if in_two_lines else 0.0)
+            rect = (left + layout.LABEL_WIDTH, plot_top, right - 3.0, y + height - 6.0)
             axes = self._add_axes(shift_rect(rect, self._shift))
             values = np.concatenate([curve.values for curve in plot.curves])
             limits = axis_limits_for(values, plot.noise)
-            panels.append(plot_curves(axes, plot.curves, self._data, limits, marks, self._points_per_pixel, has_time_labels=is_last))
-            self._write_heading(plot, (left, right), y + 7)
+            settings = {"has_time_labels": is_last, "has_bands": True}
+            panels.append(plot_curves(axes, plot.curves, self._data, limits, marks, self._points_per_pixel, **settings))
+            heading.write(self, (left, right), y, in_two_lines=in_two_lines)
         return panels
 
-    def _write_heading(self, plot: _Plot, ends: Vec2, y: float) -> None:
-        """Write the names of the curves of a plot and the number of the first one."""
-        first, others = plot.curves[0], plot.names[1:]
+    def _heading_of(self, plot: _Plot) -> PlotHeading:
+        """Return the heading of a plot: the names of its curves, in their colours if there are several, and the number of the first one."""
+        first = plot.curves[0]
+        colours = [curve.colour for curve in plot.curves] if len(plot.names) > 1 else [INK]
         numbers = format_numbers(np.interp(self._data.times, first.times, first.values))
-        number_left = self._add_number(numbers, plot.unit, (ends[1], y), 12, color=first.colour, fontweight="bold")
-        x = ends[0]
-        for k, (name, curve) in enumerate(zip(plot.names, plot.curves, strict=False)):
-            style: dict[str, Any] = {"color": curve.colour} if others else {}
-            text = self._add_text(name + ("," if k < len(others) else ""), (x, y), 12.5, fontfamily=SERIF_FONT, **style)
-            x += float(text.get_window_extent().width) * layout.REFERENCE_SIZE / self._size + 4.0
-            text.set_visible(x < number_left)
+        return PlotHeading(names=plot.names, numbers=numbers, unit=plot.unit, colour=first.colour, name_colours=colours)
 
     def _chosen_plots(self) -> list[_Plot]:
         """Return the plots of the chosen readings."""
@@ -221,7 +224,7 @@ class EngineRoomPainter(FrameCanvas):
         mean = mean_speed(self._run, self._governed)
         if mean is None:
             return (self._curve(BLUE, speed * factor),)
-        return Curve(BLUE, mean[0], mean[1] * factor), Curve(_LIGHT_BLUE, self._run.times, speed * factor, has_dot=False)
+        return Curve(BLUE, mean[0], mean[1] * factor), Curve(_LIGHT_BLUE, self._run.times, speed * factor, has_own_mean=True)
 
     def _curve(self, colour: str, values: FloatArray) -> Curve:
         """Return the curve of values (n,) at the reported times."""

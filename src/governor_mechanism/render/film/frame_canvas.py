@@ -14,8 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.lines import Line2D
 from matplotlib.text import Text as Words
 
-from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_data import FrameData
@@ -24,6 +23,7 @@ from governor_mechanism.render.film.layout import PixelView
 from governor_mechanism.render.film.moving_artist import MovingArtist
 from governor_mechanism.render.film.moving_parts import CachedNumber, Panel, SortedPanel
 from governor_mechanism.render.film.options import DEFAULT_OPTIONS, FilmOptions
+from governor_mechanism.render.film_option_error import FilmOptionError
 from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
 from governor_mechanism.render.number_format import format_closing_lines
 from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION, Brush, artist_paths
@@ -45,6 +45,11 @@ def _format_times(times: FloatArray, has_ended: BoolArray) -> list[str]:
     return [f"{'ended at ' * bool(ended)}{time:.{decimals}f}" for time, ended in zip(times, has_ended, strict=True)]
 
 
+def _unit_gap(unit: str, height: float) -> float:
+    """Return the distance (pixels) of a number of a height to its unit."""
+    return 0.0 if unit == "°" else 0.35 * height
+
+
 class FrameCanvas:
     """Figure of one film: `update(k)` moves every artist to frame k, `draw(k)` returns the pixels of frame k.
 
@@ -54,7 +59,8 @@ class FrameCanvas:
 
     def __init__(self, size: int, shift: float, options: FilmOptions = DEFAULT_OPTIONS, width: float = layout.REFERENCE_SIZE) -> None:
         if not MIN_FRAME_SIZE <= size <= MAX_FRAME_SIZE:
-            raise MechanismError(f"size of a film must be {MIN_FRAME_SIZE} to {MAX_FRAME_SIZE} pixels; got {size}")
+            template = "{size} of a film must be {least} to {most} pixels; got {found}"
+            raise FilmOptionError(template, least=MIN_FRAME_SIZE, most=MAX_FRAME_SIZE, found=size)
         # The whole frame is a whole number of pixels wide.
         self._shift, self._right = (
             round(length * size / layout.REFERENCE_SIZE) * layout.REFERENCE_SIZE / size for length in (shift, width)
@@ -132,24 +138,23 @@ class FrameCanvas:
         top, bottom = (y / layout.REFERENCE_SIZE for y in rect[1::2])
         return self.figure.add_panel((left, 1 - bottom, right - left, bottom - top), grid=None)
 
-    def _add_number(self, texts: list[str], unit: str, position: Vec2, height: float, **style: Any) -> float:
+    def add_number(self, texts: list[str], unit: str, position: Vec2, height: float, **style: Any) -> float:
         """Add a number that changes with every frame before a unit that ends at `position` (pixels of 480).
 
         Return the left edge of the longest number.
         """
-        gap = 0.0 if unit == "°" else 0.35 * height
-        width = self._add_text(unit, position, height, ha="right", **style).get_window_extent().width
-        number_position = (position[0] - width * layout.REFERENCE_SIZE / self._size - gap, position[1])
-        text = self._add_text(max(texts, key=len), number_position, height, ha="right", **style)
-        max_width = float(text.get_window_extent().width) * layout.REFERENCE_SIZE / self._size
+        width = self._width_of(self.add_text(unit, position, height, ha="right", **style))
+        number_position = (position[0] - width - _unit_gap(unit, height), position[1])
+        text = self.add_text(max(texts, key=len), number_position, height, ha="right", **style)
+        max_width = self._width_of(text)
         self.counters.append(CachedNumber(text, texts))
         return float(number_position[0]) - max_width
 
     def _add_title_and_footer(self, run: Trajectory, title: str, frame_data: FrameData) -> None:
         """Add title, time, rules and footer; a run that has ended before the film says so."""
         times = _format_times(frame_data.times, frame_data.has_ended)
-        left, right = 12 - self._shift, self._add_number(times, "s", (self._right - 12, 18), 12, color=INK)
-        self._add_text(" ".join(title.split()), (left, 18), 15, fontfamily=SERIF_FONT, max_width=right - 24 + self._shift)
+        left, right = 12 - self._shift, self.add_number(times, "s", (self._right - 12, 18), 12, color=INK)
+        self.add_text(" ".join(title.split()), (left, 18), 15, fontfamily=SERIF_FONT, max_width=right - 24 + self._shift)
         lines, is_failure = format_closing_lines(run, FRAME_CLOSING_LINE_LENGTH)
         rule_y, line_positions = layout.CLOSING_LINE_LAYOUT[len(lines)]
         has_footer = self._options.footer or is_failure
@@ -160,9 +165,9 @@ class FrameCanvas:
         for text, y in zip(lines, line_positions, strict=True):
             size = 10 if len(lines) == 1 else 9.5
             width = self._right - (24 if is_failure else 140) + self._shift
-            self._add_text(text, (left, y), size, color=VERMILLION if is_failure else MUTED, max_width=width)
+            self.add_text(text, (left, y), size, color=VERMILLION if is_failure else MUTED, max_width=width)
         if not is_failure:
-            self._add_text(f"engine: {run.cost.engine}", (self._right - 12, 470), 10, color=MUTED, ha="right")
+            self.add_text(f"engine: {run.cost.engine}", (self._right - 12, 470), 10, color=MUTED, ha="right")
 
     def _add_line(self, start: Vec2, end: Vec2, colour: str) -> None:
         """Add a thin line between two positions (pixels of 480)."""
@@ -170,7 +175,7 @@ class FrameCanvas:
         columns, rows = [(x + self._shift) / self._width for x in xs], [1 - y / layout.REFERENCE_SIZE for y in ys]
         self.figure.add_artist(Line2D(columns, rows, color=colour, linewidth=0.8 * self._points_per_pixel))
 
-    def _add_text(self, content: str, position: Vec2, height: float, *, max_width: float | None = None, **style: Any) -> Words:
+    def add_text(self, content: str, position: Vec2, height: float, *, max_width: float | None = None, **style: Any) -> Words:
         """Add text at a position and of a height (pixels of 480), fitted into `max_width` pixels."""
         settings = {"color": INK, "fontfamily": SANS_FONT, "va": "center_baseline", "parse_math": False} | style
         x, y = (position[0] + self._shift) / self._width, 1 - position[1] / layout.REFERENCE_SIZE
@@ -180,6 +185,22 @@ class FrameCanvas:
         if max_width is not None:
             self._shrink_to_width(text, max_width * self._size / layout.REFERENCE_SIZE)
         return text
+
+    def measure_text(self, content: str, height: float, **style: Any) -> float:
+        """Return the width of a text of a height, pixels of 480."""
+        text = self.add_text(content, (0.0, 0.0), height, **style)
+        width = self._width_of(text)
+        text.remove()
+        return width
+
+    def measure_number(self, texts: list[str], unit: str, height: float, **style: Any) -> float:
+        """Return the largest width of a number with its unit, pixels of 480."""
+        widths = [self.measure_text(content, height, **style) for content in (max(texts, key=len), unit)]
+        return sum(widths) + _unit_gap(unit, height)
+
+    def _width_of(self, text: Words) -> float:
+        """Return the width of a text, pixels of 480."""
+        return float(text.get_window_extent().width) * layout.REFERENCE_SIZE / self._size
 
     def _shrink_to_width(self, text: Words, max_width: float) -> None:
         """Shrink a text by at most a quarter, then cut off its end, until it fits into `max_width` pixels."""

@@ -8,7 +8,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.part import TURNING_PLANE, Part
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, enclose_boxes
 from governor_mechanism.render.machines.registry import drawing_of
@@ -22,6 +22,11 @@ END_TOLERANCE = 1e-9
 
 MAX_SHARED_SCALE_RATIO = 3.0
 """Largest ratio of the sizes of machines that are shown on one scale: beside a larger one, a smaller would be too small to be seen."""
+
+
+def integrate_speed(times: FloatArray, speed: FloatArray) -> FloatArray:
+    """Return the angle (n,) rad from the first of the times (n,) s on of what turns at a speed (n,) rad/s, by the trapezoidal rule."""
+    return np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(times))])
 
 
 class FrameData:
@@ -63,8 +68,7 @@ class FrameData:
         self.sample_times = np.unique(np.concatenate([[first], inside, [last]]))
         readings = self.drawing.select_entries(shown_readings(run)) | self._select_chosen(run, chosen)
         speed = readings["spindle_speed"].values if "spindle_speed" in readings else np.zeros(len(run.times))
-        spindle_angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(run.times))])
-        self.spindle_angle = np.interp(times, run.times, spindle_angle)
+        self.spindle_angle = np.interp(times, run.times, integrate_speed(run.times, speed))
         self.readings = {name: replace(one, values=np.interp(times, run.times, one.values)) for name, one in readings.items()}
         self._reported = {name: one.values for name, one in readings.items()}
 

@@ -6,7 +6,7 @@ from itertools import zip_longest
 import numpy as np
 
 from governor_mechanism.model.part import TURNING_PLANE
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.elevation_overlay import ElevationOverlay
 from governor_mechanism.render.film.frame_canvas import FrameCanvas
@@ -18,12 +18,13 @@ from governor_mechanism.render.film.frame_data import (
     on_one_scale,
     turns_with_spindle,
 )
-from governor_mechanism.render.film.layout import PixelView, fit_view, frame_layout, shift_rect
+from governor_mechanism.render.film.layout import PixelView, fit_view, frame_layout, share_scale, shift_rect
 from governor_mechanism.render.film.moving_parts import Curve, Panel, plot_curves
 from governor_mechanism.render.film.options import DEFAULT_OPTIONS, FilmOptions, FilmView
-from governor_mechanism.render.film.outside_view import OutsideView
+from governor_mechanism.render.film.outside_view import OutsideView, outside_box
 from governor_mechanism.render.film.overlays import box_with_rotation_arrow, plan_shapes_at, rotation_arrow
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, enclose_boxes, round_step
+from governor_mechanism.render.film.plot_heading import LINE_PITCH, PlotHeading
+from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Vec2, enclose_boxes, round_step
 from governor_mechanism.render.number_format import display_unit_of, format_film_speed, format_name, format_numbers
 from governor_mechanism.render.style import GREEN, MUTED, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
@@ -69,42 +70,67 @@ class FramePainter(FrameCanvas):
         # Whether the plan of the turning plane is shown.
         self._has_dial = places.dial is not None and turns_with_spindle(frame_data)
         self._add_title_and_footer(run, run.scene.title if title is None else title, frame_data)
-        panels: list[Panel] = [self._make_drawing(position) for position in range(len(self._slots))]
+        panels: list[Panel] = self._make_drawings()
         panels += self._make_reading_plots()
         if places.dial is not None and self._has_dial:
             panels.append(self._make_plan(places.dial))
         self._finish(panels, animated)
 
-    def _make_drawing(self, position: int) -> Panel:
-        """Return the panel of a drawing at a position from the left, and write what is above it: the name of its part, and a factor."""
-        index, is_outside = self._slots[position]
-        frame_data = self._shown_parts[index]
-        shift, above = position * self._places.part_pitch - self._shift, 0.0
+    def _make_drawings(self) -> list[Panel]:
+        """Return the panels of the drawings from left to right; both views of a part have one scale, and like heights side by side."""
+        above = [self._write_above(position) for position in range(len(self._slots))]
+        overlays: dict[int, ElevationOverlay] = {}
+        views: dict[tuple[int, bool], PixelView] = {}
+        for slot, place in zip(self._slots, above, strict=True):
+            index, is_outside = slot
+            if is_outside:
+                views[slot] = self._fit_outside(index, place)
+            else:
+                overlays[index], views[slot] = self._fit_elevation(index, place)
+        for index in {index for index, _ in self._slots if (index, True) in views and (index, False) in views}:
+            views[index, False], views[index, True] = share_scale(views[index, False], views[index, True])
+        panels = []
+        for (index, is_outside), place in zip(self._slots, above, strict=True):
+            view = views[index, is_outside]
+            panels.append(
+                self._make_outside(index, place, view) if is_outside else self._make_elevation(index, place, overlays[index], view)
+            )
+        return panels
+
+    def _write_above(self, position: int) -> Vec2:
+        """Write what is above the drawing at a position from the left: the name of its part, or a factor.
+
+        Return the distance of the drawing from the rightmost one, and the height taken from its top, pixels.
+        """
+        frame_data = self._shown_parts[self._slots[position][0]]
+        shift = position * self._places.part_pitch - self._shift
         x, y = layout.PART_NAME_POSITION
         if len(self._shown_parts) > 1:
-            self._add_text(format_name(frame_data.part.name), (x + shift, y), 12.5, fontfamily=SERIF_FONT, max_width=260)
-            above = layout.PART_NAME_HEIGHT
-        elif self._options.exaggerate > 1.0:
+            self.add_text(format_name(frame_data.part.name), (x + shift, y), 12.5, fontfamily=SERIF_FONT, max_width=260)
+            return shift, layout.PART_NAME_HEIGHT
+        if self._options.exaggerate > 1.0:
             words = f"motion magnified {self._options.exaggerate:.4g}x"
-            self._add_text(words, (x + shift, y), 12, color=VERMILLION, fontweight="bold")
-            above = layout.PART_NAME_HEIGHT
-        return (self._make_outside if is_outside else self._make_elevation)(frame_data, index, (shift, above))
+            self.add_text(words, (x + shift, y), 12, color=VERMILLION, fontweight="bold")
+            return shift, layout.PART_NAME_HEIGHT
+        return shift, 0.0
 
-    def _make_elevation(self, frame_data: FrameData, index: int, place: Vec2) -> Panel:
-        """Return the panel of the plane of part `index`, and write its scale bar.
-
-        `place` is its distance from the rightmost drawing, and the height taken from its top, pixels.
-        """
-        shift, above = place
+    def _fit_elevation(self, index: int, place: Vec2) -> tuple[ElevationOverlay, PixelView]:
+        """Return what is drawn over the plane of part `index`, and the largest view that has space for it; for `place` see above."""
+        frame_data, (shift, above) = self._shown_parts[index], place
         rect = shift_rect(self._places.elevation, shift + self._shift, above)
         overlay = ElevationOverlay(frame_data, enclosing_box(on_one_scale(self._columns[index], frame_data)), self._options)
         if overlay.arrows.largest:
             rect = shift_rect(rect, 0.0, FORCE_NAMES_HEIGHT)
         if overlay.label_width:
             rect = (*rect[:2], rect[2] - overlay.label_width, rect[3])
-        self.view = fit_view(overlay.box, rect)
-        overlay.place_labels(self.view, self._add_text, self._shift)
-        self._add_scale_bars(frame_data, self.view, shift, above, overlay)
+        return overlay, fit_view(overlay.box, rect)
+
+    def _make_elevation(self, index: int, place: Vec2, overlay: ElevationOverlay, view: PixelView) -> Panel:
+        """Return the panel of the plane of part `index`, and write its scale bar."""
+        frame_data, (shift, above) = self._shown_parts[index], place
+        self.view = view
+        overlay.place_labels(view, self.add_text, self._shift)
+        self._add_scale_bars(frame_data, view, shift, above, overlay)
         drawing, poses = frame_data.drawing, frame_data.poses
         path = None if self._options.traces else drawing.traced_path(frame_data.poses_at(frame_data.sample_times))
         ends = drawing.traced_path(poses)
@@ -113,18 +139,25 @@ class FramePainter(FrameCanvas):
             trace = () if path is None or ends is None else (self._traced_path(frame_data, path, ends, k),)
             return (*trace, *drawing.moving_shapes(poses[k], float(frame_data.times[k])), *overlay.shapes_at(k))
 
-        return self._make_shape_panel(self.view, (*overlay.static_shapes, *drawing.static_shapes), shapes_at)
+        return self._make_shape_panel(view, (*overlay.static_shapes, *drawing.static_shapes), shapes_at)
 
-    def _make_outside(self, frame_data: FrameData, index: int, place: Vec2) -> Panel:
-        """Return the panel of part `index` seen from outside, and write its scale bar; the place is as for its plane."""
+    def _outside_box(self, index: int) -> BoundingBox:
+        """Return the box (m) around part `index` seen from outside, in all runs that share its scale."""
+        return enclose_boxes(outside_box(data.drawing.bounds) for data in on_one_scale(self._columns[index], self._shown_parts[index]))
+
+    def _fit_outside(self, index: int, place: Vec2) -> PixelView:
+        """Return the largest view of part `index` from outside."""
         shift, above = place
+        rect = shift_rect(self._places.elevation, shift + self._shift, above)
+        return fit_view(box_with_rotation_arrow(self._outside_box(index)), rect)
+
+    def _make_outside(self, index: int, place: Vec2, view: PixelView) -> Panel:
+        """Return the panel of part `index` seen from outside, and write its scale bar."""
+        frame_data = self._shown_parts[index]
         seen = OutsideView(frame_data)
-        column = [seen if data is frame_data else OutsideView(data) for data in on_one_scale(self._columns[index], frame_data)]
-        box = enclose_boxes(one.box for one in column)
-        view = fit_view(box_with_rotation_arrow(box), shift_rect(self._places.elevation, shift + self._shift, above))
-        self._add_view_caption(view, shift, "seen from outside", frame_data)
+        self._add_view_caption(view, place[0], "seen from outside", frame_data)
         self.outside_view = view
-        return self._make_sorted_panel(view, rotation_arrow(frame_data, box), seen.shapes_at, seen.order_at)
+        return self._make_sorted_panel(view, rotation_arrow(frame_data, self._outside_box(index)), seen.shapes_at, seen.order_at)
 
     def _traced_path(self, data: FrameData, path: FloatArray, ends: FloatArray, k: int) -> Lines:
         """Return the part in the last second of film before frame k of a path (s, 2) m, which ends at its point (f, 2) m of the frame."""
@@ -145,28 +178,42 @@ class FramePainter(FrameCanvas):
 
         is_below_plots = self._places.readings is not None and rect[0] >= self._places.readings[0]
         position = (rect[2] + 6.0, rect[3] - 6.0) if is_below_plots else ((rect[0] + rect[2]) / 2, rect[1] - 8.0)
-        self._add_text("plan view", position, 10.5, color=MUTED, ha="left" if is_below_plots else "center")
+        self.add_text("plan view", position, 10.5, color=MUTED, ha="left" if is_below_plots else "center")
         return self._make_shape_panel(view, (Circle("ring", 0.0, 0.0, ring_radius),), shapes_at)
 
     def _make_reading_plots(self) -> list[Panel]:
         """Return the plots of the shown readings, and write their names and numbers."""
         selected = self._select_readings() if self._places.readings is not None else []
         rects = self._places.reading_rects(len(selected), self._has_dial)
+        headings = [self._heading_of(data, name, colour) for (data, name), colour in zip(selected, SERIES_COLOURS, strict=False)]
+        has_two_lines = self._choose_lines(headings, rects)
         plots: list[Panel] = []
-        for (frame_data, name), rect, colour in zip(selected, rects, SERIES_COLOURS, strict=False):
-            reading = frame_data.readings[name]
-            unit, factor = display_unit_of(reading.unit)
-            values = reading.values * factor
-            reading_colour = GREEN if name == "spindle_speed" else colour
+        for (frame_data, name), rect, heading in zip(selected, rects, headings, strict=True):
             left, top, right, bottom = rect
-            plot_rect = (left + layout.LABEL_WIDTH, top + layout.HEADING_HEIGHT, right - 3.0, bottom - layout.TIME_LABEL_HEIGHT)
+            in_two_lines = has_two_lines[top]
+            plot_top = top + layout.HEADING_HEIGHT + (LINE_PITCH if in_two_lines else 0.0)
+            plot_rect = (left + layout.LABEL_WIDTH, plot_top, right - 3.0, bottom - layout.TIME_LABEL_HEIGHT)
             axes = self._add_axes(shift_rect(plot_rect, self._shift))
             limits = common_axis_limits(self._columns[self._shown_parts.index(frame_data)], name)
-            curve = Curve(reading_colour, frame_data.sample_times, frame_data.sampled_values(name) * factor)
+            factor = display_unit_of(frame_data.readings[name].unit)[1]
+            curve = Curve(heading.colour, frame_data.sample_times, frame_data.sampled_values(name) * factor)
             plots.append(plot_curves(axes, [curve], frame_data, limits, (), self._points_per_pixel, has_time_labels=True))
-            number_left = self._add_number(format_numbers(values), unit, (right, top + 7), 12, color=reading_colour, fontweight="bold")
-            self._add_text(format_name(name), (left, top + 7), 12.5, fontfamily=SERIF_FONT, max_width=number_left - left - 8)
+            heading.write(self, (left, right), top, in_two_lines=in_two_lines)
         return plots
+
+    def _heading_of(self, frame_data: FrameData, name: str, colour: str) -> PlotHeading:
+        """Return the heading of the plot of a reading."""
+        reading = frame_data.readings[name]
+        unit, factor = display_unit_of(reading.unit)
+        shown_colour = GREEN if name == "spindle_speed" else colour
+        return PlotHeading(names=(format_name(name),), numbers=format_numbers(reading.values * factor), unit=unit, colour=shown_colour)
+
+    def _choose_lines(self, headings: Sequence[PlotHeading], rects: Sequence[layout.PixelRect]) -> dict[float, bool]:
+        """Return by the top of a row whether its headings have two lines: all of them if one of them needs them."""
+        rows: dict[float, bool] = {}
+        for heading, (left, top, right, _) in zip(headings, rects, strict=True):
+            rows[top] = rows.get(top, False) or heading.needs_two_lines(self, right - left)
+        return rows
 
     def _select_readings(self) -> list[tuple[FrameData, str]]:
         """Return the readings to show, each with its part: those chosen, or the first of each part, then the second, and so on."""
@@ -220,14 +267,14 @@ class FramePainter(FrameCanvas):
         speed = format_film_speed(frame_data.slow_down)
         text = f"{words.removeprefix('seen in the ')}, {speed}" if words and speed else words or speed
         if text:
-            self._add_text(text, (right, (top + bottom) / 2 + rise), 9.5, color=MUTED, ha="right")
+            self.add_text(text, (right, (top + bottom) / 2 + rise), 9.5, color=MUTED, ha="right")
 
     def _name_forces(self, kinds: Sequence[str], start: Vec2) -> None:
         """Write the names of kinds of forces in their colours, in one line from a position on."""
         x, y = start
         for kind in kinds:
-            text = self._add_text(FORCE_NAMES.get(kind, kind), (x, y), 9.5, color=ROLE_STYLES[f"{kind} force"].stroke)
-            x += float(text.get_window_extent().width) * layout.REFERENCE_SIZE / self._size + 9.0
+            text = self.add_text(FORCE_NAMES.get(kind, kind), (x, y), 9.5, color=ROLE_STYLES[f"{kind} force"].stroke)
+            x += self._width_of(text) + 9.0
 
     def _add_scale_bar(self, start: Vec2, length: float, words: str) -> float:
         """Add a scale bar of a length in pixels from a position on, with its words, and return where these end."""
@@ -235,8 +282,8 @@ class FramePainter(FrameCanvas):
         self._add_line((left, y), (right, y), MUTED)
         for x in (left, right):
             self._add_line((x, y - 3), (x, y + 3), MUTED)
-        text = self._add_text(words, (right + 6, y), 9.5, color=MUTED)
-        return right + 6.0 + float(text.get_window_extent().width) * layout.REFERENCE_SIZE / self._size
+        text = self.add_text(words, (right + 6, y), 9.5, color=MUTED)
+        return right + 6.0 + self._width_of(text)
 
 
 def _views_of(data: FrameData, view: FilmView) -> tuple[bool, ...]:

@@ -18,6 +18,8 @@ from governor_mechanism.types import FloatArray
 
 MAX_LABELS = 10
 """Largest number of names: more would be denser than the drawing."""
+MAX_PLACES = 6
+"""Largest number of shapes of one name to which its line may lead."""
 _UNNAMED = frozenset(
     {
         *("", "angle", "applied load", "axis", "divisions", "ground", "guide", "impact", "marked spoke", "pin", "pointer", "projection"),
@@ -33,10 +35,11 @@ _ARC_RADIUS = 0.3
 
 @dataclass(frozen=True, kw_only=True)
 class Label:
-    """A name and the point (f, 2) m of its part at each frame."""
+    """A name and the point (f, 2) m of its part at each frame; `other_points` are those of its other shapes."""
 
     name: str
     points: FloatArray
+    other_points: tuple[FloatArray, ...] = ()
 
 
 def find_labels(data: FrameData) -> list[Label]:
@@ -45,36 +48,31 @@ def find_labels(data: FrameData) -> list[Label]:
     Bodies of a mechanism of one's own have names; other parts are known by the roles of their shapes.
     """
     middle = len(data.times) // 2
-    labels = _labels_of_bodies(data) if isinstance(data.drawing, GenericDrawing) else _labels_of_roles(data, middle)
+    labels = _labels_of_bodies(data, data.drawing) if isinstance(data.drawing, GenericDrawing) else _labels_of_roles(data, middle)
     return labels[:MAX_LABELS]
 
 
-def _labels_of_bodies(data: FrameData) -> list[Label]:
-    return [Label(name=format_name(body.name), points=data.poses[:, k, :2]) for k, body in enumerate(data.part.mechanism.bodies)]
+def _labels_of_bodies(data: FrameData, drawing: GenericDrawing) -> list[Label]:
+    return [Label(name=format_name(name), points=points) for name, points in drawing.named_places(data.poses).items()]
 
 
 def _labels_of_roles(data: FrameData, middle: int) -> list[Label]:
-    """Return a label for each name: of its shapes, the one furthest to the right in the middle of the film."""
+    """Return a label for each name: of its shapes, first the one furthest to the right in the middle of the film."""
     count, drawing = len(data.times), data.drawing
     frames = [list(drawing.moving_shapes(pose, float(time))) for pose, time in zip(data.poses, data.times, strict=True)]
-    chosen: dict[str, tuple[float, Label]] = {}
+    found: dict[str, list[tuple[float, FloatArray]]] = {}
     for position, shape in enumerate(chain(frames[middle], drawing.static_shapes)):
-        name = name_part(shape.role, data.part.machine, "")[0]
-        if (
-            name in _UNNAMED
-            or "steam" in name
-            or name.startswith("pressure")
-            or (anchor := _anchor(shape)) is None
-            or (name in chosen and chosen[name][0] >= anchor[0])
-        ):
+        name, anchor = name_part(shape.role, data.part.machine, "")[0], _anchor(shape)
+        if name in _UNNAMED or "steam" in name or name.startswith("pressure") or anchor is None:
             continue
         is_moving = position < len(frames[middle])
         points = [_anchor(frame[position]) or anchor for frame in frames] if is_moving else [anchor] * count
-        chosen[name] = anchor[0], Label(name=name, points=np.array(points))
+        found.setdefault(name, []).append((anchor[0], np.array(points)))
     near, labels = _NEAR * data.part.mechanism.length_scale, list[Label]()
-    for _, label in chosen.values():
-        if all(math.dist(label.points[middle], other.points[middle]) > near for other in labels):
-            labels.append(label)
+    for name, places in found.items():
+        first, *others = (points for _, points in sorted(places, key=lambda place: -place[0])[:MAX_PLACES])
+        if all(math.dist(first[middle], other.points[middle]) > near for other in labels):
+            labels.append(Label(name=name, points=first, other_points=tuple(others)))
     return labels
 
 

@@ -53,6 +53,18 @@ class PixelView:
         half_width, half_height = (right - left) / 2 / self.scale, (bottom - top) / 2 / self.scale
         return self.x - half_width, self.x + half_width, self.y - half_height, self.y + half_height
 
+    def row_of(self, y: float) -> float:
+        """Return the row (pixels from the top) of a height (m)."""
+        return (self.rect[1] + self.rect[3]) / 2 - (y - self.y) * self.scale
+
+    def height_of(self, row: float) -> float:
+        """Return the height (m) of a row (pixels from the top)."""
+        return self.y - (row - (self.rect[1] + self.rect[3]) / 2) / self.scale
+
+    def line_x(self, distance: float) -> float:
+        """Return the place (m) at a distance (pixels) right of the rectangle."""
+        return self.box[1] + distance / self.scale
+
 
 def fit_view(box: BoundingBox, rect: PixelRect) -> PixelView:
     """Return the view that shows a box (m) as large as possible and centred in `rect`."""
@@ -60,6 +72,13 @@ def fit_view(box: BoundingBox, rect: PixelRect) -> PixelView:
     x0, x1, y0, y1 = box
     scale = min((right - left) / (x1 - x0), (bottom - top) / (y1 - y0))
     return PixelView(rect=rect, scale=scale, x=(x0 + x1) / 2, y=(y0 + y1) / 2)
+
+
+def share_scale(first: PixelView, second: PixelView) -> tuple[PixelView, PixelView]:
+    """Return two views of one machine on the smaller of their scales; the second shows like heights at the heights of the first."""
+    scale = min(first.scale, second.scale)
+    middles = [(view.rect[1] + view.rect[3]) / 2 for view in (first, second)]
+    return replace(first, scale=scale), replace(second, scale=scale, y=first.y + (middles[0] - middles[1]) / scale)
 
 
 @dataclass(frozen=True, kw_only=True)

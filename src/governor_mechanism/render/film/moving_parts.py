@@ -9,15 +9,18 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon as PolygonPatch
 from matplotlib.path import Path
 from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import format_plain_ticks
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.moving_artist import MovingArtist
 from governor_mechanism.render.geometry.primitives import Vec2
+from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band
 from governor_mechanism.render.style import MUTED, PAPER, RULE, parse_rgb
 from governor_mechanism.types import FloatArray
 
@@ -55,9 +58,13 @@ class SortedPanel(Panel):
 
 @dataclass(frozen=True)
 class CurvePanel(Panel):
-    """A plot whose artists are a line and a dot for each of its `curves`, points (n, 2) in data units; the line ends at the dot."""
+    """A plot whose artists are a line and a dot for each of its `curves`, points (n, 2) in data units.
+
+    The line ends at the dot, or for a curve that has one of the `bands`, is its mean.
+    """
 
     curves: Sequence[FloatArray]
+    bands: Sequence[RangeBand]
 
 
 def _style_axes(axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
@@ -78,12 +85,15 @@ def _style_axes(axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve of a plot: its colour, values (n,) in the display unit at times (n,) s, and whether a dot marks the last one."""
+    """A curve of a plot: its colour, values (n,) in the display unit at times (n,) s, and whether another curve is its mean.
+
+    Such a curve has no dot, and its band no line.
+    """
 
     colour: str
     times: FloatArray
     values: FloatArray
-    has_dot: bool = True
+    has_own_mean: bool = False
 
 
 def plot_curves(
@@ -95,11 +105,13 @@ def plot_curves(
     points_per_pixel: float,
     *,
     has_time_labels: bool,
-) -> Panel:
+    has_bands: bool = False,
+) -> CurvePanel:
     """Return the panel of curves, the first in front, with all their points up to frame k; `marks` are times (s) of upright lines.
 
-    The whole curves are pale behind, so that also the first frame shows them. Only the lowest of several plots on a common time axis has
-    time labels.
+    The whole curves are pale behind, so that also the first frame shows them. With `has_bands`, in frames that say what bands are, a curve
+    whose oscillations are too narrow to be told apart is a pale band with its mean. Only the lowest of several plots on a common time axis
+    has time labels.
     """
     start, end = frame_data.time_span
     axes.set(xlim=(start, max(end, start + 1e-9)), ylim=limits)
@@ -108,30 +120,65 @@ def plot_curves(
         axes.set_xticklabels([])
     for mark in marks:
         axes.axvline(mark, color=MUTED, linewidth=0.8 * points_per_pixel, dashes=(3.0, 2.0), zorder=1)
-    artists, tracks = [], []
+    width = CURVE_WIDTH * points_per_pixel
+    artists, tracks, bands = [], [], []
     for curve in reversed(curves):
-        points = _thin_out(_visible_points(curve, frame_data.time_span))
-        width = 1.4 * points_per_pixel
+        samples = _visible_points(curve, frame_data.time_span)
+        band = _find_band(axes, samples, frame_data.drawing.run, width) if has_bands else None
+        if band is not None:
+            _add_band(axes, band, curve)
+            bands.append(band)
+            if curve.has_own_mean:
+                continue
+        points = _thin_out(samples) if band is None else np.column_stack([band.mean_times, band.means])
         axes.add_line(Line2D(*points.T, color=pale_colour(curve.colour), linewidth=width, solid_joinstyle="round", zorder=2.5))
         line = Line2D([], [], color=curve.colour, linewidth=width, solid_joinstyle="round", zorder=3)
         dot = Line2D([], [], color=curve.colour, marker="o", markersize=5 * points_per_pixel, clip_on=False, zorder=4)
         dot.set(markeredgecolor=PAPER, markeredgewidth=0.8 * points_per_pixel)
         artists += [MovingArtist(axes.add_line(one)) for one in (line, dot)]
-        tracks.append((points, curve.has_dot))
+        tracks.append(_Track(points=points, dots=samples[:0] if curve.has_own_mean else samples))
 
     def paths_at(k: int) -> list[Path | None]:
-        time = float(frame_data.times[k])
-        paths: list[Path | None] = []
-        for points, has_dot in tracks:
-            last = np.array([[time, np.interp(time, *points.T)]])
-            before = points[: int(np.searchsorted(points[:, 0], time))]
-            is_reached = points[0, 0] <= time <= points[-1, 0]
-            paths += [Path(np.concatenate([before, last]) if is_reached else before), Path(last if is_reached and has_dot else last[:0])]
-        return paths
+        return [Path(points) for track in tracks for points in track.points_at(float(frame_data.times[k]))]
 
-    return CurvePanel(artists, paths_at, [points for points, _ in tracks])
+    return CurvePanel(artists, paths_at, [track.points for track in tracks], bands)
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Track:
+    """Points (n, 2) of a line that grows with time, and those (m, 2) of its dot, which need not lie on it."""
+
+    points: FloatArray
+    dots: FloatArray
+
+    def points_at(self, time: float) -> tuple[FloatArray, FloatArray]:
+        """Return the points of the line and of the dot at a time, s."""
+        before = self.points[: int(np.searchsorted(self.points[:, 0], time))]
+        is_within = [len(one) > 0 and bool(one[0, 0] <= time <= one[-1, 0]) for one in (self.points, self.dots)]
+        end, dot = (
+            np.array([[time, np.interp(time, *one.T)]]) if shown else one[:0]
+            for one, shown in zip((self.points, self.dots), is_within, strict=True)
+        )
+        return np.concatenate([before, end]), dot
+
+
+def _find_band(axes: Axes, samples: FloatArray, run: Trajectory, line_width: float) -> RangeBand | None:
+    """Return the band of a curve through samples (n, 2) on axes, whose lines have a width in points; None for one that is seen as it is."""
+    line_pixels = line_width * float(axes.figure.dpi) / 72
+    size = PlotSize(width=axes.bbox.width, height=axes.bbox.height, line_width=line_pixels, limits=axes.get_ylim())
+    turns = count_turns(run)
+    return find_range_band(samples[:, 0], samples[:, 1], size, None if turns is None else np.interp(samples[:, 0], run.times, turns))
+
+
+def _add_band(axes: Axes, band: RangeBand, curve: Curve) -> None:
+    """Fill the band of a curve. That of a curve with a mean of its own has its colour, which is light."""
+    outline = np.column_stack([np.concatenate([band.times, band.times[::-1]]), np.concatenate([band.low, band.high[::-1]])])
+    colour = curve.colour if curve.has_own_mean else pale_colour(curve.colour)
+    axes.add_patch(PolygonPatch(outline, closed=True, facecolor=colour, linewidth=0, zorder=2.4))
+
+
+CURVE_WIDTH = 1.4
+"""Width of a curve, pixels of a 480-pixel frame."""
 PALE_SHARE = 0.35
 """Share of its colour in the pale copy of a curve; the rest is paper."""
 THIN_COLUMNS = 250
@@ -165,6 +212,10 @@ def _visible_points(curve: Curve, time_span: Vec2) -> FloatArray:
     return points if len(points) else np.column_stack([time_span, np.interp(time_span, curve.times, curve.values)])
 
 
+_HALF_NUMBER_HEIGHT = 0.6
+"""Half height of the pixels of a number relative to its size: all of a digit, and nothing of the descenders in a line above."""
+
+
 class CachedNumber:
     """Right-aligned text with one value per frame.
 
@@ -189,12 +240,14 @@ class CachedNumber:
         buffer = np.asarray(canvas.buffer_rgba())
         position, to_pixels = text.get_position(), text.get_transform()
         right, middle = to_pixels.transform(position)
-        half_height = round(0.8 * float(text.get_fontsize()) * canvas.figure.dpi / 72)
+        half_height = round(_HALF_NUMBER_HEIGHT * float(text.get_fontsize()) * canvas.figure.dpi / 72)
         self._right_edge, self._top_edge = round(right), int(buffer.shape[0] - middle) - half_height
         text.set_horizontalalignment("center")
+        longest = max(map(len, self.texts))
         for character in sorted(set("".join(self.texts))):
             width = self._glyph_width(character)
-            left = self._right_edge - 3 * width
+            # Within the place of the number, where there is nothing else.
+            left = self._right_edge - min(3, longest) * width
             text.set(text=character, position=to_pixels.inverted().transform((left + width / 2, middle)))
             canvas.restore_region(background)
             text.draw(renderer)

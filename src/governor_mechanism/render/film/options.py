@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
 
-from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.errors import did_you_mean
 from governor_mechanism.model.part import Part
 from governor_mechanism.render.figure_files import Theme
+from governor_mechanism.render.film_option_error import FilmOptionError, list_options
 from governor_mechanism.units.quantities import format_value
 
 MAX_PLOTS = 4
@@ -117,26 +118,21 @@ def make_film_options(
         If there is no such layout, theme or view, the magnification is out of range, options do not go together, or the readings are no
         list of texts, too many, or have no place in the layout.
     """
-    if layout not in set(FilmLayout):
-        raise MechanismError(f"a film's layout must be one of {', '.join(FilmLayout)}; got {layout!r}.{did_you_mean(layout, FilmLayout)}")
+    _require_one_of("layout", layout, FilmLayout)
     if theme not in (Theme.LIGHT, Theme.DARK):
-        raise MechanismError(f"a film's theme must be light or dark, for its frames have a ground; got {theme!r}")
-    names = () if readings is None else readings
-    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
-        raise MechanismError(f"readings of a film must be a list of names, as ['arm_angle']; got {format_value(readings)}")
-    if len(names) > MAX_PLOTS:
-        raise MechanismError(f"a film plots at most {MAX_PLOTS} readings; got {len(names)}: {', '.join(names)}")
-    if names and layout == FilmLayout.MACHINE:
-        raise MechanismError("a film of the layout 'machine' plots no readings; leave them out, or choose 'machine+plots' or 'wide'")
-    if view not in set(FilmView):
-        raise MechanismError(f"a film's view must be one of {', '.join(FilmView)}; got {view!r}.{did_you_mean(view, FilmView)}")
+        raise FilmOptionError("a film's {theme} must be light or dark, for its frames have a ground; got {found!r}", found=theme)
+    names = _require_readings(readings, layout)
+    _require_one_of("view", view, FilmView)
     overlays = [name for name, is_on in (("labels", labels), ("forces", forces), ("traces", traces)) if is_on]
     if overlays and view == FilmView.OUTSIDE:
-        raise MechanismError(f"{' and '.join(overlays)} are drawn on the turning plane only; leave them out, or choose the view 'both'")
+        raise FilmOptionError(
+            f"{list_options(overlays)} are drawn on the turning plane, which the {{view}} 'outside' does not show; "
+            "leave them out, or choose the {view} 'both'"
+        )
     if not (math.isfinite(exaggerate) and exaggerate >= 1.0):
-        raise MechanismError(f"exaggerate must be a number of at least 1, which is the true motion; got {exaggerate:g}")
+        raise FilmOptionError("{exaggerate} must be a number of at least 1, which is the true motion; got {found:g}", found=exaggerate)
     if forces and exaggerate > 1.0:
-        raise MechanismError("forces are those of the true positions, which exaggerate does not show; leave one of the two out")
+        raise FilmOptionError("{forces} are those of the true positions, which {exaggerate} does not show; leave one of the two out")
     return FilmOptions(
         layout=FilmLayout(layout),
         readings=tuple(dict.fromkeys(names)),
@@ -148,6 +144,28 @@ def make_film_options(
         view=FilmView(view),
         exaggerate=float(exaggerate),
     )
+
+
+def _require_one_of(name: str, found: str, allowed: type[StrEnum]) -> None:
+    """Raise FilmOptionError unless an option is one of some words."""
+    if found not in set(allowed):
+        template = f"a film's {{{name}}} must be one of {', '.join(allowed)}; got {{found!r}}.{{hint}}"
+        raise FilmOptionError(template, found=found, hint=did_you_mean(found, allowed))
+
+
+def _require_readings(readings: Sequence[str] | None, layout: str) -> Sequence[str]:
+    """Return the names of readings; raise FilmOptionError if they are no list of names, too many, or have no place in the layout."""
+    names = () if readings is None else readings
+    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+        raise FilmOptionError("{readings} of a film must be a list of names, as ['arm_angle']; got {found}", found=format_value(readings))
+    if len(names) > MAX_PLOTS:
+        template = "a film plots at most {most} readings, and {readings} names {count}: {found}; leave some out"
+        raise FilmOptionError(template, most=MAX_PLOTS, count=len(names), found=", ".join(names))
+    if names and layout == FilmLayout.MACHINE:
+        raise FilmOptionError(
+            "a film of the {layout} 'machine' plots no readings; leave {readings} out, or choose the {layout} 'machine+plots' or 'wide'"
+        )
+    return names
 
 
 def require_page_options(frames_per_second: float | None, options: FilmOptions) -> None:
@@ -166,10 +184,10 @@ def require_page_options(frames_per_second: float | None, options: FilmOptions) 
         If one is set.
     """
     if frames_per_second is not None:
-        raise MechanismError("a page draws as often as the screen does and takes no frames per second; leave them out")
+        raise FilmOptionError("a page draws as often as the screen does and takes no {frames_per_second}; leave it out")
     if options != DEFAULT_OPTIONS:
         changed = [one.name for one in fields(options) if getattr(options, one.name) != getattr(DEFAULT_OPTIONS, one.name)]
-        raise MechanismError(f"a page has its own layout, switches and colours; leave {' and '.join(changed)} out, or write a .gif")
+        raise FilmOptionError(f"a page has its own layout, switches and colours; leave {list_options(changed)} out, or {{use_gif}}")
 
 
 def require_view(parts: Sequence[Part], view: str) -> None:
@@ -189,7 +207,8 @@ def require_view(parts: Sequence[Part], view: str) -> None:
     """
     if view != FilmView.PLANE and not any(part.turns for part in parts):
         machines = ", ".join(dict.fromkeys(part.machine for part in parts))
-        raise MechanismError(f"the view {str(view)!r} shows what turns with a spindle, and nothing shown does ({machines}); leave view out")
+        template = "the {view} {found!r} shows what turns with a spindle, and nothing shown does ({machines}); leave {view} out"
+        raise FilmOptionError(template, found=str(view), machines=machines)
 
 
 def require_room_options(options: FilmOptions) -> None:
@@ -208,9 +227,9 @@ def require_room_options(options: FilmOptions) -> None:
     names = ("labels", "forces", "traces", "view", "exaggerate")
     requested = [name for name in names if getattr(options, name) != getattr(DEFAULT_OPTIONS, name)]
     if requested:
-        raise MechanismError(
-            f"the film of a governed engine shows its engine room, which does not take {' and '.join(requested)}; "
-            "choose a part, as part='governor', or leave them out"
+        raise FilmOptionError(
+            f"the film of a governed engine shows its engine room, which does not take {list_options(requested)}; "
+            "leave that out, or show one part by {part}, for example its governor"
         )
 
 
@@ -228,4 +247,4 @@ def require_drawing_options(options: FilmOptions) -> None:
         If a view from outside is requested, whose parts change places in depth.
     """
     if options.view is not FilmView.PLANE:
-        raise MechanismError("an animated drawing (.svg) shows the turning plane only; leave view out, or write a .gif")
+        raise FilmOptionError("an animated drawing (.svg) shows the turning plane only; leave {view} out, or {use_gif}")

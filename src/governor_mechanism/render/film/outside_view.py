@@ -83,6 +83,13 @@ class _Solid:
         return bool(self.visible[min(k, len(self.visible) - 1)])
 
 
+def outside_box(bounds: BoundingBox) -> BoundingBox:
+    """Return the box (m) around a drawing with such bounds (m) in all positions of its spindle."""
+    left, right, bottom, top = bounds
+    half_width = max(abs(left), abs(right)) * (1.0 + 1.0 / EYE_DISTANCE_RATIO)
+    return -half_width, half_width, bottom, top
+
+
 class OutsideView:
     """The view of a part that turns with a spindle, at the frames of its data.
 
@@ -107,13 +114,6 @@ class OutsideView:
         self._balls = [solid for solid in solids if solid.is_sphere]
         self._solids = [solid for solid in solids if not _is_inside(solid, self._spheres_at(0))]
         self._pinned = [_plates_at(solid, self._solids) for solid in self._solids]
-
-    @property
-    def box(self) -> BoundingBox:
-        """Box (m) around the machine in all positions of its spindle."""
-        _, _, bottom, top = self._data.drawing.bounds
-        half_width = self.reach * (1.0 + 1.0 / EYE_DISTANCE_RATIO)
-        return -half_width, half_width, bottom, top
 
     def plane_at(self, k: int) -> TurnedPlane:
         """Return the turned plane of frame k."""

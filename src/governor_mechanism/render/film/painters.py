@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film.engine_room_painter import EngineRoomPainter
 from governor_mechanism.render.film.frame_canvas import FrameCanvas
 from governor_mechanism.render.film.frame_data import FrameData, ShownParts, find_parts

@@ -18,10 +18,10 @@ from matplotlib.lines import Line2D
 from matplotlib.path import Path
 from matplotlib.text import Text
 
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.film.frame_canvas import FRAME_DPI, FrameCanvas
 from governor_mechanism.render.film.moving_parts import CachedNumber, CurvePanel
 from governor_mechanism.render.film.svg_tracks import TOLERANCE, describe_path, find_rigid_motion, key_frames, split_path
+from governor_mechanism.render.film_option_error import FilmOptionError
 from governor_mechanism.types import FloatArray
 
 MAX_FILE_SIZE = 2_000_000
@@ -56,9 +56,11 @@ def write_animation(path: FilePath, canvas: FrameCanvas, duration: float, n_fram
     elements = "\n".join(writer.elements())
     text = background.replace("</svg>", f"<g>\n{elements}\n</g>\n</svg>")
     if len(text) > MAX_FILE_SIZE:
-        raise MechanismError(
-            f"too much moves for an animated drawing: it would have {len(text) / 1e6:.1f} MB, and the largest allowed is "
-            f"{MAX_FILE_SIZE / 1e6:g} MB; show less with start and stop, or a layout without plots, or write a .gif"
+        raise FilmOptionError(
+            "too much moves for an animated drawing: it would have {found:.1f} MB, and the largest allowed is {most:g} MB; "
+            "show less by {start} and {stop}, or a {layout} without plots, or {use_gif}",
+            found=len(text) / 1e6,
+            most=MAX_FILE_SIZE / 1e6,
         )
     path.write_text(text, encoding="utf-8")
 

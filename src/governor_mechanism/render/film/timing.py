@@ -4,15 +4,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from scipy.interpolate import CubicHermiteSpline
-
-from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.trajectory import Trajectory
-from governor_mechanism.render.film.frame_data import find_parts
+from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.render.film.periodic_motion import MIN_FRAMES_PER_TURN, Motion, last_whole_period, motions_of
+from governor_mechanism.render.film_option_error import FilmOptionError
 from governor_mechanism.render.geometry.primitives import Vec2, round_step
-from governor_mechanism.render.part_run import PartRun
-from governor_mechanism.types import FloatArray
 
 MIN_TRUE_TIME_DURATION, MAX_TRUE_TIME_DURATION = 1.0, 60.0
 """Range of run durations (s) that are shown in true time by default."""
@@ -22,21 +17,10 @@ MAX_SLOWED_FILM_DURATION = 3600.0
 """Longest film (s) with a requested slow-down."""
 ENGINE_ROOM_FILM_DURATION = 10.0
 """Longest default duration (s) of the film of an engine room, for a file of less than 700 kB."""
-MIN_FRAMES_PER_TURN = 20
-"""Number of frames of a turn below which a crank jumps, or seems to turn backward: a wheel with five spokes looks the same after 14."""
-MIN_FRAMES_PER_SPINDLE_TURN = 10
-"""Number of frames of a turn of a spindle seen from outside below which it is slowed: two balls look the same after half a turn, and seem
-to turn backward from a quarter of a turn between frames on."""
 MIN_SHARE_OF_FRAMES = 0.5
 """Share of these frames that a GIF keeps which would otherwise be too large: the turns are coarser then, but their direction is seen."""
 MAX_TURNING_FILM_DURATION = 12.0
 """Longest film (s) of a crank that is slowed, for a file of less than 700 kB."""
-RETURN_TOLERANCE = 0.01
-"""Largest difference of two like poses, relative to the range of the motion: less than a pixel in a motion of 100."""
-EXCURSION = 0.25
-"""Difference, relative to the range of the motion, beyond which a machine has left its first position."""
-MAX_REST_RATIO = 1.25
-"""Longest rest of a run after its last whole period, in periods: a longer one is no part of the same periodic motion."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,29 +67,28 @@ def select_timing(
     """Return what a film of machines shows, with the given values where there are any; `frame_rate` in 1/s.
 
     Cranks are slowed to at least MIN_FRAMES_PER_TURN frames a turn, and spindles whose rotation is shown to MIN_FRAMES_PER_SPINDLE_TURN.
-    The film of one run ends on a whole turn or period.
+    The film of one run ends on a whole turn or period, if it can of the spindles too whose rotation is shown.
     """
     limits = min(float(one.times[0]) for one in runs), max(float(one.times[-1]) for one in runs)
     begin, end = select_time_span(limits, start, stop)
     factor = select_slow_down(limits, (begin, end), slow_down)
-    motions = _motions_of(runs, part, shows_rotation=shows_rotation)
+    motions = motions_of(runs, part, shows_rotation=shows_rotation)
     if slow_down is None:
         factor, end = _slow_cranks(motions, (begin, end), factor, frame_rate, may_shorten=stop is None)
     if stop is None and len(runs) == 1:
-        whole_end = _last_whole_period(motions, begin, end)
+        whole_end = last_whole_period(motions, begin, end)
         end = end if whole_end is None else whole_end
     turn_time = min((motion.turn_time(begin, end) for motion in motions), default=math.inf)
     return Timing(time_span=(begin, end), slow_down=factor, turn_time=turn_time)
 
 
-def find_loop_end(run: Trajectory, time_span: Vec2) -> float | None:
-    """Return the last time (s) in a time span (s) at which all parts of a run move as at its start; None for one that is not periodic."""
-    return _last_whole_period(_motions_of((run,), None), *select_time_span((float(run.times[0]), float(run.times[-1])), *time_span))
+def find_loop_end(run: Trajectory, time_span: Vec2, *, shows_rotation: bool = False) -> float | None:
+    """Return the last time (s) in a time span (s) at which all parts of a run move as at its start; None for one that is not periodic.
 
-
-def _motions_of(runs: Sequence[Trajectory], part: str | None, *, shows_rotation: bool = False) -> list["_Motion"]:
-    """Return the motions of the shown parts of all runs."""
-    return [_Motion(PartRun(run=one, part=shown), shows_rotation=shows_rotation) for one in runs for shown in find_parts(one, part)]
+    If the rotation of spindles is shown, they have made whole turns then where a number of periods allows it.
+    """
+    limits = float(run.times[0]), float(run.times[-1])
+    return last_whole_period(motions_of((run,), None, shows_rotation=shows_rotation), *select_time_span(limits, *time_span))
 
 
 def select_time_span(limits: Vec2, start: float | None, stop: float | None) -> Vec2:
@@ -113,9 +96,20 @@ def select_time_span(limits: Vec2, start: float | None, stop: float | None) -> V
     first, last = limits
     begin, end = (first if start is None else start), (last if stop is None else stop)
     if begin == end and first < last:
-        raise MechanismError(f"start and stop are both {begin:g} s; a film shows what happens between two times")
+        raise FilmOptionError(
+            "{start} and {stop} are both {found:g} s; a film shows what happens between two times within {first:g}..{last:g} s",
+            found=begin,
+            first=first,
+            last=last,
+        )
     if not first <= begin <= end <= last:
-        raise MechanismError(f"start and stop must lie within the run, {first:g}..{last:g} s, in this order; got {begin:g} and {end:g} s")
+        raise FilmOptionError(
+            "{start} and {stop} must lie within the run, {first:g}..{last:g} s, in this order; got {begin:g} and {end:g} s",
+            first=first,
+            last=last,
+            begin=begin,
+            end=end,
+        )
     return begin, end
 
 
@@ -129,15 +123,18 @@ def select_slow_down(limits: Vec2, time_span: Vec2, requested: float | None, lon
         # If the whole run is shown in true time, so is any part of it, however short.
         return 1.0 if MIN_TRUE_TIME_DURATION <= limits[1] - limits[0] <= longest_true_time else choose_slow_down(end - begin)
     if not (math.isfinite(requested) and requested > 0.0):
-        raise MechanismError(f"slow_down must be a number above 0; got {requested:g}")
+        raise FilmOptionError("{slow_down} must be a number above 0, seconds of film per second of the run; got {found:g}", found=requested)
     if (end - begin) * requested > MAX_SLOWED_FILM_DURATION:
-        raise MechanismError(
-            f"slow_down {requested:g} makes a film of {(end - begin) * requested:g} s; at most {MAX_SLOWED_FILM_DURATION:g} s"
+        raise FilmOptionError(
+            "{slow_down} {found:g} makes a film of {length:g} s; at most {most:g} s: show less by {start} and {stop}, or slow it less",
+            found=requested,
+            length=(end - begin) * requested,
+            most=MAX_SLOWED_FILM_DURATION,
         )
     return requested
 
 
-def _slow_cranks(motions: Sequence["_Motion"], time_span: Vec2, factor: float, frame_rate: float, *, may_shorten: bool) -> Vec2:
+def _slow_cranks(motions: Sequence[Motion], time_span: Vec2, factor: float, frame_rate: float, *, may_shorten: bool) -> Vec2:
     """Return the slow-down at which the fastest turn takes enough frames, and the end of the shown part (s).
 
     A crank that gets faster needs less slowing if fewer of its turns are shown. A part that may not be shortened is slowed to a film of at
@@ -164,102 +161,3 @@ def select_room_timing(run: Trajectory, start: float | None, stop: float | None,
     if slow_down is None and end - begin > ENGINE_ROOM_FILM_DURATION:
         return Timing(time_span=time_span, slow_down=1.0 / math.ceil((end - begin) / ENGINE_ROOM_FILM_DURATION))
     return Timing(time_span=time_span, slow_down=select_slow_down(limits, time_span, slow_down))
-
-
-class _Motion:
-    """Motion of one part, as columns: positions (m) of its bodies in its plane, cosine and sine of their angles, and the spindle speed.
-
-    Without the speed (rad/s), a governor that friction holds would have come back at any time.
-    """
-
-    def __init__(self, part_run: PartRun, *, shows_rotation: bool = False) -> None:
-        run = part_run.run
-        spindle = part_run.select_entries(run.readings).get("spindle_speed") if part_run.part.turns else None
-        speed = np.zeros(len(run.times)) if spindle is None else spindle
-        self._shown_speed = np.abs(speed) if shows_rotation else np.zeros(len(run.times))
-        self._speed = speed
-        self.times, self.poses, self._velocities = run.times, part_run.poses, part_run.select_bodies(run.velocities)
-        self._length_scale = part_run.part.mechanism.length_scale
-        self._spline = CubicHermiteSpline(run.times, self.poses, self._velocities) if len(run.times) > 1 else None
-
-    def turn_time(self, begin: float, end: float) -> float:
-        """Return the shortest duration (s) of a turn between two times (s) of a body that makes whole turns; infinite without one.
-
-        That of a spindle counts as longer, as it needs fewer frames.
-        """
-        inside = (self.times >= begin) & (self.times <= end)
-        if not inside.any() or not self.poses.shape[1]:
-            return math.inf
-        spindle_rate = float(self._shown_speed[inside].max()) * MIN_FRAMES_PER_SPINDLE_TURN / MIN_FRAMES_PER_TURN
-        is_turning = np.ptp(self.poses[inside, :, 2], axis=0) >= (1.0 - 1e-6) * 2 * math.pi  # a film of one turn has rounded ends
-        rates = np.abs(self._velocities[inside, :, 2][:, is_turning])
-        fastest = max(spindle_rate, float(rates.max(initial=0.0)))
-        return 2 * math.pi / fastest if fastest > 0.0 else math.inf
-
-    def difference(self, times: FloatArray, begin: float, scales: FloatArray) -> FloatArray:
-        """Return the largest difference (n,) of the columns at times (n,) s from those at the begin (s), relative to their scales."""
-        if self._spline is None:
-            return np.zeros(len(times))
-        # Clipped: a run may end before the others.
-        at = np.clip(np.concatenate([[begin], times]), self.times[0], self.times[-1])
-        columns = self._columns(np.asarray(self._spline(at)), np.interp(at, self.times, self._speed))
-        largest: FloatArray = np.abs((columns[1:] - columns[0]) / scales).max(axis=1, initial=0.0)
-        return largest
-
-    def scales(self, begin: float, end: float) -> FloatArray:
-        """Return the range of each column between two times (s); infinite for one that practically does not move."""
-        inside = (self.times >= begin) & (self.times <= end)
-        ranges = np.ptp(self._columns(self.poses[inside], self._speed[inside]), axis=0)
-        smallest_speed = 1e-6 * float(np.abs(self._speed).max(initial=0.0))
-        smallest = np.append(np.tile([1e-6 * self._length_scale] * 2 + [1e-6] * 2, self.poses.shape[1]), smallest_speed)
-        return np.where(ranges > smallest, ranges, np.inf)
-
-    def goes_the_same_way(self, begin: float, time: float) -> bool:
-        """Return whether the bodies move at a time (s) as they did at the begin (s), or hardly moved then."""
-        rates_at_both = [
-            np.array([np.interp(at, self.times, column) for column in self._velocities.reshape(len(self.times), -1).T])
-            for at in (begin, time)
-        ]
-        scale = np.abs(self._velocities).max(axis=0).ravel()
-        first, second = (rates / np.where(scale > 0.0, scale, 1.0) for rates in rates_at_both)
-        return float(np.abs(first).max(initial=0.0)) < 0.1 or float(first @ second) > 0.0
-
-    @staticmethod
-    def _columns(poses: FloatArray, speeds: FloatArray) -> FloatArray:
-        """Return the columns (n, 4 bodies + 1) of poses (n, bodies, 3) and spindle speeds (n,) rad/s."""
-        x, y, angle = np.moveaxis(poses, -1, 0)
-        of_bodies = np.stack([x, y, np.cos(angle), np.sin(angle)], axis=-1).reshape(len(poses), -1)
-        return np.column_stack([of_bodies, speeds])
-
-
-def _last_whole_period(motions: Sequence[_Motion], begin: float, end: float) -> float | None:
-    """Return the last time (s) up to the end at which all parts move as at the begin, or None if the motion is not periodic.
-
-    A motion that comes back only at first, or that stops, is not periodic.
-    """
-    times = motions[0].times
-    times = np.unique(np.concatenate([[begin], times[(times > begin) & (times < end)], [end]]))
-    if len(times) < 5:
-        return None
-    scales = [motion.scales(begin, end) for motion in motions]
-
-    def difference(at: FloatArray) -> FloatArray:
-        largest: FloatArray = np.max([motion.difference(at, begin, scale) for motion, scale in zip(motions, scales, strict=True)], axis=0)
-        return largest
-
-    returns, is_away, values = [begin], False, difference(times)
-    for k in range(1, len(times)):
-        is_away |= bool(values[k] > EXCURSION)
-        following = values[k + 1] if k + 1 < len(times) else math.inf
-        # The next sample may be nearer; far from the first position no search is needed.
-        if not is_away or values[k] > EXCURSION or not values[k - 1] >= values[k] <= following:
-            continue
-        near = np.linspace(times[k - 1], times[min(k + 1, len(times) - 1)], 201)
-        nearest = int(difference(near).argmin())
-        time = float(near[nearest])
-        if difference(near[nearest : nearest + 1])[0] < RETURN_TOLERANCE and all(one.goes_the_same_way(begin, time) for one in motions):
-            returns.append(time)
-            is_away = False
-    if len(returns) == 1 or end - returns[-1] > MAX_REST_RATIO * float(np.diff(returns).max()):
-        return None
-    return returns[-1]

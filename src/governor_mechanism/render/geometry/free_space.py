@@ -6,8 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Polygon, Vec2
+from governor_mechanism.render.geometry.points import arc_points
+from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Polygon, Vec2
 from governor_mechanism.types import FloatArray
+
+_N_EDGE_POINTS = 9
+"""Number of points along a straight edge: between them a bar of the length of a machine leaves an eighth of it."""
 
 
 def select_extreme_rows(values: FloatArray) -> list[int]:
@@ -43,6 +47,32 @@ def first_free_position(occupied: Iterable[Vec2], start: float, width: float) ->
         if left < x + width and right > x:
             x = right
     return x
+
+
+def find_free_corner(shapes: Iterable[DrawnShape], box: BoundingBox) -> tuple[Vec2, float]:
+    """Return the corner of a box (m) with the largest square that no outline enters, and the side of this square (m)."""
+    outlines = np.concatenate([_outline_points(shape) for shape in shapes])
+    left, right, bottom, top = box
+    sides = {(x, y): float(np.abs(outlines - (x, y)).max(axis=1).min()) for x in (left, right) for y in (top, bottom)}
+    corner = max(sides, key=sides.__getitem__)
+    return corner, sides[corner]
+
+
+def _outline_points(shape: DrawnShape) -> FloatArray:
+    """Return points (n, 2) m along the outline of a shape, close enough to find out what it leaves free; none of words."""
+    match shape:
+        case Circle(_, x, y, radius):
+            chains = [arc_points((x, y), 0.0, math.tau, radius, 16)]
+        case Polygon(_, points) if points:
+            chains = [(*points, points[0])]
+        case Lines(_, lines):
+            chains = list(lines)
+        case _:
+            chains = []
+    fractions = np.linspace(0.0, 1.0, _N_EDGE_POINTS)[:, None, None]
+    edges = [np.array(chain) for chain in chains if len(chain) > 1]
+    pieces = [((1.0 - fractions) * chain[:-1] + fractions * chain[1:]).reshape(-1, 2) for chain in edges]
+    return np.concatenate([*pieces, np.empty((0, 2))])
 
 
 def _ends_within(start: Vec2, end: Vec2, bottom: float, top: float) -> list[float]:

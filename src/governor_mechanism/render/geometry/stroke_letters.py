@@ -1,4 +1,4 @@
-"""Letters as strokes, for labels that move with what they name: Greek ones by their names, x, y and a comma.
+"""Letters as strokes, for labels that move with what they name: Greek ones by their names, x, y and P, and the signs of coordinates.
 
 A letter is one cap height high above its baseline, and drawn from lines and arcs of ellipses.
 """
@@ -33,9 +33,16 @@ _STROKES: Mapping[str, Sequence[Stroke]] = {
     "Phi": [_arc((0.33, 0.475), (0.33, 0.28), 0, 360), ((0.33, 0.0), (0.33, 0.95))],
     "Omega": [((0.0, 0.0), (0.22, 0.0), *_arc((0.36, 0.54), (0.32, 0.41), 242, -62), (0.5, 0.0), (0.72, 0.0))],
     "x": [((0.0, 0.6), (0.45, 0.0)), ((0.0, 0.0), (0.45, 0.6))],
-    ",": [((0.06, 0.04), (0.0, -0.16))],
     "y": [((0.0, 0.6), (0.24, 0.02)), ((0.48, 0.6), (0.1, -0.3))],
 }
+
+_SIGNS: Mapping[str, Sequence[Stroke]] = {
+    "P": [((0.0, 0.0), (0.0, 0.95), (0.28, 0.95), *_arc((0.28, 0.7), (0.25, 0.25), 90, -90), (0.0, 0.45))],
+    "(": [_arc((0.34, 0.35), (0.28, 0.62), 120, 240)],
+    ")": [_arc((0.0, 0.35), (0.28, 0.62), 60, -60)],
+    ",": [((0.06, 0.04), (0.0, -0.16))],
+}
+"""What stands beside the letters of coordinates; no name of a reading."""
 
 
 def is_drawn_letter(name: str) -> bool:
@@ -48,8 +55,9 @@ def make_letters(role: str, names: Sequence[str], middle: Vec2, height: float) -
     strokes: list[Stroke] = []
     left = 0.0
     for name in names:
-        width = max(x for stroke in _STROKES[name] for x, _ in stroke)
-        strokes += [tuple((left + x, y) for x, y in stroke) for stroke in _STROKES[name]]
+        drawn = _STROKES.get(name) or _SIGNS[name]
+        width = max(x for stroke in drawn for x, _ in stroke)
+        strokes += [tuple((left + x, y) for x, y in stroke) for stroke in drawn]
         left += width + 0.28
     offset = (0.5 * (left - 0.28), 0.38)
     x0, y0 = middle

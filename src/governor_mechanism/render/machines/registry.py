@@ -1,7 +1,7 @@
 """Registry of machine drawings. Every mechanism that is not listed is drawn from its bodies and joints."""
 
 from governor_mechanism.model.part import Part
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.machines.flywheel_engine.drawing import FlywheelEngineDrawing
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.hartnell.drawing import HartnellDrawing
@@ -13,6 +13,8 @@ from governor_mechanism.render.machines.proell.drawing import ProellDrawing
 from governor_mechanism.render.machines.slide_valve.drawing import SlideValveDrawing
 from governor_mechanism.render.machines.slider_crank.drawing import SliderCrankDrawing
 from governor_mechanism.render.machines.stephenson.drawing import StephensonDrawing
+from governor_mechanism.render.machines.valve_gear.drawing import ValveGearDrawing
+from governor_mechanism.render.machines.valve_gear.proportions import is_valve_gear, may_be_valve_gear
 
 MACHINE_DRAWINGS: dict[str, type[MachineDrawing]] = {
     "pendulum_governor": PendulumDrawing,
@@ -27,6 +29,14 @@ MACHINE_DRAWINGS: dict[str, type[MachineDrawing]] = {
 }
 
 
+def find_drawing_class(part: Part) -> type[MachineDrawing]:
+    """Return the class that draws a part; a run in which a valve gear does not move as one is drawn as any mechanism is."""
+    return MACHINE_DRAWINGS.get(part.machine, ValveGearDrawing if may_be_valve_gear(part) else GenericDrawing)
+
+
 def drawing_of(run: Trajectory, part: Part, slow_down: float = 1.0, magnification: float = 1.0) -> MachineDrawing:
     """Return the drawing of a part of a run whose seconds take `slow_down` seconds of film, and whose motion is magnified by a factor."""
-    return MACHINE_DRAWINGS.get(part.machine, GenericDrawing)(run=run, part=part, slow_down=slow_down, magnification=magnification)
+    drawing = find_drawing_class(part)
+    if drawing is ValveGearDrawing and not is_valve_gear(run, part):
+        drawing = GenericDrawing
+    return drawing(run=run, part=part, slow_down=slow_down, magnification=magnification)

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.number_format import format_closing_lines, format_name
 from governor_mechanism.render.page.recording import PICTURE_SIZE
 from governor_mechanism.scenes.description import describe_scene

@@ -9,8 +9,8 @@ from string import Template
 
 import numpy as np
 
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.machines.engine_room.arrangement import ENGINE_MACHINE, find_governed_engine
 from governor_mechanism.render.page import colours, facts
 from governor_mechanism.render.page.page_files import read_page_file

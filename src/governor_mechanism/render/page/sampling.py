@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.types import FloatArray
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film.frame_data import FrameData, find_parts
 from governor_mechanism.render.film.layout import ELEVATION_RECT, fit_view
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Vec2

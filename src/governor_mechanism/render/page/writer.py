@@ -7,7 +7,7 @@ from string import Template
 from typing import Any
 
 from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.page import colours, facts
 from governor_mechanism.render.page.page_data import collect_data, roles_of

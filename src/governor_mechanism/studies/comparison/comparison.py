@@ -11,8 +11,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.plain_values import finite_or_none, plain_record
 from governor_mechanism.files.printed_result import PrintedResult
 from governor_mechanism.files.results import summarise_run
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.studies.comparison.motion import find_shared_readings
 from governor_mechanism.studies.comparison.rows import ComparedReading, reading_rows, run_rows, static_rows
 from governor_mechanism.studies.comparison.statics import GovernorStatics, StaticsQuestion, evaluate_statics

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from governor_mechanism.model.part import Spindle
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 
 SETTLING_TOLERANCE = 0.02
 """Half-width of the settling band about the end, relative to the largest deviation from it."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.files.plain_values import finite_or_none
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.statics.working_range import WorkingRange
 from governor_mechanism.studies.comparison.motion import leading_reading, settling_time
 from governor_mechanism.studies.comparison.statics import GovernorStatics

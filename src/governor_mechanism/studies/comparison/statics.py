@@ -8,13 +8,13 @@ from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.rotating_part import rotating_part_alone
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.part import FreeSpindle
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.controlling_force import ControllingForce, compute_controlling_force
 from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria
 from governor_mechanism.statics.equilibrium_speed import require_equilibrium_speed, validate_resistance
-from governor_mechanism.statics.linearisation import linearise_scene, poses_at
 from governor_mechanism.statics.modes import Mode
+from governor_mechanism.statics.scene_linearisation import linearise_scene, poses_at
 from governor_mechanism.statics.speed_curve import SpeedCurve, compute_speed_curve
 from governor_mechanism.studies.comparison.motion import MIN_CHANGE_RATIO, plain_names
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.model.trajectory import Outcome
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.types import FloatArray
 
 Document = dict[str, Any]

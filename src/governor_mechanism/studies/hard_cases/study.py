@@ -14,8 +14,9 @@ from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, R
 from governor_mechanism.errors import GovernorMechanismError, MechanismError, did_you_mean
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.hard_cases.case import HardCase
 from governor_mechanism.studies.hard_cases.registry import HARD_CASES

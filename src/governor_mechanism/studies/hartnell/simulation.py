@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.controlling_force import compute_controlling_force
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at

@@ -9,8 +9,8 @@ import numpy as np
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.model.events import EventKind
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.controlling_force import compute_controlling_force
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band

@@ -14,10 +14,10 @@ from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.exported_result import ExportedResult
 from governor_mechanism.model.part import Spindle, Start
+from governor_mechanism.model.results.exported_result import ExportedResult
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band
 from governor_mechanism.studies.regression import SLEEVE_READING, FittedParameter, fit_slope, run_uncertified
 from governor_mechanism.types import FloatArray

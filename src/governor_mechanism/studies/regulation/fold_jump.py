@@ -13,10 +13,10 @@ from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.exported_result import ExportedResult
 from governor_mechanism.model.part import Spindle, Start
+from governor_mechanism.model.results.exported_result import ExportedResult
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import RunSettings, Scene
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.statics.speed_curve import compute_speed_curve, equilibrium_speed_at
 from governor_mechanism.studies.regression import FittedParameter, fit_slope, run_uncertified
 from governor_mechanism.types import FloatArray

@@ -16,7 +16,7 @@ from scipy.interpolate import CubicHermiteSpline
 from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, gas_work
 from governor_mechanism.engines.rotating_part import rotating_part_alone
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function
+from governor_mechanism.mechanics.dynamics.forces.inputs import evaluate_reading_function
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction

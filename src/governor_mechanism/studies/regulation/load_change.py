@@ -13,9 +13,9 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.plain_values import finite_or_none, plain_record
 from governor_mechanism.files.printed_result import PrintedResult
 from governor_mechanism.files.table import make_data_frame
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine, OperatingPoint
 from governor_mechanism.studies.regulation.speed_response import SETTLING_BAND, Verdict, judge_speed, reached_end
 from governor_mechanism.studies.regulation.turn_average import TurnAverage, average_over_turns

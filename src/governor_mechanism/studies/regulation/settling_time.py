@@ -12,10 +12,10 @@ from scipy.optimize import brentq, minimize_scalar
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
-from governor_mechanism.model.exported_result import ExportedResult
 from governor_mechanism.model.part import FreeSpindle
+from governor_mechanism.model.results.exported_result import ExportedResult
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.studies.regression import SLEEVE_READING, run_uncertified
 from governor_mechanism.types import FloatArray
 

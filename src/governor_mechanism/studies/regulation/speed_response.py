@@ -6,7 +6,8 @@ from enum import StrEnum
 
 import numpy as np
 
-from governor_mechanism.model.trajectory import Outcome, Trajectory
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.types import FloatArray
 
 SETTLING_BAND = 0.05

@@ -18,7 +18,8 @@ from governor_mechanism.model.coupling.couplings import ControlCoupling
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.changed_document import parse_scene_with, replace_document_value
 from governor_mechanism.scenes.schema import rate_key
-from governor_mechanism.statics.linearisation import Linearisation, linearise_scene
+from governor_mechanism.statics.linearisation import Linearisation
+from governor_mechanism.statics.scene_linearisation import linearise_scene
 from governor_mechanism.studies.regulation.characteristic_polynomial import characteristic_coefficients_of
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
 from governor_mechanism.studies.regulation.periodic_motion import find_periodic_motion

@@ -56,29 +56,3 @@ def average_over_turns(times: FloatArray, angles: FloatArray, speeds: FloatArray
     means = math.tau / periods
     spans = np.array([np.ptp(speeds[i : j + 1]) for i, j in zip(first, ends, strict=True)])
     return TurnAverage(times=0.5 * (starts + times[ends]), periods=periods, speeds=means, fluctuations=spans / means)
-
-
-def rolling_mean(times: FloatArray, values: FloatArray, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return a reading averaged over the turn about each time, for a figure.
-
-    Parameters
-    ----------
-    times
-        Times, s; shape (n,).
-    values
-        The reading; shape (n,).
-    angles
-        Angle of the shaft, rad, rising; shape (n,).
-
-    Returns
-    -------
-    middles : FloatArray
-        Middle of each turn, s; shape (m,).
-    means : FloatArray
-        Mean over it, by the trapezoidal rule on the reported times; shape (m,).
-    """
-    integral = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(times))])
-    ends = np.flatnonzero(angles >= angles[0] + math.tau)
-    starts = np.interp(angles[ends] - math.tau, angles, times)
-    periods = times[ends] - starts
-    return 0.5 * (starts + times[ends]), (integral[ends] - np.interp(starts, times, integral)) / periods

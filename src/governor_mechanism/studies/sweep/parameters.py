@@ -227,7 +227,7 @@ def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFin
     values = _parse_values(request, kind, find_problems)
     if request.range_count is not None:
         (low, high), count = values, request.range_count
-        values = [high if 0 < k == count - 1 else low + (high - low) * k / max(count - 1, 1) for k in range(count)]
+        values = [high if 0 < k == count - 1 else _round_grid_value(low + (high - low) * k / max(count - 1, 1)) for k in range(count)]
     suspicious_limit, _ = UNITLESS_LIMITS.get(kind or "", (math.inf, math.inf))
 
     def to_document_value(value: Any) -> Any:
@@ -235,6 +235,11 @@ def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFin
         return f"{value!r} {QUANTITY_KINDS[kind].si_unit}" if kind and isinstance(value, float) and abs(value) > suspicious_limit else value
 
     return SweepAxis(key=request.key, kind=kind or "", values=tuple(values), document_values=tuple(map(to_document_value, values)))
+
+
+def _round_grid_value(value: float) -> float:
+    """Return a value of a grid as a person would write it, 0.3 and not 0.30000000000000004, so that tables can be joined on it."""
+    return float(f"{value:.15g}")
 
 
 def _parse_values(request: AxisRequest, kind: str | None, find_problems: ProblemFinder) -> list[Any]:

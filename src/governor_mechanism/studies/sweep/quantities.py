@@ -13,8 +13,8 @@ from typing import Any
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.observables.valve_motion import has_valve_events
 from governor_mechanism.scenes.problems import ProblemCode, ProblemCollector
 from governor_mechanism.studies.sweep.rules import (

@@ -10,9 +10,11 @@ import numpy as np
 
 from governor_mechanism.engines.reduced.batch import UncertifiedResult
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.contacts import has_contacts, has_kinks
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.loads import has_kinks
+from governor_mechanism.model.results.speed_fluctuation import SpeedFluctuation
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import SpeedFluctuation, Trajectory
 from governor_mechanism.observables.gas_torque import mean_gas_torque
 from governor_mechanism.observables.valve_motion import valve_motion_of
 from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, find_event_angles

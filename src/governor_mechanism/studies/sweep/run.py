@@ -17,8 +17,9 @@ import numpy as np
 from governor_mechanism.engines import select_engine
 from governor_mechanism.engines.reduced.batch import UncertifiedResult
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.problems import ProblemCollector

@@ -17,8 +17,9 @@ from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, R
 from governor_mechanism.engines.base import make_reported_times
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Outcome, Trajectory
 from governor_mechanism.studies.regression import FittedParameter, fit_slope
 from governor_mechanism.studies.run_comparison import compare_runs
 from governor_mechanism.studies.work_precision.results import AccuracyStudy, EngineVariant, ErrorReference, WorkPrecisionPoint

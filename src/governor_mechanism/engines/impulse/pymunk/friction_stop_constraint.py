@@ -7,7 +7,7 @@ import pymunk
 from governor_mechanism.engines.impulse.pymunk.applied_forces import StepInputs
 from governor_mechanism.engines.impulse.pymunk.bodies import Poses, to_body_axes
 from governor_mechanism.errors import UnsupportedEffect
-from governor_mechanism.mechanics.dynamics.contacts import Contact
+from governor_mechanism.mechanics.dynamics.forces.contacts import Contact
 from governor_mechanism.types import FloatArray
 
 LINE_OF_ACTION_TOLERANCE = 1e-9

@@ -1,4 +1,4 @@
-"""Figure of Dubois' bell crank: the printed angle and that of his formula drawn to scale, and the sleeve force that each gives."""
+"""Figure of Dubois' bell crank: the angle that he uses and that of his formula drawn to scale, and the sleeve force that each gives."""
 
 import math
 
@@ -8,6 +8,7 @@ from matplotlib.patches import Arc, Circle
 from governor_mechanism.render.figures.errata.canvas import TEXT_SIZE, add_panel, new_page
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Page, Panel
 from governor_mechanism.render.style import BLUE, INK, LIGHT_STEEL, MUTED, PAPER, VERMILLION
+from governor_mechanism.studies.errata.dubois import USED_ANGLE_DEG
 from governor_mechanism.studies.hartung.design import HartungLayout, build_hartung_layout
 from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, PAPER_INPUTS
 from governor_mechanism.studies.hartung.paper_comparison import compare_with_paper
@@ -18,7 +19,9 @@ _ARC_DIAMETERS = (62.0, 106.0)
 
 
 def draw_bell_crank() -> Page:
-    """Draw the bell crank at both angles, and the static sleeve force over the stroke.
+    """Draw the bell crank at the angle of the paper's governor and at the right one, and the static sleeve force over the stroke.
+
+    The paper prints 133 degrees for its formula, takes 132 degrees as the even number next to it, and makes all that follows with these.
 
     Returns
     -------
@@ -26,8 +29,11 @@ def draw_bell_crank() -> Page:
         The figure.
     """
     number = next(one for one in compare_with_paper().numbers if one.quantity == "angle of the bell crank")
-    layouts = [build_hartung_layout(PAPER_INPUTS, math.radians(angle)) for angle in (number.printed, number.recomputed)]
-    page = new_page("Dubois’ bell crank: 137.33°, not 133°", "the angle of his own formula, tan γ = −106/115, makes the sleeve force even")
+    layouts = [build_hartung_layout(PAPER_INPUTS, math.radians(angle)) for angle in (USED_ANGLE_DEG, number.recomputed)]
+    page = new_page(
+        "Dubois’ bell crank: 137.33°, not 133°",
+        f"for tan γ = −106/115 he prints {number.printed:.0f}°, and uses {USED_ANGLE_DEG:.0f}°; the right angle makes the force even",
+    )
     _draw_cranks(page.add_panel(_LEFT_RECT, grid=None), layouts)
     _draw_forces(add_panel(page, _RIGHT_RECT, "Lever angle, outward [deg]", "Static sleeve force [kgf]"), layouts)
     return page
@@ -51,8 +57,8 @@ def _draw_cranks(panel: Panel, layouts: list[HartungLayout]) -> None:
         degrees = math.degrees(angle)
         panel.add_patch(Arc((centre, 0), diameter, diameter, theta1=90, theta2=90 + degrees, color=colour, linewidth=1.4))
     panel.add_patch(Circle((centre, 0), 5, facecolor=PAPER, edgecolor=INK, linewidth=1.4, zorder=6))
-    printed, right = (math.degrees(layout.governor.angle) for layout in layouts)
-    panel.annotate_point((centre + 6, -30), f"printed\n{printed:.0f}°", color=VERMILLION, fontsize=TEXT_SIZE, va="top", linespacing=1.1)
+    used, right = (math.degrees(layout.governor.angle) for layout in layouts)
+    panel.annotate_point((centre + 6, -30), f"used\n{used:.0f}°", color=VERMILLION, fontsize=TEXT_SIZE, va="top", linespacing=1.1)
     panel.annotate_point((centre - 58, 36), f"right\n{right:.2f}°", color=BLUE, fontsize=TEXT_SIZE, ha="right", linespacing=1.1)
     panel.annotate_point((-3, 140), "spindle axis", (-4, 0), ha="right", va="top", color=MUTED, fontsize=TEXT_SIZE - 1, rotation=90)
     panel.show_region((64.0, -14.0), 112.0)

@@ -7,7 +7,7 @@ import numpy as np
 from governor_mechanism.effects.gas_pressure import pressure_in_stroke
 from governor_mechanism.machines.flywheel_engine.machine import expansion_gas
 from governor_mechanism.model.force_elements import CylinderGas
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.flywheel.indicator import draw_loop, finish_indicator_panel
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, Panel, Plate
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SKY, VERMILLION

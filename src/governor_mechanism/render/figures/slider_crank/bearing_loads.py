@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from governor_mechanism.closed_form.slider_crank import BearingLoads, CrankTrain, bearing_loads, crosshead_distance
 from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import (
     CHAIN_DOTTED,
     DASHED,
@@ -26,7 +26,7 @@ from governor_mechanism.render.figures.page import (
 )
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SERIF_FONT, STEEL, VERMILLION
 from governor_mechanism.types import FloatArray
-from governor_mechanism.verification.slider_crank import build_crank_train
+from governor_mechanism.verification.machines.slider_crank import build_crank_train
 
 _LABEL_INTERVAL_DEG, _SHOWN_ANGLE_DEG = 30, 300
 """Crank angle between labelled markers, and crank angle of the drawn engine (deg)."""

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.geometry.outlines import make_rectangle, make_wall
 from governor_mechanism.render.geometry.primitives import DrawnShape, Polygon
 from governor_mechanism.render.machines.engine_room import proportions as room

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from governor_mechanism.model.trajectory import Trajectory
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.geometry.primitives import round_step
 from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts
 

@@ -8,8 +8,8 @@ from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.force_elements import Torque
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts, governor_functions
 from governor_mechanism.render.sampled_inputs import sample_input
 from governor_mechanism.types import FloatArray

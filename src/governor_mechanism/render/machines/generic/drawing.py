@@ -59,5 +59,9 @@ class GenericDrawing(MechanismExtents):
         yield from rams.drag_arrow_shapes(placed)
         yield from reading_marks.reading_mark_shapes(placed)
 
+    def named_places(self, poses: FloatArray) -> dict[str, FloatArray]:
+        """Return the places (n, 2) m of the parts that have names, at poses (n, bodies, 3)."""
+        return {body.name: poses[:, k, :2] for k, body in enumerate(self.part.mechanism.bodies)}
+
     def _place(self, pose: FloatArray, time: float) -> PlacedMechanism:
         return PlacedMechanism(extents=self, poses=[(x, y, angle) for x, y, angle in pose.tolist()], time=time)

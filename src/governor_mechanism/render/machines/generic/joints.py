@@ -66,7 +66,7 @@ def guide_shapes(placed: PlacedMechanism, *, fixed: bool) -> Iterator[DrawnShape
             continue
         axes = _guide_axes(placed, joint)
         match joint:
-            case joints.Slider() if not (fixed and joint.second.body in rack_bodies(placed.mechanism)):
+            case joints.Slider() if not (fixed and _is_drawn_elsewhere(placed, joint)):
                 yield from _straight_guide_shapes(placed, joint, axes, fixed=fixed)
             case joints.ArcSlot() | joints.CurveSlot():
                 yield from _slot_shapes(joint, placed.extents, axes, fixed=fixed)
@@ -78,6 +78,11 @@ def _guide_axes(placed: PlacedMechanism, joint: joints.Joint) -> PoseTuple:
     """Return the axes of a guide: origin in the joint's first point, x along a straight guide."""
     angle = joint.angle if isinstance(joint, joints.Slider | joints.CurveSlot | joints.TranslationalDriver) else 0.0
     return *placed.position(joint.first), placed.pose(joint.first.body)[2] + angle
+
+
+def _is_drawn_elsewhere(placed: PlacedMechanism, joint: joints.Slider) -> bool:
+    """Return whether the block of a slider is a rack, or drawn by the drawing of a machine."""
+    return joint.second.body in rack_bodies(placed.mechanism) or joint.name in placed.extents.replaced_guides
 
 
 def _block_sides(placed: PlacedMechanism, joint: joints.Slider) -> Vec2:
@@ -125,7 +130,7 @@ def _slot_shapes(joint: joints.ArcSlot | joints.CurveSlot, extents: MechanismExt
 def block_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
     """Yield the blocks that slide in straight guides; a rack is its own block. A ram has a lug that carries its pin."""
     for joint in placed.mechanism.joints:
-        if isinstance(joint, joints.Slider) and joint.second.body not in rack_bodies(placed.mechanism):
+        if isinstance(joint, joints.Slider) and not _is_drawn_elsewhere(placed, joint):
             length, width = _block_sides(placed, joint)
             axes = (*placed.position(joint.second), _guide_axes(placed, joint)[2])
             if offset := ram_offsets(placed.extents).get(joint.name, 0.0):

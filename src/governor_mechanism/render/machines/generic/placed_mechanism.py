@@ -56,6 +56,11 @@ class MechanismExtents(MachineDrawing, ABC):
         """Smallest and largest displacement (m, or rad in an arc slot) of a joint's second point in the axes of its first."""
         return {joint.name: travel for joint in self.part.mechanism.joints if (travel := self._joint_travel(joint)) is not None}
 
+    @property
+    def replaced_guides(self) -> frozenset[str]:
+        """Names of the sliders whose guides and blocks a drawing shows in its own way."""
+        return frozenset()
+
     def element_length_range(self, element: Spring | Damper) -> Vec2:
         """Return the shortest and the longest length (m) of a spring or damper."""
         lengths = np.hypot(*self._separation(element.first, element.second).T)

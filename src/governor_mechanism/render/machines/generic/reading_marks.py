@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from governor_mechanism.model.force_elements import Torque
 from governor_mechanism.model.joints import GROUND, Point
@@ -14,8 +14,8 @@ from governor_mechanism.render.machines.generic.placed_mechanism import PlacedMe
 
 _ARC_RADIUS, _RADIUS_STEP, _RAY_EXTENSION, _LETTER_DISTANCE, _LETTER_HEIGHT = 0.085, 0.075, 0.03, 0.042, 0.055
 """Radius of the first arc at a hinge and its increase to the next, lengths beyond it, and height of a letter, as fractions of the scale."""
-_LETTERS_ASIDE, _LETTERS_ABOVE = 0.10, 0.08
-"""Distance of the letters of coordinates from their point, beside it and above it, as fractions of the length scale."""
+_LETTERS_ASIDE, _LETTERS_ABOVE = 0.15, 0.10
+"""Distance of the middle of the letters of coordinates from their point, beside it and above it, as fractions of the length scale."""
 _NEAR = 0.12
 """Distance between hinges below which their arcs get different radii, as a fraction of the length scale."""
 
@@ -49,7 +49,10 @@ def _angle_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
 
 
 def _coordinate_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
-    """Yield a dot and the letters of its coordinates at each point that has some, on the side away from its body's mass centre."""
+    """Yield a dot and P (x, y), or the coordinate it has, at each point with a coordinate, on the side away from its body's mass centre.
+
+    That of a mass centre is on the side away from the origin.
+    """
     u = placed.unit
     letters: defaultdict[Point, list[str]] = defaultdict(list)
     for reading in placed.mechanism.readings:
@@ -57,9 +60,17 @@ def _coordinate_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
             letters[reading.point].append(reading.name)
     for point, names in letters.items():
         x, y = placed.position(point)
-        centre_x, centre_y, _ = placed.pose(point.body)
-        distance = math.dist((x, y), (centre_x, centre_y))
-        across, up = ((x - centre_x) / distance, (y - centre_y) / distance) if distance > 0.01 * u else (0.0, 1.0)
+        across, up = _direction_away((x, y), (placed.pose(point.body)[:2], (0.0, 0.0)), 0.01 * u)
         yield Circle("tracer", x, y, 0.013 * u)
         middle = (x + _LETTERS_ASIDE * u * across, y + _LETTERS_ABOVE * u * up)
-        yield make_letters("letter", [one for name in names for one in (",", name)][1:], middle, _LETTER_HEIGHT * u)
+        listed = [one for name in names for one in (",", name)][1:]
+        yield make_letters("letter", ["P", "(", *listed, ")"], middle, _LETTER_HEIGHT * u)
+
+
+def _direction_away(point: Vec2, centres: Iterable[Vec2], near: float) -> Vec2:
+    """Return the direction to a point from the first of some centres that is not near it (m), or up."""
+    for x, y in centres:
+        distance = math.dist(point, (x, y))
+        if distance > near:
+            return (point[0] - x) / distance, (point[1] - y) / distance
+    return 0.0, 1.0

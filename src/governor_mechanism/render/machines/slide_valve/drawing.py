@@ -36,7 +36,7 @@ class SlideValveDrawing(ValveGearProportions):
         scales = {"cylinder": 1.0, "valve": cylinder.valve_magnification(self), "engine": self._engine.scale}
         yield from scale_note_shapes((_SCALES_LEFT * self.crank, _KEY_TOP * self.crank), self.crank, scales)
         yield from self._dial.background_shapes()
-        yield from self._dial.theory_shapes()
+        yield from self._dial.theory_shapes(self.advance)
         yield from self._dial.curve_shapes(*zeuner_dial.first_turn(angles, valve_positions - self.centre))
 
     def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:

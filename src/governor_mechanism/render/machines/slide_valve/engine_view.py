@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from governor_mechanism.render.geometry.outlines import make_bar, make_hatching, make_rectangle
 from governor_mechanism.render.geometry.points import arc_points
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2
-from governor_mechanism.render.machines.slide_valve.proportions import STEAM_PHASES, ValveGearPosition, ValveGearProportions
+from governor_mechanism.render.machines.slide_valve.proportions import ValveGearProportions
+from governor_mechanism.render.machines.slide_valve.steam_distribution import STEAM_PHASES, ValveGearPosition, steam_phase
 
 # In crank radii of the view.
 _RIGHT_MARGIN, _LEFT_MARGIN, _LOW_EDGE = 1.16, 0.06, 1.16
@@ -82,7 +83,7 @@ class EngineView:
         u, middle, half = self._gear.crank, self._cylinder_middle, _PISTON_HALF_THICKNESS * self._gear.crank
         piston_x = middle - position.piston_position
         for side in (1.0, -1.0):
-            phase = self._gear.steam_phase(position, side)
+            phase = steam_phase(self._gear, position, side)
             # The crank end is the nearer one.
             face, end = piston_x - side * half, middle - side * _BORE_HALF_LENGTH * u
             space = self._box("", 0.5 * (face + end), 0.0, 0.5 * abs(face - end), _BORE_HALF_HEIGHT * u).points

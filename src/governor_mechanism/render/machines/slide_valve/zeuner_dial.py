@@ -9,27 +9,33 @@ from governor_mechanism.render.geometry.outlines import make_bar
 from governor_mechanism.render.geometry.points import arc_points
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, TextShape, Vec2
 from governor_mechanism.render.machines.governor_parts import visible_pieces
-from governor_mechanism.render.machines.slide_valve.proportions import ValveGearPosition, ValveGearProportions
+from governor_mechanism.render.machines.slide_valve.steam_distribution import SteamDistribution, ValveGearPosition
 from governor_mechanism.types import FloatArray, IntArray
 
 _ECCENTRIC_RATIO = 0.80
 """Radius of the eccentric in the diagram, as a fraction of the crank circle."""
 _MAX_CURVE_POINTS = 180
 """Largest number of points of the curves of a turn: two degrees apart."""
+_ZERO_WIDTH = 0.2
+"""Width of the word at the zero, as a fraction of the crank circle."""
 _CYLINDER_ENDS = (("crank end", 1.0), ("head end", -1.0))
 
 
 class ZeunerDial:
-    """Diagram of a valve gear around a centre (m), with a crank circle of a radius (m)."""
+    """Diagram of a valve gear around a centre (m), with a crank circle of a radius (m).
 
-    def __init__(self, valve_gear: ValveGearProportions, centre: Vec2, radius: float) -> None:
-        self._gear, self._centre, self._radius = valve_gear, centre, radius
+    `start` is the direction of the crank at the dead centre of the crank end, rad.
+    """
+
+    def __init__(self, valve_gear: SteamDistribution, centre: Vec2, radius: float, start: float = 0.0) -> None:
+        self._gear, self._centre, self._radius, self._start = valve_gear, centre, radius, start
         self.scale = _ECCENTRIC_RATIO * radius / valve_gear.eccentric
         """Metres of the picture per metre of displacement."""
 
     def _place(self, angle: float, length: float) -> Vec2:
-        """Return the place (m) at an angle (rad) and a distance (m) from the centre."""
-        return self._centre[0] + length * math.cos(angle), self._centre[1] + length * math.sin(angle)
+        """Return the place (m) at an angle of the crank (rad) and a distance (m) from the centre."""
+        direction = self._start + angle
+        return self._centre[0] + length * math.cos(direction), self._centre[1] + length * math.sin(direction)
 
     def background_shapes(self) -> Iterator[DrawnShape]:
         """Yield the divided circle and the lap circles."""
@@ -40,11 +46,12 @@ class ZeunerDial:
         yield Lines("division", tuple((self._place(angle, radius), self._place(angle, end * radius)) for angle, end in division))
         for lap in (self._gear.outside_lap, self._gear.inside_lap):
             yield Lines("lap circle", (self._circle(abs(lap) * self.scale),))
-        yield TextShape("scale", x + 1.10 * radius, y + 0.10 * radius, "0°", 0.2 * radius)
+        zero_x = x + (1.10 if math.cos(self._start) > -0.5 else -1.10 - _ZERO_WIDTH) * radius
+        yield TextShape("scale", zero_x, y + 0.10 * radius, "0°", _ZERO_WIDTH * radius)
 
-    def theory_shapes(self) -> Iterator[DrawnShape]:
-        """Yield the line of centres and the valve circles of an endless eccentric rod."""
-        advance, half = self._gear.advance, 0.5 * self._gear.eccentric * self.scale
+    def theory_shapes(self, advance: float) -> Iterator[DrawnShape]:
+        """Yield the line of centres and the valve circles of an endless eccentric rod, for an angle of advance (rad)."""
+        half = 0.5 * self._gear.eccentric * self.scale
         angles = (math.pi / 2 - advance, 1.5 * math.pi - advance)
         yield Lines("axis", (tuple(self._place(angle, 0.95 * self._radius) for angle in angles),))
         yield from (Lines("valve circle", (self._circle(half, self._place(angle, half)),)) for angle in angles)
@@ -52,7 +59,7 @@ class ZeunerDial:
     def curve_shapes(self, angles: FloatArray, displacements: FloatArray) -> Iterator[DrawnShape]:
         """Yield the positive displacements (n,) m at crank angles (n,) rad, for each end of the cylinder."""
         for end, side in _CYLINDER_ENDS:
-            lengths = side * displacements * self.scale
+            lengths = side * self._gear.outward_sign * displacements * self.scale
             points = [self._place(angle, length) for angle, length in zip(angles.tolist(), lengths.tolist(), strict=True)]
             yield Lines(f"{end} curve", visible_pieces(points, (lengths > 0).tolist()))
 
@@ -61,7 +68,7 @@ class ZeunerDial:
         radius, pin = self._radius, self._place(position.crank_angle, self._radius)
         yield make_bar("arm", self._centre, pin, 0.075 * radius)
         for end, side in _CYLINDER_ENDS:
-            length = side * position.valve_displacement * self.scale
+            length = side * self._gear.outward_sign * position.valve_displacement * self.scale
             tip = self._place(position.crank_angle, max(length, 0.0))
             yield Lines(f"{end} chord", ((self._centre, tip),) if length > 0 else ())
             yield Circle(f"{end} mark", *tip, 0.05 * radius if length > 0 else 0.0)

@@ -4,12 +4,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-
 from governor_mechanism.machines.driven_crank import CRANK, VALVE
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
 from governor_mechanism.render.machines.slide_valve import cylinder, zeuner_dial
+from governor_mechanism.render.machines.slide_valve.steam_distribution import sense_of_rotation
 from governor_mechanism.render.machines.slide_valve.steam_key import SteamKey, scale_note_shapes
 from governor_mechanism.render.machines.stephenson import lever
 from governor_mechanism.render.machines.stephenson.gear_view import GearView
@@ -64,13 +63,12 @@ class StephensonDrawing(LinkGearProportions):
 
     def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
         """Yield all parts that crank and lever move."""
-        position = replace(self.position(pose), sense=self._sense(time))
+        position = replace(self.position(pose), sense=sense_of_rotation(self.run.times, self._crank_angles, time))
         yield from self._gear_view.moving_shapes(pose)
         yield from cylinder.cylinder_moving_shapes(self, position)
         yield from lever.lever_shapes(self._scaled(self._places.lever_pivot), self._places.lever_length * self.crank, self._reverser(pose))
-        angles = self.poses[:, self.part.mechanism.body_index(CRANK), 2]
         yield from self._key.moving_shapes(self, position)
-        yield from self._dial.curve_shapes(*zeuner_dial.turn_before(angles, self._displacements, position.crank_angle))
+        yield from self._dial.curve_shapes(*zeuner_dial.turn_before(self._crank_angles, self._displacements, position.crank_angle))
         yield from self._dial.crank_shapes(position)
 
     def _scaled(self, place: tuple[float, float]) -> tuple[float, float]:
@@ -99,11 +97,11 @@ class StephensonDrawing(LinkGearProportions):
         positions: FloatArray = -self.poses[:, self.part.mechanism.body_index(VALVE), 0] - self.centre
         return positions
 
-    def _sense(self, time: float) -> float:
-        """Return 1 if the crank turns forward at a time (s), -1 if it turns back."""
-        angles = self.poses[:, self.part.mechanism.body_index(CRANK), 2]
-        k = min(int(np.searchsorted(self.run.times, time)), len(angles) - 1)
-        return -1.0 if angles[k] < angles[max(k - 1, 0)] else 1.0
+    @cached_property
+    def _crank_angles(self) -> FloatArray:
+        """Angle of the crank at the reported times, rad."""
+        angles: FloatArray = self.poses[:, self.part.mechanism.body_index(CRANK), 2]
+        return angles
 
     def _reverser(self, pose: FloatArray) -> float:
         """Return the position of the reversing lever at a pose (bodies, 3)."""

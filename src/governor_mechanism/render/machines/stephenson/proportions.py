@@ -10,7 +10,8 @@ from governor_mechanism.model.joints import Joint, Point
 from governor_mechanism.render.geometry.points import axes_to_plane
 from governor_mechanism.render.geometry.primitives import PoseTuple, Vec2
 from governor_mechanism.render.machines.machine_drawing import Dimension
-from governor_mechanism.render.machines.slide_valve.proportions import ValveGearPosition, ValveGearProportions
+from governor_mechanism.render.machines.slide_valve.proportions import ValveGearProportions
+from governor_mechanism.render.machines.slide_valve.steam_distribution import ValveGearPosition
 from governor_mechanism.types import FloatArray
 
 _DIE_MARGIN_RATIO = 0.12

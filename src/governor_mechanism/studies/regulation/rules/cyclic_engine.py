@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.model.events import EventKind
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.trajectory import Trajectory
 from governor_mechanism.studies.regression import run_uncertified
 from governor_mechanism.studies.regulation.rules.steady_engine import (
     ACCURACY,

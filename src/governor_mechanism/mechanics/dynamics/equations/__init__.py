@@ -1,0 +1,1 @@
+"""Accelerations, joint forces and projection from these arrays, as compiled kernels."""

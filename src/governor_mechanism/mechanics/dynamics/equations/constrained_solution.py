@@ -1,0 +1,142 @@
+"""Accelerations and Lagrange multipliers under given forces, also of bodies without mass, as compiled kernels."""
+
+import math
+
+import numpy as np
+
+from governor_mechanism.mechanics.dynamics.equations.constraint_solver import apply_jacobian, assemble_schur_band, subtract_minv_jt
+from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
+from governor_mechanism.numerics.banded_cholesky import factorise_band, solve_band_system, solve_factorised_band
+from governor_mechanism.numerics.jit import jit, jit_in_place
+from governor_mechanism.types import FloatArray
+
+CLEAR_PIVOT_RATIO = 0.1
+"""Pivot ratio of the constraint rows above which they are independent in any metric: no integrator steers around a change point there, and
+rounding costs the multipliers a single digit."""
+
+MAX_STAND_IN_ITERATIONS = 60
+"""Maximum number of solutions that remove the stand-in inertia; five suffice unless hardly any mass moves with a massless body."""
+
+STAND_IN_TOLERANCE = 1e-15
+"""Change of the inertia forces of stand-ins, relative to the forces of the system, at which they are removed."""
+
+STAND_IN_ROUNDING_RATIO = 1e-11
+"""The same change below which it may stop falling: rounding in an ill-conditioned position."""
+
+
+@jit_in_place
+def equal_mass_pivot_ratio(system: System, workspace: SystemWorkspace) -> float:
+    """Return the smallest pivot ratio of the rows in the workspace as if all bodies had the same mass.
+
+    Where a light body carries a heavy one, the pivot ratio in the metric of the masses is as small as the ratio of the masses, though
+    nothing is singular. At a change point it vanishes in every metric.
+    """
+    band, metric = workspace.equal_mass_band, system.equal_mass_metric
+    assemble_schur_band(system.constraint_rows.row_bodies, system.row_pairs, workspace.jacobian, metric, band)
+    return factorise_band(band, workspace.factor)
+
+
+@jit_in_place
+def solve_constrained_system(
+    system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray
+) -> float:
+    """Solve M result + J^T multipliers = forces, J result = gamma_factor * gamma.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+    workspace
+        Work arrays with J, gamma, the band of J M^-1 J^T and the inverse masses; the multipliers remain in them.
+    forces
+        Applied forces, N and N m; may be changed; shape (bodies, 3).
+    gamma_factor
+        1 for accelerations under forces; 0 for changes of velocities under impulses.
+    result
+        Result: accelerations, m/s2 and rad/s2; shape (bodies, 3).
+
+    Returns
+    -------
+    float
+        Smallest pivot ratio of J M^-1 J^T (see `solve_band_system`).
+    """
+    pivot_ratio = _solve_with_stand_ins(system, workspace, forces, gamma_factor, result)
+    if system.has_stand_in_inertia:
+        _remove_stand_in_inertia(system, workspace, forces, gamma_factor, result)
+    return pivot_ratio
+
+
+@jit_in_place
+def _solve_with_stand_ins(system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray) -> float:
+    """Solve as `solve_constrained_system`, with a mass matrix that includes the stand-in inertia."""
+    for k in range(system.bodies.size):
+        for c in range(3):
+            result[k, c] = workspace.inverse_mass[k, c] * forces[k, c]
+    _evaluate_row_residuals(system, workspace, gamma_factor, result, workspace.multipliers)
+    pivot_ratio = solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
+    _subtract_row_forces(system, workspace, workspace.multipliers, result)
+    if 0.0 < pivot_ratio < CLEAR_PIVOT_RATIO:
+        _refine_multipliers(system, workspace, gamma_factor, result)
+    return pivot_ratio
+
+
+@jit_in_place
+def _evaluate_row_residuals(
+    system: System, workspace: SystemWorkspace, gamma_factor: float, accelerations: FloatArray, residuals: FloatArray
+) -> None:
+    """Fill the residuals J accelerations - gamma_factor * gamma of the rows."""
+    apply_jacobian(system.constraint_rows.row_bodies, workspace.jacobian, accelerations, residuals)
+    for i in range(residuals.size):
+        residuals[i] -= gamma_factor * workspace.row_values[i, RowColumn.GAMMA]
+
+
+@jit_in_place
+def _subtract_row_forces(system: System, workspace: SystemWorkspace, multipliers: FloatArray, accelerations: FloatArray) -> None:
+    """Subtract the accelerations by forces of the rows, in place."""
+    subtract_minv_jt(system.constraint_rows.row_bodies, workspace.jacobian, workspace.inverse_mass, multipliers, accelerations)
+
+
+@jit_in_place
+def _refine_multipliers(system: System, workspace: SystemWorkspace, gamma_factor: float, accelerations: FloatArray) -> None:
+    """Refine multipliers and accelerations by what the accelerations leave of the rows (iterative refinement).
+
+    Rounding of the force in a joint that a light body passes on to a heavy one accelerates the light body by 1 / its mass. The rows
+    tell that from motion: without this, step control takes it for motion and shortens the steps without end.
+    """
+    corrections = workspace.multiplier_corrections
+    _evaluate_row_residuals(system, workspace, gamma_factor, accelerations, corrections)
+    solve_factorised_band(workspace.factor, corrections)
+    _subtract_row_forces(system, workspace, corrections, accelerations)
+    for i in range(corrections.size):
+        workspace.multipliers[i] += corrections[i]
+
+
+@jit
+def _remove_stand_in_inertia(
+    system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray
+) -> None:
+    """Solve again with the inertia forces of the stand-ins added to the forces, until the result is that without stand-ins.
+
+    The error falls by the share of the stand-ins in the inertia of the motion. If it does not vanish, the result is NaN, which
+    an integrator rejects.
+    """
+    added_forces, last_change = np.zeros_like(result), math.inf
+    for _ in range(MAX_STAND_IN_ITERATIONS):
+        change = magnitude = 0.0
+        for k in range(system.bodies.size):
+            for c in range(3):
+                stand_in, inverse_mass = system.stand_in_inertia[k, c], workspace.inverse_mass[k, c]
+                if inverse_mass > 0.0:
+                    magnitude += forces[k, c] * forces[k, c] * inverse_mass + result[k, c] * result[k, c] / inverse_mass
+                if stand_in > 0.0:
+                    force_change = stand_in * result[k, c] - added_forces[k, c]
+                    forces[k, c] += force_change
+                    added_forces[k, c] += force_change
+                    change += force_change * force_change / stand_in
+        is_rounding = change >= last_change and change <= STAND_IN_ROUNDING_RATIO**2 * magnitude
+        if is_rounding or change <= STAND_IN_TOLERANCE**2 * magnitude:
+            return
+        last_change = change
+        _solve_with_stand_ins(system, workspace, forces, gamma_factor, result)
+    result[:] = math.nan

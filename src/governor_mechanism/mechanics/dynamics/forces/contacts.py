@@ -1,0 +1,128 @@
+"""Contacts of a scene (dry friction, stops) and its forces along readings."""
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from governor_mechanism.model.effect import OutputForce
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.numerics.once_per_object import once_per_object
+from governor_mechanism.types import RecordArray, record_dtype
+
+FRICTION_LAW_NAME = "dry friction"
+"""Name of sliding friction in the counts of evaluations."""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One output variable that dry friction or stops may hold.
+
+    Attributes
+    ----------
+    output_name
+        Name of the reading.
+    friction
+        Friction force against time, N or N m, or None.
+    low
+        Lower stop, m or rad.
+    high
+        Upper stop, m or rad.
+    restitution
+        Coefficient of restitution of the stops, 0 to 1.
+    """
+
+    output_name: str
+    friction: InputFunction | None = None
+    low: float = -math.inf
+    high: float = math.inf
+    restitution: float = 0.0
+
+
+CONTACT_DTYPE = record_dtype("i8 output_index friction_input", "f8 low high restitution scale")
+"""One contact: index of its output, input of the friction force or -1, both stops, coefficient of restitution, scale of the output."""
+
+
+@once_per_object
+def contacts_of(scene: Scene) -> tuple[Contact, ...]:
+    """Return the contacts of a scene.
+
+    Parameters
+    ----------
+    scene
+        Scene with its output effects.
+
+    Returns
+    -------
+    tuple[Contact, ...]
+        One contact for each reading with dry friction or stops.
+    """
+    properties: defaultdict[str, dict[str, Any]] = defaultdict(dict)
+    for effect in sorted(scene.output_effects, key=lambda effect: "friction" not in effect.contact):
+        if effect.contact:
+            properties[effect.reading] |= effect.contact
+    return tuple(Contact(name, **given) for name, given in properties.items())
+
+
+def make_contact_table(scene: Scene, output_names: Sequence[str], first_friction_input: int) -> RecordArray:
+    """Return the contacts of a scene for compiled functions.
+
+    Parameters
+    ----------
+    scene
+        Scene with its output effects.
+    output_names
+        Names of the outputs in the order of their indices.
+    first_friction_input
+        Index of the first friction force among the inputs.
+
+    Returns
+    -------
+    RecordArray
+        Records of `CONTACT_DTYPE`; shape (contacts,).
+    """
+    rows, friction_input = [], first_friction_input
+    for contact in contacts_of(scene):
+        has_friction, scale = contact.friction is not None, scene.mechanism.output_scale(contact.output_name)
+        output = output_names.index(contact.output_name)
+        rows.append((output, friction_input if has_friction else -1, contact.low, contact.high, contact.restitution, scale))
+        friction_input += has_friction
+    return np.array(rows, dtype=CONTACT_DTYPE)
+
+
+@once_per_object
+def output_forces_of(scene: Scene) -> tuple[OutputForce, ...]:
+    """Return the effects of a scene that act along readings with a force law.
+
+    Parameters
+    ----------
+    scene
+        Scene with its output effects.
+
+    Returns
+    -------
+    tuple[OutputForce, ...]
+        The effects; those with a potential come first, so that sums do not depend on the order in the scene.
+    """
+    forces = [effect for effect in scene.output_effects if isinstance(effect, OutputForce)]
+    return tuple(sorted(forces, key=lambda effect: effect.dissipates))
+
+
+def one_sided_forces_of(scene: Scene) -> tuple[OutputForce, ...]:
+    """Return the effects with a force law that go slack.
+
+    Parameters
+    ----------
+    scene
+        Scene with its output effects.
+
+    Returns
+    -------
+    tuple[OutputForce, ...]
+        One-sided springs and the like.
+    """
+    return tuple(effect for effect in output_forces_of(scene) if effect.slack_below > -math.inf)

@@ -1,0 +1,1 @@
+"""A scene lowered to arrays: bodies, constraint rows, event functions."""

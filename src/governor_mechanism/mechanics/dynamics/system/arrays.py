@@ -1,0 +1,193 @@
+"""Arrays of the multibody model in one contact mode, and the work arrays of its evaluation."""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from governor_mechanism.mechanics.dynamics.forces import output_forces
+from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows
+from governor_mechanism.types import BoolArray, FloatArray, IntArray, RecordArray
+
+
+class PlaneColumn(IntEnum):
+    """Column of the motion of a plane: speed (rad/s), acceleration if it is given (rad/s2), inertia (kg m2) and its rate (kg m2/s)."""
+
+    SPEED = 0
+    ACCELERATION = 1
+    INERTIA = 2
+    INERTIA_RATE = 3
+
+
+N_PLANE_COLUMNS = len(PlaneColumn)
+"""Number of columns of the motion of a plane."""
+
+
+class System(NamedTuple):
+    """Arrays of the multibody model in one contact mode.
+
+    Poses refer to the origin of each body: its mass centre, or the ground pin of a point mass. The last of the joints' rows
+    are those of held outputs, before the rows are reordered to a narrow band.
+
+    Attributes
+    ----------
+    constraint_rows
+        Rows of the joints and of held outputs.
+    force_elements
+        Forces of the force elements, records of `OUTPUT_FORCE_DTYPE`.
+    row_pairs
+        Pairs of rows that share a body, see `find_coupled_rows`; shape (pairs, 4).
+    bandwidth
+        Half bandwidth of J M^-1 J^T, without the diagonal.
+    bodies
+        Records of `BODY_DTYPE`; shape (bodies,).
+    inverse_mass
+        Inverse mass (twice) and inverse moment of inertia about the origin, 0 for coordinates that cannot change; shape (bodies, 3). For a
+        shaft it changes with the poses, see `update_inverse_mass`. It includes the stand-in inertia.
+    equal_mass_metric
+        The inverse masses that the bodies would have if all had the same mass, 1; shape (bodies, 3). In this metric the rows of the joints
+        are nearly dependent near a change point alone, not where a light body carries a heavy one.
+    stand_in_inertia
+        Mass (twice) and moment of inertia in `inverse_mass` that a massless coordinate does not have; shape (bodies, 3).
+    has_stand_in_inertia
+        Whether any of it is not 0.
+    planes
+        Records of `PLANE_DTYPE`.
+    output_rows
+        Rows of the outputs along which effects act or on which loads depend, then of those along which force elements act.
+    output_forces
+        Records of `OUTPUT_FORCE_DTYPE`.
+    event_functions
+        Records of `EVENT_FUNCTION_DTYPE`.
+    input_terms
+        Records of `INPUT_TERM_DTYPE`, in the order of their evaluation.
+    lags
+        Records of `LAG_DTYPE`.
+    n_inputs
+        Number of inputs.
+    first_friction_input
+        Index of the first friction force among them.
+    """
+
+    constraint_rows: ConstraintRows
+    force_elements: RecordArray
+    row_pairs: IntArray
+    bandwidth: int
+    bodies: RecordArray
+    inverse_mass: FloatArray
+    equal_mass_metric: FloatArray
+    stand_in_inertia: FloatArray
+    has_stand_in_inertia: bool
+    planes: RecordArray
+    output_rows: ConstraintRows
+    output_forces: RecordArray
+    event_functions: RecordArray
+    input_terms: RecordArray
+    lags: RecordArray
+    n_inputs: int
+    first_friction_input: int
+
+
+class SystemWorkspace(NamedTuple):
+    """Work arrays of one evaluation, so that the kernels allocate nothing in their loops.
+
+    Attributes
+    ----------
+    row_values
+        Prescribed motion, residual and gamma of each row; shape (rows, 5).
+    jacobian
+        Jacobian of each row with respect to both poses; shape (rows, 2, 3).
+    band
+        Band of J M^-1 J^T; shape (rows, bandwidth + 1).
+    factor
+        Its Cholesky factor, with the shape of `band`.
+    equal_mass_band
+        As `band`, in the metric of equal masses.
+    multipliers
+        Lagrange multipliers, N; shape (rows,).
+    multiplier_corrections
+        Their corrections by iterative refinement, N; shape (rows,).
+    generalised_forces
+        Applied forces, N and N m; shape (bodies, 3).
+    output_row_values
+        As `row_values`, for the outputs; shape (outputs, 5).
+    output_jacobian
+        As `jacobian`, for the outputs; shape (outputs, 2, 3).
+    inverse_mass
+        As that of the system, at the poses of the last evaluation; shape (bodies, 3).
+    plane_motion
+        Speed (rad/s), acceleration if the speed is given (rad/s2), moment of inertia (kg m2) and its rate (kg m2/s) of each plane;
+        shape (planes, 4).
+    inputs
+        Values of the inputs; shape (inputs,).
+    force_elements
+        As those of the system, with the switches of gas at the last evaluation.
+    is_armed
+        Whether each event function of a kink is monitored; shape (event functions,).
+    """
+
+    row_values: FloatArray
+    jacobian: FloatArray
+    band: FloatArray
+    factor: FloatArray
+    equal_mass_band: FloatArray
+    multipliers: FloatArray
+    multiplier_corrections: FloatArray
+    generalised_forces: FloatArray
+    output_row_values: FloatArray
+    output_jacobian: FloatArray
+    inverse_mass: FloatArray
+    plane_motion: FloatArray
+    inputs: FloatArray
+    force_elements: RecordArray
+    is_armed: BoolArray
+
+
+def count_output_forces(system: System) -> IntArray:
+    """Return how many output forces of each kind a system has.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+
+    Returns
+    -------
+    IntArray
+        Number of forces by law, in the order of `FORCE_LAWS`, then of sliding frictions; shape (laws + 1,).
+    """
+    return np.bincount(system.output_forces["law"], minlength=output_forces.SLIDING_FRICTION + 1)
+
+
+def make_system_workspace(system: System) -> SystemWorkspace:
+    """Return work arrays for the evaluation of a system.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+
+    Returns
+    -------
+    SystemWorkspace
+        Arrays of zeros.
+    """
+    rows, bodies = len(system.constraint_rows.table), len(system.bodies)
+    band = (rows, system.bandwidth + 1)
+    return SystemWorkspace(
+        row_values=np.zeros((rows, N_ROW_COLUMNS)),
+        jacobian=np.zeros((rows, 2, 3)),
+        band=np.zeros(band),
+        factor=np.zeros(band),
+        equal_mass_band=np.zeros(band),
+        multipliers=np.zeros(rows),
+        multiplier_corrections=np.zeros(rows),
+        generalised_forces=np.zeros((bodies, 3)),
+        output_row_values=np.zeros((len(system.output_rows.table), N_ROW_COLUMNS)),
+        output_jacobian=np.zeros((len(system.output_rows.table), 2, 3)),
+        inverse_mass=system.inverse_mass.copy(),
+        plane_motion=np.zeros((len(system.planes), N_PLANE_COLUMNS)),
+        inputs=np.zeros(system.n_inputs),
+        force_elements=system.force_elements.copy(),
+        is_armed=np.ones(len(system.event_functions), dtype=np.bool_),
+    )

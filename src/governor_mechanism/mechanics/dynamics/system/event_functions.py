@@ -1,0 +1,264 @@
+"""Event functions of contacts, of tables of readings and of gas in cylinders: their records in a contact mode, and their values."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, GasPressure
+from governor_mechanism.effects.registry import FORCE_LAWS
+from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
+from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
+from governor_mechanism.mechanics.dynamics.forces.inputs import EVENT_ROUNDING_RATIO, output_of_reading, output_rate
+from governor_mechanism.mechanics.dynamics.forces.loads import reading_tables_of
+from governor_mechanism.mechanics.dynamics.forces.output_forces import evaluate_travel_in_stroke
+from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_rows
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.types import FloatArray, IntArray, RecordArray, record_dtype
+
+
+class EventFunctionKind(IntEnum):
+    """Quantity of an event function: value or rate of an output, or force of the constraint row that holds it.
+
+    The others are kinks of the gas in a cylinder, at which nothing changes but the law: the dead centres, the sine of the output, and the
+    switch of its pressure, the travel since the last dead centre.
+    """
+
+    VALUE = 0
+    RATE = 1
+    FORCE = 2
+    DEAD_CENTRE = 3
+    SWITCH = 4
+
+
+GAS_KINKS = (EventFunctionKind.DEAD_CENTRE, EventFunctionKind.SWITCH)
+"""Kinds of event functions of kinks."""
+
+EVENT_FUNCTION_DTYPE = record_dtype("i8 kind source_index argument_index", "f8 sign threshold tolerance", "i8 input_index contact_index")
+"""One event function g = sign * quantity - threshold - input. An event is an upward zero crossing of g.
+
+source_index: the output row, or for a force the constraint row that holds the output. argument_index: the output row of the crank angle
+for a switch, or -1; its sign is 1 / stroke. tolerance: rounding level of g. input_index: the input that is subtracted, or -1.
+contact_index: the contact or one-sided spring concerned.
+"""
+
+EventFunctionRecord = tuple[EventFunctionKind, int, int, float, float, float, int, int]
+"""A record of `EVENT_FUNCTION_DTYPE`."""
+
+
+class EventTolerances(NamedTuple):
+    """Rounding levels of event functions.
+
+    Attributes
+    ----------
+    outputs
+        That of the value of each output, m or rad.
+    force
+        That of a constraint force, N.
+    time
+        Characteristic time of the scene, s; the rounding level of a rate is that of the value divided by it.
+    """
+
+    outputs: Mapping[str, float]
+    force: float
+    time: float
+
+
+def make_event_functions(
+    scene: Scene, mode: ContactMode, friction_input: int, held_rows: IntArray, force_elements: RecordArray
+) -> RecordArray:
+    """Return the event functions of a mode.
+
+    Parameters
+    ----------
+    scene
+        Scene with its effects.
+    mode
+        Contact mode.
+    friction_input
+        Index of the first friction force among the inputs.
+    held_rows
+        Constraint rows of the held outputs; shape (held outputs,).
+    force_elements
+        Forces of the force elements, records of `OUTPUT_FORCE_DTYPE`.
+
+    Returns
+    -------
+    RecordArray
+        Records of `EVENT_FUNCTION_DTYPE`. Their contact index counts the contacts, then the one-sided springs, the tables of readings, and
+        last all gases together.
+    """
+    tolerances = _event_tolerances(scene)
+    first_table = len(mode.held_values) + len(mode.taut)
+    records = [
+        *_contact_event_functions(scene, mode, friction_input, held_rows, tolerances),
+        *_slack_event_functions(scene, mode, tolerances),
+        *_table_event_functions(scene, mode, first_table, tolerances),
+        *make_gas_event_functions(force_elements, first_table + len(mode.segments)),
+    ]
+    return np.array(records, dtype=EVENT_FUNCTION_DTYPE)
+
+
+def _event_tolerances(scene: Scene) -> EventTolerances:
+    """Return the rounding levels of the event functions of a scene."""
+    mechanism, time = scene.mechanism, time_scale(scene)
+    mass = sum(body.mass for body in mechanism.bodies)
+    return EventTolerances(
+        outputs={name: EVENT_ROUNDING_RATIO * mechanism.output_scale(name) for name in forced_output_names(scene)},
+        force=EVENT_ROUNDING_RATIO * mass * mechanism.length_scale / time**2,
+        time=time,
+    )
+
+
+def _contact_event_functions(
+    scene: Scene, mode: ContactMode, friction_input: int, held_rows: IntArray, tolerances: EventTolerances
+) -> Iterator[EventFunctionRecord]:
+    """Yield the event functions of friction and stops: the force that holds an output, else its rate and its stops."""
+    output_names, rows = forced_output_names(scene), iter(held_rows.tolist())
+    states = zip(contacts_of(scene), mode.held_values, mode.sliding_signs, strict=True)
+    for contact_index, (contact, held, sign) in enumerate(states):
+        output_index, tolerance = output_names.index(contact.output_name), tolerances.outputs[contact.output_name]
+        friction_index = friction_input if contact.friction is not None else -1
+        friction_input += contact.friction is not None
+        if held is not None:
+            row = next(rows)
+            # A stop pushes with unlimited force in one direction; friction holds in both, up to its limit.
+            for direction, is_unlimited in ((1.0, held <= contact.low), (-1.0, held >= contact.high)):
+                if not is_unlimited:
+                    yield EventFunctionKind.FORCE, row, -1, direction, 0.0, tolerances.force, friction_index, contact_index
+            continue
+        if mode.is_locked:
+            continue
+        if sign:
+            yield EventFunctionKind.RATE, output_index, -1, -float(sign), 0.0, tolerance / tolerances.time, -1, contact_index
+        for direction, bound in ((1.0, contact.high), (-1.0, -contact.low)):
+            if np.isfinite(bound):
+                yield EventFunctionKind.VALUE, output_index, -1, direction, bound, tolerance, -1, contact_index
+
+
+def _slack_event_functions(scene: Scene, mode: ContactMode, tolerances: EventTolerances) -> Iterator[EventFunctionRecord]:
+    """Yield the event functions of one-sided springs: the value at which each goes slack or pulls again."""
+    output_names = forced_output_names(scene)
+    one_sided = () if mode.is_locked else one_sided_forces_of(scene)
+    for contact_index, (effect, taut) in enumerate(zip(one_sided, mode.taut, strict=False), start=len(mode.held_values)):
+        direction, name = (-1.0 if taut else 1.0), effect.reading
+        threshold, tolerance = direction * effect.slack_below, tolerances.outputs[name]
+        yield EventFunctionKind.VALUE, output_names.index(name), -1, direction, threshold, tolerance, -1, contact_index
+
+
+def _table_event_functions(scene: Scene, mode: ContactMode, first_index: int, tolerances: EventTolerances) -> Iterator[EventFunctionRecord]:
+    """Yield the event functions at the ends of the segment of each table of a reading; `first_index` is the contact index of the first."""
+    output_names = forced_output_names(scene)
+    for contact_index, (table, segment) in enumerate(zip(reading_tables_of(scene), mode.segments, strict=True), start=first_index):
+        name, is_rate = output_of_reading(table.reading)
+        output, tolerance = output_names.index(name), tolerances.outputs[name]
+        kind = EventFunctionKind.RATE if is_rate else EventFunctionKind.VALUE
+        tolerance = tolerance / tolerances.time if is_rate else tolerance
+        if segment > 0:
+            yield kind, output, -1, -1.0, -table.positions[segment - 1], tolerance, -1, contact_index
+        if segment < len(table.positions):
+            yield kind, output, -1, 1.0, table.positions[segment], tolerance, -1, contact_index
+
+
+def make_gas_event_functions(force_elements: RecordArray, contact_index: int) -> list[EventFunctionRecord]:
+    """Return the event functions of the kinks of gas in cylinders; gases that share a kink share its function.
+
+    Parameters
+    ----------
+    force_elements
+        Records of `OUTPUT_FORCE_DTYPE`.
+    contact_index
+        What they have as index of a contact.
+
+    Returns
+    -------
+    list[EventFunctionRecord]
+        Records of `EVENT_FUNCTION_DTYPE`: the switch of each gas, then both dead centres of each crank.
+    """
+    gases = [force for force in force_elements if force["law"] == FORCE_LAWS.index(GasPressure)]
+    return list(dict.fromkeys(_gas_event_functions(gases, contact_index)))
+
+
+def _gas_event_functions(gases: Sequence[Any], contact_index: int) -> Iterator[EventFunctionRecord]:
+    """Yield the event functions of gases; the same one for each gas that has it."""
+    for gas in gases:
+        switch, stroke = float(gas["coefficients"][SWITCH_COEFFICIENT]), float(gas["coefficients"][7])
+        rows, switch_input = (int(gas["output_index"]), int(gas["argument_index"])), int(gas["switch_input"])
+        if switch_input >= 0:
+            yield EventFunctionKind.SWITCH, *rows, 1.0 / stroke, 0.0, EVENT_ROUNDING_RATIO, switch_input, contact_index
+        elif 0.0 < switch < 1.0:
+            yield EventFunctionKind.SWITCH, *rows, 1.0 / stroke, switch, EVENT_ROUNDING_RATIO, -1, contact_index
+    for angle in sorted({int(gas["argument_index"]) for gas in gases}):
+        for sign in (1.0, -1.0):
+            yield EventFunctionKind.DEAD_CENTRE, angle, -1, sign, 0.0, EVENT_ROUNDING_RATIO, -1, contact_index
+
+
+@jit_in_place
+def evaluate_event_function(event_functions: RecordArray, i: int, value: float, argument: float, limit: float) -> float:
+    """Return the value of an event function.
+
+    Parameters
+    ----------
+    event_functions
+        Records of `EVENT_FUNCTION_DTYPE`; shape (event functions,).
+    i
+        Index of the event function.
+    value
+        Its quantity, SI: value or rate of an output, or force of a constraint row; for a switch the travel, m.
+    argument
+        For a switch the crank angle, rad.
+    limit
+        Value of the input that is subtracted.
+
+    Returns
+    -------
+    float
+        The event function; positive after its event.
+    """
+    event_function = event_functions[i]
+    if event_function.kind == EventFunctionKind.SWITCH:
+        return float(evaluate_travel_in_stroke(event_function.sign, value, argument) - event_function.threshold - limit)
+    if event_function.kind == EventFunctionKind.DEAD_CENTRE:
+        value = math.sin(value)
+    return float(event_function.sign * value - event_function.threshold - limit)
+
+
+@jit_in_place
+def evaluate_event_functions(system: System, workspace: SystemWorkspace, state: FloatArray, event_values: FloatArray) -> None:
+    """Evaluate the event functions at the state whose derivative was evaluated last.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+    workspace
+        Work arrays, with the inputs and Lagrange multipliers that `evaluate_accelerations` leaves in them.
+    state
+        Poses and velocities of the body origins, the energy states and the lags; shape (6 * bodies + N_ENERGY_STATES + lags,).
+    event_values
+        Result: values of the event functions, -1 for one that is not armed; shape (event functions,).
+    """
+    n_coordinates = 3 * system.bodies.size
+    poses, velocities = state[:n_coordinates].reshape(-1, 3), state[n_coordinates : 2 * n_coordinates].reshape(-1, 3)
+    row_values, jacobian = workspace.output_row_values, workspace.output_jacobian
+    evaluate_rows(system.output_rows, poses, velocities, row_values, jacobian)
+    for i in range(system.event_functions.size):
+        event_function = system.event_functions[i]
+        if not workspace.is_armed[i]:
+            event_values[i] = -1.0
+            continue
+        limit = workspace.inputs[event_function.input_index] if event_function.input_index >= 0 else 0.0
+        argument = row_values[event_function.argument_index, RowColumn.RESIDUAL] if event_function.argument_index >= 0 else 0.0
+        if event_function.kind == EventFunctionKind.RATE:
+            value = output_rate(system.output_rows, jacobian, event_function.source_index, velocities)
+        elif event_function.kind == EventFunctionKind.FORCE:
+            value = -workspace.multipliers[event_function.source_index]
+        else:
+            value = row_values[event_function.source_index, RowColumn.RESIDUAL]
+        event_values[i] = evaluate_event_function(system.event_functions, i, value, argument, limit)

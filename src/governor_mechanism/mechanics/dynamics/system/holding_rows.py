@@ -1,0 +1,100 @@
+"""Constraint rows of a contact mode: rows that hold outputs, rows of broken joints, and the order of all rows."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, initial_mode
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
+from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
+from governor_mechanism.mechanics.dynamics.system.arrays import System
+from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind
+from governor_mechanism.mechanics.dynamics.system.row_order import bandwidth_reducing_order
+from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
+from governor_mechanism.mechanics.kinematics.output_rows import CONSTANT_PARAMETER, make_output_rows
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.numerics.once_per_object import once_per_object
+from governor_mechanism.types import IntArray, RecordArray
+
+
+def disable_rows(constraint_table: ConstraintTable, joints: Sequence[int]) -> RecordArray:
+    """Return the rows of the joints, those of broken ones without effect."""
+    table: RecordArray = constraint_table.rows.table.copy()
+    is_broken = np.isin(constraint_table.joint_indices, joints)
+    for name in ("p0", "p1", "p2", "p3", "p4", "p5"):
+        table[name][is_broken] = 0.0
+    return table
+
+
+def constraint_row_order(scene: Scene, mode: ContactMode | None = None) -> IntArray:
+    """Return the order of the constraint rows of a system.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    mode
+        Contact mode; the initial mode if left out.
+
+    Returns
+    -------
+    IntArray
+        Index of each row in the list of the joints' rows, then the holding rows; shape (rows,).
+    """
+    return _initial_row_order(scene) if mode is None else _row_order_in_mode(scene, mode)
+
+
+@once_per_object
+def _initial_row_order(scene: Scene) -> IntArray:
+    return _row_order_in_mode(scene, initial_mode(scene))
+
+
+def _row_order_in_mode(scene: Scene, mode: ContactMode) -> IntArray:
+    output_rows = make_output_rows(scene.mechanism, forced_output_names(scene), {})
+    return order_rows(make_constraint_table(scene.mechanism).rows, make_holding_rows(scene, mode, output_rows))
+
+
+def order_rows(rows: ConstraintRows, holding_rows: RecordArray) -> IntArray:
+    """Return the order of joint rows and holding rows that gives a narrow band."""
+    return bandwidth_reducing_order(np.concatenate([rows.row_bodies, bodies_of_rows(holding_rows)]))
+
+
+def make_holding_rows(scene: Scene, mode: ContactMode, output_rows: ConstraintRows) -> RecordArray:
+    """Return the rows of the outputs that are held in a mode."""
+    output_names = forced_output_names(scene)
+    outputs = [output_names.index(contact.output_name) for contact in contacts_of(scene)]
+    held = [(output, value) for output, value in zip(outputs, mode.held_values, strict=True) if value is not None]
+    rows: RecordArray = output_rows.table[[output for output, _ in held]]
+    for i, (_, value) in enumerate(held):
+        rows[i][CONSTANT_PARAMETER[int(rows[i]["kind"])]] += value
+    return rows
+
+
+def with_held_values(system: System, output_indices: Sequence[int], mode: ContactMode) -> System:
+    """Return a system with other values of the held outputs.
+
+    The values are set, not incremented, so that rounding does not accumulate.
+
+    Parameters
+    ----------
+    system
+        Arrays of the multibody model.
+    output_indices
+        Output row of each contact.
+    mode
+        Mode that holds the same outputs as the system, at its own values.
+
+    Returns
+    -------
+    System
+        The system with the constants of the holding rows replaced.
+    """
+    table = system.constraint_rows.table.copy()
+    for k, value in enumerate(mode.held_values):
+        if value is not None:
+            is_hold = (system.event_functions["kind"] == EventFunctionKind.FORCE) & (system.event_functions["contact_index"] == k)
+            row, output_row = int(system.event_functions["source_index"][is_hold][0]), system.output_rows.table[output_indices[k]]
+            constant = CONSTANT_PARAMETER[int(output_row["kind"])]
+            table[row][constant] = output_row[constant] + value
+    return system._replace(constraint_rows=system.constraint_rows._replace(table=table))

@@ -1,0 +1,324 @@
+"""Result of a run: times, motion, readings, and what follows from them."""
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Protocol
+
+from governor_mechanism.errors import RunFailed
+from governor_mechanism.model.events import Event
+from governor_mechanism.model.results.cost import Cost
+from governor_mechanism.model.results.energy import Energy
+from governor_mechanism.model.results.named_values import name_values
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.pictures import Figure, Film
+from governor_mechanism.model.results.reaction import Reaction
+from governor_mechanism.model.results.speed_fluctuation import SpeedFluctuation
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.types import DataFrame, Dataset, FloatArray
+from governor_mechanism.units.short_repr import summarise
+
+
+class DeferredResults(Protocol):
+    """Results that a motion implies, computed on first access."""
+
+    def reactions(self) -> Mapping[str, Reaction]:
+        """Return the reactions by joint name."""
+
+    def events(self) -> tuple[Event, ...]:
+        """Return the events in order of time."""
+
+    def speed_fluctuations(self) -> Mapping[str, SpeedFluctuation]:
+        """Return the extreme speeds of shafts by the reading of their angle."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Trajectory:
+    """Result of a run.
+
+    Attributes
+    ----------
+    scene
+        The simulated scene.
+    times
+        Reported times, s; shape (n,).
+    poses
+        Poses x (m), y (m), angle (rad) of the mass centres in the plane of the part; shape (n, bodies, 3).
+    velocities
+        Their time derivatives; shape (n, bodies, 3).
+    readings
+        Readings by name, SI; shape (n,).
+    rates
+        Time derivatives of the readings that are positions, SI/s; shape (n,).
+    units
+        SI units of the readings.
+    scales
+        Scales of relative errors, SI: of each reading, of its rate ("rate of ..."), of the joint gap and of the event times. They follow
+        the motion: a stiff spring that hardly swings does not set them.
+    joint_gap
+        Largest gap of any joint, m; shape (n,).
+    energy
+        Energies.
+    outcome
+        How the run ended.
+    cost
+        Cost of the run.
+    detail
+        Cause of an early end, or empty.
+    error_estimate
+        Largest error of a reading or rate at any reported time, relative to its scale; None if not certified.
+    reading_errors
+        Largest error by reading, SI; empty if not certified.
+    settings
+        Settings of the engine.
+    n_excluded
+        Number of samples excluded from the error estimate because an event is too close. The estimate bounds the time of that event.
+    mobility
+        Number of degrees of freedom that joints and drivers leave.
+    notes
+        Sentences on the assembly of the start.
+    deferred_results
+        Provider of reactions and events.
+    """
+
+    scene: Scene
+    times: FloatArray
+    poses: FloatArray
+    velocities: FloatArray
+    readings: Mapping[str, FloatArray]
+    rates: Mapping[str, FloatArray]
+    units: Mapping[str, str]
+    scales: Mapping[str, float]
+    joint_gap: FloatArray
+    energy: Energy
+    outcome: Outcome
+    cost: Cost
+    detail: str = ""
+    error_estimate: float | None = None
+    reading_errors: Mapping[str, float] = field(default_factory=dict)
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    n_excluded: int = 0
+    mobility: int = 1
+    notes: tuple[str, ...] = ()
+    deferred_results: DeferredResults | None = field(default=None, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "readings", name_values("reading", self.readings))
+        object.__setattr__(self, "rates", name_values("rate", self.rates))
+
+    def __repr__(self) -> str:
+        """Return scene, engine, number of reported times, readings and outcome in at most three lines."""
+        span = f"{len(self.times)} times to {self.times[-1]:g} s" if len(self.times) else "no times"
+        error = "not certified" if self.error_estimate is None else f"error {self.error_estimate:.1g}"
+        scene = f"{summarise(self.scene.title)}; {self.cost.engine}"
+        return f"Trajectory({scene}; {span}; readings {summarise(self.readings)}; {self.outcome.name}, {error})"
+
+    @cached_property
+    def reactions(self) -> Mapping[str, Reaction]:
+        """Reactions by joint name, computed on first access."""
+        return name_values("joint", {} if self.deferred_results is None else self.deferred_results.reactions())
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """Events in order of time: contact events, turning points and change points. Computed on first access."""
+        return () if self.deferred_results is None else self.deferred_results.events()
+
+    @cached_property
+    def speed_fluctuations(self) -> Mapping[str, SpeedFluctuation]:
+        """Extreme speeds in the last turn of each shaft of an engine, by the reading of its angle. Computed on first access."""
+        return name_values("shaft angle", {} if self.deferred_results is None else self.deferred_results.speed_fluctuations())
+
+    @property
+    def body_names(self) -> tuple[str, ...]:
+        """Names of the bodies, in the order of `poses`."""
+        return tuple(body.name for body in self.scene.mechanism.bodies)
+
+    @property
+    def message(self) -> str:
+        """Outcome as a sentence, after its cause if there is one."""
+        return self.outcome.describe(self.detail)
+
+    def raise_if_failed(self) -> None:
+        """Raise RunFailed unless the run reached its end and met its accuracy."""
+        if not self.outcome.ok:
+            raise RunFailed(self.message)
+
+    def to_xarray(self) -> Dataset:
+        """Return all arrays as a data set of xarray, as `xarray.open_dataset` reads it from the netCDF file of `save`.
+
+        Returns
+        -------
+        xarray.Dataset
+            Readings (as "reading_arm_angle"), rates ("rate_arm_angle"), errors, motion, energies, reactions and events with their units, by
+            time, body, component and joint.
+
+        Raises
+        ------
+        MechanismError
+            If xarray is not installed.
+        """
+        from governor_mechanism.files.table import make_xarray_dataset
+
+        return make_xarray_dataset(self)
+
+    def to_dataframe(self, *, rates: bool = False) -> DataFrame:
+        """Return the readings as a table of pandas with the times as index; `attrs["units"]` has the units.
+
+        Parameters
+        ----------
+        rates
+            Whether the table has columns "rate of ...", too.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table, SI.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        from governor_mechanism.files.table import tabulate_run
+
+        return tabulate_run(self, rates=rates)
+
+    def plot(self, *readings: str) -> Figure:
+        """Draw readings over time, in everyday units; a notebook shows the figure, and `save` writes it as PNG, SVG or PDF.
+
+        The arguments are names of readings, or "rate of ..." for a rate. Without any, it is an overview: of more than 8 readings those that
+        tell most, with the names of the others; those that stay constant have a line of text. A curve whose oscillations are too narrow
+        to be resolved is drawn as its range and its mean within a turn.
+
+        Returns
+        -------
+        Figure
+            The figure.
+
+        Raises
+        ------
+        MechanismError
+            If there is no such reading, or the run has no reported time.
+        """
+        from governor_mechanism.render.figures.time_series import readings_figure
+
+        return readings_figure(self, readings)
+
+    def plot_diagnostics(self) -> Figure:
+        """Draw the joint gap and the energy drift over time, which are zero in an exact run; `save` writes the figure.
+
+        Returns
+        -------
+        Figure
+            The figure.
+
+        Raises
+        ------
+        MechanismError
+            If the run has no reported time.
+        """
+        from governor_mechanism.render.figures.time_series import diagnostics_figure
+
+        return diagnostics_figure(self)
+
+    def film(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        size: int = 480,
+        frames_per_second: float | None = None,
+        part: str | None = None,
+        start: float | None = None,
+        stop: float | None = None,
+        slow_down: float | None = None,
+        layout: str = "machine+plots",
+        readings: Sequence[str] | None = None,
+        theme: str = "light",
+        footer: bool = True,
+        labels: bool = False,
+        forces: bool = False,
+        traces: bool = False,
+        view: str = "plane",
+        exaggerate: float = 1.0,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> Film:
+        """Write the run as an animation and return its file, which a notebook shows.
+
+        `gm.film` documents the parameters and errors.
+        """
+        from governor_mechanism.notebook.film import film_run
+
+        return film_run(
+            self,
+            path,
+            size=size,
+            frames_per_second=frames_per_second,
+            part=part,
+            start=start,
+            stop=stop,
+            slow_down=slow_down,
+            layout=layout,
+            readings=readings,
+            theme=theme,
+            footer=footer,
+            labels=labels,
+            forces=forces,
+            traces=traces,
+            view=view,
+            exaggerate=exaggerate,
+            progress=progress,
+        )
+
+    def save(
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        name: str | None = None,
+        figures: bool = True,
+        figure_formats: Sequence[str] = ("png",),
+        theme: str = "light",
+        film: str | None = None,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> tuple[Path, ...]:
+        """Write readings (CSV), all arrays (netCDF), a record (JSON) and figures into a folder: all files or none.
+
+        `gm.open_run(folder)` reads the run back.
+
+        Parameters
+        ----------
+        folder
+            The folder. It is created unless it exists.
+        name
+            Start of the names of the files; that of the scene if None.
+        figures
+            Whether to draw the figures.
+        figure_formats
+            Formats of the figures: "png", "svg", "pdf".
+        theme
+            Colours of the figures: "light", "dark", or "transparent" (without the paper).
+        film
+            "gif", "svg", "mp4" or "webm" for a film, too, or "html" for an interactive page.
+        progress
+            Called with the numbers of frames done and of all.
+
+        Returns
+        -------
+        tuple of Path
+            Paths of the files.
+
+        Raises
+        ------
+        MechanismError
+            If an argument is not valid, a file cannot be written, or the run has no reported time.
+        """
+        from governor_mechanism.render.results_folder import save_run
+
+        return save_run(self, folder, name=name, figures=figures, figure_formats=figure_formats, theme=theme, film=film, progress=progress)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: outcome, accuracy, and a row for each reading."""
+        from governor_mechanism.notebook.run_table import run_html
+
+        return run_html(self)

@@ -1,0 +1,1 @@
+"""Drawing of any mechanism that moves a slide valve, with the engine that it serves."""

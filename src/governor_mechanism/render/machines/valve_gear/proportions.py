@@ -1,0 +1,150 @@
+"""What the drawing of a valve gear needs to know of valve, piston and crank, from the kinematics of the mechanism and from the run."""
+
+from abc import ABC
+from functools import cached_property
+
+import numpy as np
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.model.joints import GROUND, RotationalDriver, Slider
+from governor_mechanism.model.part import Part
+from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.model.valve import Valve
+from governor_mechanism.observables.valve_motion import ValveMotion, crank_driver_of, has_valve_events, valve_motion_of, valve_of
+from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents
+from governor_mechanism.render.machines.slide_valve.steam_distribution import ValveGearPosition, sense_of_rotation
+from governor_mechanism.render.machines.valve_gear.straight_motion import StraightMotion, find_straight_motion
+from governor_mechanism.types import FloatArray
+
+
+class ValveGearExtents(MechanismExtents, ABC):
+    """Sizes (m) of the valve gear of a part; laps have a sign. See `SteamDistribution`."""
+
+    @cached_property
+    def valve(self) -> Valve:
+        """The valve."""
+        return valve_of(self.run.scene)
+
+    @cached_property
+    def crank(self) -> float:
+        """Half the stroke of the piston."""
+        return 0.5 * self._motion.stroke
+
+    @cached_property
+    def eccentric(self) -> float:
+        """Largest displacement of the valve during the run."""
+        return float(np.abs(self.displacements).max())
+
+    @property
+    def outside_lap(self) -> float:
+        """Lap over the edges that admit steam, be they outer or inner ones."""
+        return self.valve.steam_lap
+
+    @property
+    def inside_lap(self) -> float:
+        """Lap over the edges of the exhaust."""
+        return self.valve.exhaust_lap
+
+    @property
+    def outward_sign(self) -> float:
+        """1 if a displacement away from the shaft admits steam to the crank end, -1 if it admits steam to the head end."""
+        return self.valve.outward_sign
+
+    @cached_property
+    def valve_line(self) -> StraightMotion:
+        """Line of the valve."""
+        return self._find_line(self.valve.displacement)
+
+    @cached_property
+    def piston_line(self) -> StraightMotion:
+        """Line of the piston."""
+        return self._find_line(self.valve.piston_travel)
+
+    @cached_property
+    def piston_ends(self) -> tuple[float, float]:
+        """Reading of the piston at the dead centres of the crank end and of the head end, m."""
+        crank_end, head_end = self._motion.evaluate(np.array(self._motion.dead_centres)).readings[self.valve.piston_travel].tolist()
+        return crank_end, head_end
+
+    @property
+    def centre(self) -> float:
+        """Reading of the valve in the centre of its motion, m."""
+        return self._motion.centre
+
+    @cached_property
+    def displacements(self) -> FloatArray:
+        """Displacement of the valve from its centre, away from the shaft, at the reported times, m."""
+        return evaluate_output_value(self.part.mechanism, self.valve.displacement, self.poses) - self.centre
+
+    @cached_property
+    def crank_angles(self) -> FloatArray:
+        """Angle of the crank from the dead centre of the crank end at the reported times, rad, anticlockwise."""
+        return self._crank_angle(self.poses)
+
+    @property
+    def crank_end_angle(self) -> float:
+        """Direction of the crank at the dead centre of the crank end, rad: opposite to the line of the piston, for a crank on that line."""
+        dx, dy = self.piston_line.direction
+        return float(np.arctan2(-dy, -dx))
+
+    @cached_property
+    def replaced_guides(self) -> frozenset[str]:
+        """Names of the sliders of valve and crosshead on the ground: cylinder and chest guide them."""
+        guided = {self.valve_line.point.body, self.piston_line.point.body}
+        sliders = (joint for joint in self.part.mechanism.joints if isinstance(joint, Slider))
+        return frozenset(slider.name for slider in sliders if slider.first.body == GROUND and slider.second.body in guided)
+
+    def position(self, pose: FloatArray, time: float) -> ValveGearPosition:
+        """Return the position of the valve gear at a pose (bodies, 3) and a time (s)."""
+        mechanism, valve = self.part.mechanism, self.valve
+        displacement, piston = (float(evaluate_output_value(mechanism, name, pose)) for name in (valve.displacement, valve.piston_travel))
+        return ValveGearPosition(
+            crank_angle=float(self._crank_angle(pose)),
+            valve_displacement=displacement - self.centre,
+            piston_position=0.5 * sum(self.piston_ends) - piston,
+            sense=sense_of_rotation(self.run.times, self.crank_angles, time),
+            head_end_angle=self._motion.dead_centres[1],
+        )
+
+    @cached_property
+    def _motion(self) -> ValveMotion:
+        return valve_motion_of(self.run.scene)
+
+    @cached_property
+    def _driver(self) -> RotationalDriver:
+        return crank_driver_of(self.part.mechanism, self.valve)
+
+    def _crank_angle(self, poses: FloatArray) -> FloatArray:
+        """Return the angle of the crank from the dead centre of the crank end (...,) rad at poses (..., bodies, 3)."""
+        own, bearer = (self.part.mechanism.body_index(point.body) for point in (self._driver.second, self._driver.first))
+        angles: FloatArray = poses[..., own, 2] - (poses[..., bearer, 2] if bearer >= 0 else 0.0) - self._motion.crank_end_angle
+        return angles
+
+    def _find_line(self, reading: str) -> StraightMotion:
+        values = evaluate_output_value(self.part.mechanism, reading, self.poses)
+        line = find_straight_motion(self.part.mechanism, reading, values, self.poses)
+        if line is None:
+            raise MechanismError(f"the drawing of a valve gear needs a point that moves along a line; that of reading {reading!r} does not")
+        return line
+
+
+def may_be_valve_gear(part: Part) -> bool:
+    """Return whether a part has a valve and a piston, and a driver of a crank."""
+    valve, joints = part.mechanism.valve, part.mechanism.joints
+    return valve is not None and bool(valve.piston_travel) and any(isinstance(joint, RotationalDriver) for joint in joints)
+
+
+def is_valve_gear(run: Trajectory, part: Part) -> bool:
+    """Return whether the run of a part can be drawn as that of a valve gear: its crank turns fully, and valve and piston move in lines."""
+    if not (may_be_valve_gear(part) and has_valve_events(run.scene)) or part.mechanism.valve is None:
+        return False
+    valve, mechanism = part.mechanism.valve, part.mechanism
+    lines = (find_straight_motion(mechanism, name, run.readings[name], run.poses) for name in valve.readings)
+    if any(line is None for line in lines):
+        return False
+    try:
+        valve_motion_of(run.scene)
+    except MechanismError:  # as one that says that the crank cannot turn fully
+        return False
+    return True

@@ -1,0 +1,243 @@
+"""Range and mean of a curve that has more oscillations than a plot can show apart."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
+from governor_mechanism.render.shown_readings import MAX_SHOWN_ANGLE
+from governor_mechanism.types import FloatArray, IntArray
+
+MIN_OSCILLATION_WIDTH = 4.5
+"""Width of an oscillation, in widths of the line, below which its curve is drawn as a band: two strokes, and gaps wider than them."""
+MIN_SWING, MIN_SWING_IN_STEP = 1.0, 0.5
+"""Height, in widths of the line, up to which a reversal of a curve is hidden by its line: one of its own, and one in step with a shaft."""
+MAX_CYCLE_WIDTH = 3 * MIN_OSCILLATION_WIDTH
+"""Width, in widths of the line, up to which a turn or an oscillation is a cycle: over a longer one, a mean hides what a plot can show."""
+MIN_SHARE_IN_STEP, MAX_SHARE_IN_STEP = 0.75, 1.1
+"""Number of oscillations relative to a multiple of that of turns between which a curve is in step with the shaft: where a curve rises or
+falls steeply, its oscillations have no reversals, and impacts may add some."""
+COLUMN_WIDTH = 2.0
+"""Distance of the points of a band, pixels."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlotSize:
+    """Width and height of a plot and the width of its lines, pixels, and the limits of its axis of values."""
+
+    width: float
+    height: float
+    line_width: float
+    limits: tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RangeBand:
+    """What stands for a curve with many oscillations.
+
+    Attributes
+    ----------
+    times
+        Times of the points of the band, s; shape (m,).
+    low, high
+        Smallest and largest sample within a cycle about each of them, in the unit of the curve; shape (m,).
+    mean_times
+        Those of these times about which a whole cycle lies within the curve, s; shape (k,).
+    means
+        Mean over that cycle; shape (k,).
+    is_of_turns
+        Whether a cycle is a turn of a shaft, and not an oscillation of the curve.
+    """
+
+    times: FloatArray
+    low: FloatArray
+    high: FloatArray
+    mean_times: FloatArray
+    means: FloatArray
+    is_of_turns: bool
+
+
+def find_range_band(times: FloatArray, values: FloatArray, size: PlotSize, turns: FloatArray | None = None) -> RangeBand | None:
+    """Return the band and the mean of a curve whose oscillations are too narrow for a plot, or None for any other curve.
+
+    A cycle is a turn of a shaft, or where no shaft turns in step with the curve, the curve from one of its minima to the next; a curve
+    that then oscillates in a part of the plot alone has no band. The band spans the samples within a cycle about each of its points, and
+    all samples of the curve lie in it. The mean is the integral of the straight lines between the samples over the cycle, half before and
+    half after, divided by its duration. Within half a cycle of both ends there is none: it would need values that the run does not have. A
+    jump of the mean becomes a slope over the cycle about it, without overshoot. Where a cycle has few samples, band and mean vary with
+    where these lie.
+
+    Parameters
+    ----------
+    times
+        Times, s; shape (n,).
+    values
+        Values of the curve; shape (n,).
+    size
+        The plot over all of these times.
+    turns
+        Turns of a shaft since any moment, rising; shape (n,). None counts the oscillations of the curve.
+
+    Returns
+    -------
+    RangeBand or None
+        The band.
+    """
+    duration = float(np.ptp(times)) if len(times) else 0.0
+    if duration <= 0.0 or not np.isfinite(values).all():
+        return None
+    low, high = size.limits
+    line_height, width = size.line_width * (high - low) / size.height, size.width / size.line_width
+    n_columns = math.ceil(size.width / COLUMN_WIDTH)
+    if turns is not None:
+        n_oscillations = 0.5 * len(_find_reversals(values, MIN_SWING_IN_STEP * line_height))
+        if n_oscillations * MIN_OSCILLATION_WIDTH > width and _is_in_step(n_oscillations, float(np.ptp(turns)), width):
+            return make_range_band(times, values, turns, n_columns)
+    reversals = _find_reversals(values, MIN_SWING * line_height)
+    if 0.5 * len(reversals) * MIN_OSCILLATION_WIDTH <= width:
+        return None
+    cycles = _count_cycles(times, values, reversals, duration * MAX_CYCLE_WIDTH / width)
+    return None if cycles is None else make_range_band(times, values, cycles, n_columns, is_of_turns=False)
+
+
+def make_range_band(times: FloatArray, values: FloatArray, cycles: FloatArray, n_columns: int, *, is_of_turns: bool = True) -> RangeBand:
+    """Return the band and the mean of a curve whatever its oscillations.
+
+    Parameters
+    ----------
+    times
+        Times, s; shape (n,).
+    values
+        Values of the curve; shape (n,).
+    cycles
+        Cycles since any moment, rising; shape (n,).
+    n_columns
+        Number of columns of a plot over the times: the band has a point at each end of one.
+    is_of_turns
+        Whether a cycle is a turn of a shaft.
+
+    Returns
+    -------
+    RangeBand
+        The band and the mean as those of `find_range_band`.
+    """
+    points = np.linspace(times[0], times[-1], max(n_columns, 1) + 1)
+    middles = np.interp(points, times, cycles)
+    # The band of a cycle that is shorter than a column spans the columns beside its point, so that no sample is left out.
+    column = points[1] - points[0]
+    first = np.searchsorted(times, np.minimum(np.interp(middles - 0.5, cycles, times), points - column), side="left")
+    last = np.searchsorted(times, np.maximum(np.interp(middles + 0.5, cycles, times), points + column), side="right")
+    has_samples = last > first
+    spans = [values[start:end] for start, end in zip(first[has_samples], last[has_samples], strict=True)]
+    has_cycle = (middles - 0.5 >= cycles[0]) & (middles + 0.5 <= cycles[-1])
+    starts, ends = (np.interp(middles[has_cycle] + half, cycles, times) for half in (-0.5, 0.5))
+    return RangeBand(
+        times=points[has_samples],
+        low=np.array([one.min() for one in spans]),
+        high=np.array([one.max() for one in spans]),
+        mean_times=points[has_cycle],
+        means=(_integrate_to(ends, times, values) - _integrate_to(starts, times, values)) / (ends - starts),
+        is_of_turns=is_of_turns,
+    )
+
+
+def name_cycles(bands: Sequence[RangeBand]) -> str:
+    """Return what the cycle of bands is: "a turn", "an oscillation", or either.
+
+    Parameters
+    ----------
+    bands
+        At least one band.
+
+    Returns
+    -------
+    str
+        The name.
+    """
+    kinds = {band.is_of_turns for band in bands}
+    return " or ".join(name for name, is_of_turns in (("a turn", True), ("an oscillation", False)) if is_of_turns in kinds)
+
+
+def count_turns(run: Trajectory) -> FloatArray | None:
+    """Return the turns (n,) of the shaft whose turn is the cycle of a run, or None if no shaft turns steadily.
+
+    Parameters
+    ----------
+    run
+        The run. Of a governed engine the shaft is that of the engine, else the first angle of more than two turns.
+
+    Returns
+    -------
+    FloatArray or None
+        Turns, strictly rising.
+    """
+    governed = find_governed_engine(run.scene)
+    names = [governed.crank_angle] if governed else [name for name in run.readings if run.units.get(name) == "rad"]
+    for name in names:
+        turns = run.readings[name] / math.tau
+        steps = np.diff(turns)
+        if np.ptp(turns) * math.tau > MAX_SHOWN_ANGLE and bool(np.all(steps > 0) or np.all(steps < 0)):
+            return turns if steps[0] > 0 else -turns
+    return None
+
+
+def _is_in_step(n_oscillations: float, n_turns: float, width: float) -> bool:
+    """Return whether a turn is the cycle of a curve in a plot of a width, in widths of the line."""
+    multiple = math.ceil(n_oscillations / (MAX_SHARE_IN_STEP * n_turns))
+    return n_turns * MAX_CYCLE_WIDTH >= width and n_oscillations >= MIN_SHARE_IN_STEP * multiple * n_turns
+
+
+def _find_reversals(values: FloatArray, swing: float) -> list[int]:
+    """Return the samples at which a curve turns back by more than a swing, alternately its maxima and minima."""
+    slopes = np.diff(values)
+    moving = np.flatnonzero(slopes)
+    turning = moving[1:][np.sign(slopes[moving[1:]]) != np.sign(slopes[moving[:-1]])]
+    reversals: list[int] = []
+    # The extremum since the last reversal; at first both extrema are open.
+    lowest = highest = 0
+    direction = 0
+    for k in [*turning.tolist(), len(values) - 1]:
+        if values[k] > values[highest]:
+            highest = k
+        if values[k] < values[lowest]:
+            lowest = k
+        if direction >= 0 and values[highest] - values[k] > swing:
+            reversals += [highest] if direction > 0 else []
+            direction, lowest = -1, k
+        elif direction <= 0 and values[k] - values[lowest] > swing:
+            reversals += [lowest] if direction < 0 else []
+            direction, highest = 1, k
+    return reversals
+
+
+def _count_cycles(times: FloatArray, values: FloatArray, reversals: list[int], longest: float) -> FloatArray | None:
+    """Return the oscillations (n,) of a curve since its first minimum, evenly counted between two; None if one exceeds `longest` s."""
+    first = 0 if values[reversals[0]] < values[reversals[1]] else 1
+    minima = _locate_minima(times, values, np.array(reversals[first::2]))
+    if np.diff(minima, prepend=times[0], append=times[-1]).max() > longest:
+        return None
+    # Before the first minimum and after the last one, oscillations are as long as the nearest whole one.
+    before, after = minima[1] - minima[0], minima[-1] - minima[-2]
+    n_before, n_after = (math.ceil(gap / period) for gap, period in ((minima[0] - times[0], before), (times[-1] - minima[-1], after)))
+    marks = np.concatenate([minima[0] - before * np.arange(n_before, 0, -1), minima, minima[-1] + after * np.arange(1, n_after + 1)])
+    cycles: FloatArray = np.interp(times, marks, np.arange(len(marks), dtype=float) - n_before)
+    return cycles
+
+
+def _locate_minima(times: FloatArray, values: FloatArray, samples: IntArray) -> FloatArray:
+    """Return the times (m,) of minima near samples (m,), where the slope, which is known between samples, crosses zero."""
+    middles, slopes = 0.5 * (times[1:] + times[:-1]), np.diff(values) / np.diff(times)
+    falling, rising = slopes[samples - 1], slopes[samples]
+    located: FloatArray = middles[samples - 1] - falling * (middles[samples] - middles[samples - 1]) / np.maximum(rising - falling, 1e-300)
+    return located
+
+
+def _integrate_to(ends: FloatArray, times: FloatArray, values: FloatArray) -> FloatArray:
+    """Return the integrals (m,) from the first time to ends (m,) s of the straight lines between samples (n,)."""
+    whole = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(times))])
+    before = np.clip(np.searchsorted(times, ends, side="right") - 1, 0, len(times) - 2)
+    total: FloatArray = whole[before] + 0.5 * (values[before] + np.interp(ends, times, values)) * (ends - times[before])
+    return total

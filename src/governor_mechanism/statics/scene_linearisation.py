@@ -1,0 +1,154 @@
+"""Linearisation of a scene about the steady state near its start."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.model.part import FreeSpindle, Spindle
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria
+from governor_mechanism.statics.equilibrium_speed import has_spindle_dependent_loads
+from governor_mechanism.statics.linearisation import RATE_PREFIX, Linearisation
+from governor_mechanism.statics.scene_dynamics import SceneDynamics
+from governor_mechanism.statics.settled_state import NO_STEADY_STATE, settle
+from governor_mechanism.statics.steady_state import SteadyState
+from governor_mechanism.types import FloatArray
+from governor_mechanism.units.quantities import parse_quantity
+
+TURNING_TOLERANCE = 1e-9
+"""Rate of a reading, in its scale over the time scale, above which it turns steadily."""
+
+
+def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spindle_speed: float | str | None = None) -> Linearisation:
+    """Linearise a scene about the steady state near given poses.
+
+    Inputs that vary with time have their last value.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    poses
+        Assembled poses near the steady state; shape (bodies, 3).
+    velocities
+        Their time derivatives, of which those of steadily turning shafts matter; shape (bodies, 3).
+    spindle_speed
+        Speed of the spindle, rad/s, or text with a unit; that of the scene if None.
+
+    Returns
+    -------
+    Linearisation
+        Linearised equations, eigenvalues and modes.
+
+    Raises
+    ------
+    MechanismError
+        If there is no steady state near the start, it is periodic, or it has no linear equations.
+    """
+    if spindle_speed is not None:
+        speed, spindle = parse_quantity(spindle_speed, "angular_speed", "the spindle's speed"), scene.spindle
+        given = replace(spindle, start_speed=speed) if isinstance(spindle, FreeSpindle) else Spindle(speeds=(speed,))
+        scene = scene.with_changes(spindle=given)
+    dynamics, state = settle(scene, poses, velocities)
+    dynamics.move_reference(state.z)
+    notes = dynamics.notes(state.z, state.rates)
+    if dynamics.drop_quadratic_damping(state.z, state.rates):
+        notes += ("quadratic damping has no effect on small motions about rest",)
+    return _build_linearisation(dynamics, state, notes)
+
+
+def linearise_from_start(
+    scene: Scene, poses: FloatArray, velocities: FloatArray, spindle_speed: float | str | None = None
+) -> Linearisation:
+    """Linearise a scene as `linearise_scene` does, about the equilibrium nearest to the start if it has one degree of freedom.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    poses
+        Initial poses; shape (bodies, 3).
+    velocities
+        Initial velocities; shape (bodies, 3).
+    spindle_speed
+        Speed of the spindle, rad/s, or text with a unit; the last of the scene if None.
+
+    Returns
+    -------
+    Linearisation
+        Linearised equations, eigenvalues and modes.
+    """
+    if len(scene.parts) > 1:
+        return linearise_scene(scene, poses, velocities, spindle_speed)
+    speed = last_spindle_speed(scene) if spindle_speed is None else spindle_speed
+    try:
+        equilibria = find_equilibria(scene, speed)
+    except MechanismError as error:  # there is none, or more degrees of freedom, or an unknown travel
+        try:
+            return linearise_scene(scene, poses, velocities, spindle_speed)
+        except MechanismError as other_error:
+            earlier_problems = error.problems if NO_STEADY_STATE in other_error.problems else ()
+            raise MechanismError(*earlier_problems, *other_error.problems) from None
+    start = float(evaluate_output_value(scene.part.mechanism, scene.part.mechanism.coordinate, poses))
+    return linearise_scene(scene, poses_at(scene, min(equilibria, key=lambda one: abs(one.coordinate - start))), velocities, spindle_speed)
+
+
+def poses_at(scene: Scene, equilibrium: Equilibrium) -> FloatArray:
+    """Return the poses of all bodies of a scene at an equilibrium of its part, with the shaft of a free spindle.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+    equilibrium
+        Equilibrium of its mechanism.
+
+    Returns
+    -------
+    FloatArray
+        Poses, m and rad; shape (bodies, 3).
+    """
+    return np.concatenate([equilibrium.poses, np.zeros((len(scene.mechanism.bodies) - len(scene.part.mechanism.bodies), 3))])
+
+
+def last_spindle_speed(scene: Scene) -> float | None:
+    """Return the last given speed of the spindle, rad/s.
+
+    Parameters
+    ----------
+    scene
+        Scene of one part.
+
+    Returns
+    -------
+    float | None
+        Speed; None for a free spindle, or if the loads do not depend on it.
+    """
+    return scene.spindle.speeds[-1] if isinstance(scene.spindle, Spindle) and has_spindle_dependent_loads(scene) else None
+
+
+def _build_linearisation(dynamics: SceneDynamics, state: SteadyState, notes: tuple[str, ...]) -> Linearisation:
+    values, reading_rates = dynamics.readings(state.z), dynamics.reading_jacobian(state.z) @ state.rates
+    readings, rates = {}, {}
+    for name, value, rate in zip(dynamics.reading_names, values, reading_rates, strict=True):
+        if abs(rate) * dynamics.time_scale > TURNING_TOLERANCE * dynamics.reading_scale(name):
+            rates[name] = float(rate)
+        else:
+            readings[name] = float(value)
+    rates |= {name: float(row @ state.rates) for name, row in dynamics.spindle_speed_rows().items()}
+    positions = [dynamics.names[k] for k in state.positions]
+    cyclic = [" + ".join(dynamics.names[k] for k in np.flatnonzero(direction)) for direction in state.cyclic.T]
+    linearisation = Linearisation(
+        **vars(state.first_order_system),
+        readings=readings,
+        rates=rates,
+        state_names=(*positions, *(f"{RATE_PREFIX}{name}" for name in [*positions, *cyclic])),
+        notes=notes,
+        _dynamics=dynamics,
+        _state=state,
+    )
+    if not np.all(np.isfinite(linearisation.matrix)):
+        raise MechanismError("the steady state is a singular configuration, about which the mechanism cannot move freely")
+    return linearisation

@@ -1,0 +1,1 @@
+"""Each machine against its closed forms."""

@@ -1,0 +1,1 @@
+"""The simulation against a user's function: its quantities, samples, calls and report."""

@@ -1,0 +1,265 @@
+"""Comparison of the simulation with a user's kernel."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from governor_mechanism.engines.rotating_part import rotating_part_alone
+from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.types import FloatArray
+from governor_mechanism.verification.user_kernel.function import Kernel, KernelResults, call_kernel, match_arguments, name_of_kernel
+from governor_mechanism.verification.user_kernel.position_quantities import position_quantities, valve_quantities
+from governor_mechanism.verification.user_kernel.report import KernelReport, KernelRow
+from governor_mechanism.verification.user_kernel.run_quantities import TIME, engine_quantities, run_quantities
+from governor_mechanism.verification.user_kernel.samples import SampleGroup, VariedKey, grid_groups, parse_inputs, random_groups
+from governor_mechanism.verification.user_kernel.simulated import Column, Quantity, Simulated
+from governor_mechanism.verification.user_kernel.static_quantities import static_quantities
+from governor_mechanism.verification.user_kernel.units import constant_units, constant_values, unit_factor
+
+KERNEL_RELATIVE_TOLERANCE = 1e-6
+"""Relative tolerance of a kernel: far above the error of the simulation (1e-11), far below that of a wrong formula."""
+
+RUN_ACCURACY_RATIO = 0.1
+"""Accuracy of a run over the tolerance of a kernel, so that the run's own error hardly widens it."""
+
+MAX_REFUSALS = 3
+"""Largest number of samples that cannot be simulated whose reasons are named."""
+
+
+def kernel_quantities(scene: Scene) -> Iterator[Quantity]:
+    """Yield all quantities of a scene that a kernel may compute.
+
+    Parameters
+    ----------
+    scene
+        Any scene. Quantities of statics are those of the part that turns with a spindle, alone.
+
+    Yields
+    ------
+    Quantity
+        First those at given positions, then those of the whole scene, at last those over time.
+    """
+    for quantity, _ in _quantities_with_scenes(scene):
+        yield quantity
+
+
+def _quantities_with_scenes(scene: Scene) -> Iterator[tuple[Quantity, Scene]]:
+    """Yield the quantities with the scene that they are evaluated in: that of the rotating part alone, or the whole."""
+    alone = _part_alone(scene)
+    if alone is not None:
+        for quantity in chain(static_quantities(alone), position_quantities(alone), valve_quantities(alone)):
+            yield quantity, alone
+    for quantity in chain(engine_quantities(scene), run_quantities(scene)):
+        yield quantity, scene
+
+
+def _part_alone(scene: Scene) -> Scene | None:
+    """Return the scene of the only part, or of the part that turns with a spindle; None if no part has quantities of its own."""
+    if len(scene.parts) == 1:
+        return scene
+    try:
+        return rotating_part_alone(scene)
+    except MechanismError:  # no part or several turn, or the part depends on others; the run of the whole scene is left
+        return None
+
+
+def check_kernel(
+    scene: Scene,
+    kernel: Kernel,
+    quantity: str,
+    over: Mapping[str, Any] | None = None,
+    allowed: float = KERNEL_RELATIVE_TOLERANCE,
+    *,
+    names: Mapping[str, str] | None = None,
+    unit: str | None = None,
+    varied: Sequence[VariedKey] = (),
+    random: int | None = None,
+    seed: int = 0,
+) -> KernelReport:
+    """Compare a function with the simulation.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    kernel
+        Function of numbers or arrays. Its parameters are matched by name: dimensions, `gravity`, the inputs and arguments of the quantity.
+    quantity
+        Name of what the kernel returns.
+    over
+        Values of the inputs of the quantity by name: SI, or text with units, also a range such as "15 deg:45 deg:25".
+    allowed
+        Tolerance relative to the simulated value; for readings, which may pass zero, relative to their scale.
+    names
+        Our name by the kernel's name where they differ, with a unit if it is not SI, as {"alpha": "arm_angle in deg"}.
+    unit
+        Unit of the kernel's result; SI if None.
+    varied
+        Keys of the scene that vary.
+    random
+        Number of random samples between the limits of all inputs and keys; None for the grid of all values.
+    seed
+        Seed of the random samples.
+
+    Returns
+    -------
+    KernelReport
+        One row per comparison.
+
+    Raises
+    ------
+    MechanismError
+        If an argument is wrong, nothing can be simulated, or the kernel gives no number anywhere.
+    """
+    if not allowed > 0:
+        raise MechanismError(f"allowed is a relative tolerance above 0, such as 1e-6; got {allowed:g}")
+    chosen, studied = _find_quantity(scene, quantity, over or {})
+    factor = 1.0 if unit is None else unit_factor(unit, chosen.unit, "the kernel's result", is_frequency=chosen.is_frequency)
+    if varied and not studied.document:
+        raise MechanismError("keys vary only in a scene from a file or a dictionary, and not in a part alone; leave vary out")
+    inputs = parse_inputs(chosen, over or {})
+    groups = grid_groups(studied, inputs, varied) if random is None else random_groups(studied, inputs, varied, random, seed)
+    samples, notes = _simulate_groups(groups, chosen, RUN_ACCURACY_RATIO * allowed)
+    arguments = match_arguments(kernel, _available_arguments(chosen, samples), names or {})
+    results = call_kernel(kernel, arguments, sum(len(result.values) for _, result in samples), is_history=TIME in chosen.inputs)
+    rows = _make_rows(chosen, samples, results, arguments, allowed, factor, unit or chosen.unit)
+    if len(results.problems) == len(rows):
+        raise MechanismError(f"{name_of_kernel(kernel)} gave no number anywhere; at {rows[0].place}: {rows[0].problem}")
+    n_coarse = sum(row.error_estimate > allowed * row.scale for row in rows)
+    if n_coarse:
+        notes.append(
+            f"in {n_coarse} of {len(rows)} points the error of the simulation exceeds the tolerance of the kernel, and is allowed too"
+        )
+    return KernelReport(
+        title=scene.title,
+        against=name_of_kernel(kernel),
+        rows=rows,
+        notes=tuple(notes),
+        quantity=chosen.name,
+        unit=unit or chosen.unit,
+        description=chosen.description,
+        tolerance=allowed,
+        defects=results.defects,
+        is_vectorised=results.is_vectorised,
+    )
+
+
+def _find_quantity(scene: Scene, name: str, over: Mapping[str, Any]) -> tuple[Quantity, Scene]:
+    """Return the quantity of a name with its scene, over time if times are given; raise MechanismError if there is none."""
+    wanted = name.strip().replace(" ", "_").replace("-", "_")
+    known = list[str]()
+    found = list[tuple[Quantity, Scene]]()
+    for one, studied in _quantities_with_scenes(scene):
+        known.append(one.name)
+        if one.name == wanted:
+            found.append((one, studied))
+            if (TIME in over) == (TIME in one.inputs):
+                return one, studied
+    if found:
+        return found[0]
+    listed = ", ".join(dict.fromkeys(known))
+    raise MechanismError(f"unknown quantity {name!r}; available: {listed}.{did_you_mean(wanted, known)}")
+
+
+def _simulate_groups(
+    groups: Iterator[SampleGroup], quantity: Quantity, accuracy: float
+) -> tuple[list[tuple[SampleGroup, Simulated]], list[str]]:
+    """Return the groups with their results, and notes; a changed scene that cannot be simulated is noted and left out."""
+    samples, notes, refusals, n_groups = list[tuple[SampleGroup, Simulated]](), list[str](), list[str](), 0
+    for group in groups:
+        n_groups += 1
+        try:
+            result = quantity.evaluate(group.scene, group.inputs, accuracy)
+        except MechanismError as error:
+            if not group.changes:
+                raise
+            changes = ", ".join(f"{key} = {column.values[0]:.6g} {column.unit}" for key, column in group.changes.items())
+            refusals.append(f"{changes}: {error.problems[0]}")
+            continue
+        samples.append((group, result))
+        notes += result.notes
+    if not samples:
+        raise MechanismError(*refusals[:MAX_REFUSALS])
+    if refusals:
+        notes.append(
+            f"{len(refusals)} of {n_groups} scenes are left out, as they cannot be simulated; {'; '.join(refusals[:MAX_REFUSALS])}"
+        )
+    return samples, list(dict.fromkeys(notes))
+
+
+def _available_arguments(quantity: Quantity, samples: Sequence[tuple[SampleGroup, Simulated]]) -> dict[str, Column]:
+    """Return all that a kernel may take, of n values each: dimensions, gravity, inputs and arguments of the quantity."""
+    tables = [_arguments_of_group(quantity, *sample) for sample in samples]
+    shared = [name for name in tables[0] if all(name in table for table in tables)]
+    return {name: Column(np.concatenate([table[name].values for table in tables]), tables[0][name].unit) for name in shared}
+
+
+def _arguments_of_group(quantity: Quantity, group: SampleGroup, result: Simulated) -> dict[str, Column]:
+    count = len(result.values)
+    units = constant_units(group.scene)
+    constants = {name: Column(np.full(count, value), units[name]) for name, value in constant_values(group.scene).items()}
+    inputs = {name: Column(values[:count], quantity.inputs[name].unit) for name, values in group.inputs.items()}
+    return {**constants, **inputs, **result.arguments}
+
+
+def _make_rows(
+    quantity: Quantity,
+    samples: Sequence[tuple[SampleGroup, Simulated]],
+    results: KernelResults,
+    arguments: Mapping[str, Column],
+    allowed: float,
+    factor: float,
+    unit: str,
+) -> tuple[KernelRow, ...]:
+    """Return the comparisons in the unit of the kernel."""
+    simulated = np.concatenate([result.values for _, result in samples])
+    errors = np.concatenate([result.errors for _, result in samples])
+    scales = _scales(samples, float(np.max(np.abs(simulated))))
+    places = list(chain.from_iterable(_places(quantity, group, len(result.values)) for group, result in samples))
+    returned = factor * results.values
+    if quantity.period:
+        returned = simulated + np.array(
+            [math.remainder(one, quantity.period) if math.isfinite(one) else one for one in returned - simulated]
+        )
+    called = list(arguments.items())
+    return tuple(
+        KernelRow(
+            quantity=f"{quantity.name} at {_describe_place(place)}" if place else quantity.name,
+            simulated=float(simulated[k]) / factor,
+            expected=float(returned[k]) / factor,
+            allowed=(allowed * float(scales[k]) + float(errors[k])) / factor,
+            unit=unit,
+            reason="the requested relative tolerance, and the error estimate of the simulation",
+            error_estimate=float(errors[k]) / factor,
+            scale=float(scales[k]) / factor,
+            inputs=place,
+            arguments={name: (float(column.values[k]), column.unit) for name, column in called},
+            problem=results.problems.get(k, ""),
+        )
+        for k, place in enumerate(places)
+    )
+
+
+def _scales(samples: Sequence[tuple[SampleGroup, Simulated]], largest: float) -> FloatArray:
+    """Return the values (n,) to which the tolerance is relative: the given ones, or the results, or the largest where they are zero."""
+    columns = []
+    for _, result in samples:
+        magnitudes = np.abs(result.values) if result.scale is None else np.full(len(result.values), result.scale)
+        columns.append(np.where(magnitudes > 0, magnitudes, largest))
+    return np.concatenate(columns)
+
+
+def _places(quantity: Quantity, group: SampleGroup, count: int) -> Iterator[dict[str, tuple[float, str]]]:
+    """Yield the inputs and changes of each comparison with their units."""
+    changes = {key: (float(column.values[0]), column.unit) for key, column in group.changes.items()}
+    for k in range(count):
+        inputs = {name: (float(values[k]), quantity.inputs[name].unit) for name, values in group.inputs.items()}
+        yield inputs | changes
+
+
+def _describe_place(place: Mapping[str, tuple[float, str]]) -> str:
+    return ", ".join(f"{name} = {value:.6g}" for name, (value, _) in place.items())

@@ -1,0 +1,124 @@
+"""Words on films: headings of plots are whole, and the lines of labels keep clear of the words and scales of the drawing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from governor_mechanism.render.film.broken_lines import break_lines, shares_within
+from governor_mechanism.render.film.elevation_overlay import ElevationOverlay
+from governor_mechanism.render.film.frame_canvas import FrameCanvas
+from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.film.frame_painter import FramePainter
+from governor_mechanism.render.film.label_placement import LABEL_PITCH, place_labels
+from governor_mechanism.render.film.labels import find_labels
+from governor_mechanism.render.film.options import FilmOptions
+from governor_mechanism.render.film.plot_heading import MIN_NAME_HEIGHT, PlotHeading
+from governor_mechanism.render.geometry.primitives import Lines, TextShape, bounding_box
+from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
+
+COLUMN = 147.0
+"""Width (pixels) of one of three plots side by side, the narrowest place of a heading."""
+SHIPPED_NAMES = ("valve displacement", "crank end steam", "head end exhaust", "crosshead distance", "crank end travel")
+"""Longest names of readings above three plots side by side."""
+
+
+@pytest.fixture(scope="module")
+def canvases():
+    return {size: FrameCanvas(size, 0.0) for size in (320, 480, 1000)}
+
+
+def texts_of(heading, canvas, width, *, in_two_lines):
+    """Write a heading, and return its words with their boxes (left, bottom, right, top; pixels of the frame)."""
+    before = len(canvas.figure.artists)
+    heading.write(canvas, (10.0, 10.0 + width), 300.0, in_two_lines=in_two_lines)
+    added = canvas.figure.artists[before:]
+    found = [(text.get_text(), text.get_window_extent().extents, float(text.get_fontsize())) for text in added]
+    for text in list(added):
+        text.remove()
+    return found
+
+
+def are_apart(first, second):
+    return first[2] <= second[0] or second[2] <= first[0] or first[3] <= second[1] or second[3] <= first[1]
+
+
+@pytest.mark.parametrize("size", [320, 480, 1000])
+@pytest.mark.parametrize("name", SHIPPED_NAMES)
+@pytest.mark.parametrize(("number", "unit"), [("-1234.5", "mm"), ("0.0", "°"), ("-0.123", "N m")])
+def test_names_above_plots_are_whole_and_beside_nothing(canvases, size, name, number, unit):
+    canvas = canvases[size]
+    heading = PlotHeading(names=(name,), numbers=[number], unit=unit, colour="#000000")
+    words = texts_of(heading, canvas, COLUMN, in_two_lines=heading.needs_two_lines(canvas, COLUMN))
+    assert " ".join(text for text, *_ in words[2:]) == name
+    boxes = [box for _, box, _ in words]
+    # A blank of a pixel: boxes of lines reach as far as ascenders and descenders, which no two lines have at one place.
+    shrunk = [(box[0], box[1] + 0.25 * (box[3] - box[1]), box[2], box[3]) for box in boxes]
+    assert all(are_apart(one, other) for k, one in enumerate(shrunk) for other in shrunk[:k])
+    scale = size / 480
+    assert all(box[0] >= (10.0 - 1.0) * scale and box[2] <= (11.0 + COLUMN) * scale for box in boxes)
+    points_per_pixel = scale * 72 / 64
+    assert all(height >= 0.99 * MIN_NAME_HEIGHT * points_per_pixel for *_, height in words[2:])
+
+
+def test_short_names_stay_beside_their_numbers(canvases):
+    heading = PlotHeading(names=("arm angle",), numbers=["40.0"], unit="°", colour="#000000")
+    assert not heading.needs_two_lines(canvases[480], COLUMN)
+
+
+def test_a_name_too_long_for_a_line_goes_on_beside_the_number(canvases):
+    name = "rate of displacement of the upper end of the lever"
+    heading = PlotHeading(names=(name,), numbers=["1.0"], unit="m/s", colour="#000000")
+    words = [text for text, *_ in texts_of(heading, canvases[480], 170.0, in_two_lines=True)]
+    assert len(words) == 4  # unit, number, and two lines
+    assert f"{words[2]} {words[3]}" == name
+
+
+def test_several_names_have_their_colours(canvases):
+    heading = PlotHeading(names=("torque", "load"), numbers=["150"], unit="N m", colour="#1371d5", name_colours=("#1371d5", "#b9500a"))
+    words = [text for text, *_ in texts_of(heading, canvases[480], 170.0, in_two_lines=False)]
+    assert words[2:] == ["torque,", "load"]
+
+
+@pytest.fixture(scope="module")
+def porter():
+    return fake_run(GOVERNOR_DIMENSIONS["porter"], duration=3.4, output_interval=0.02)
+
+
+def test_no_label_line_crosses_the_lift_scale_or_a_word(porter):
+    """At each frame, whatever the height of the sleeve."""
+    data = FrameData(porter, porter.scene.part, (0.0, 3.4), np.linspace(0.0, 3.4, 41))
+    painter = FramePainter(porter, [data], options=FilmOptions(labels=True))
+    overlay = ElevationOverlay(data, data.drawing.bounds, FilmOptions(labels=True))
+    overlay.place_labels(painter.view, lambda *_, **__: None, 0.0)
+    obstacles = [shape for shape in data.drawing.static_shapes if isinstance(shape, TextShape) or shape.role == "scale"]
+    assert len(obstacles) > 1
+    boxes = np.array([bounding_box([shape]) for shape in obstacles])
+    # Words have no height in metres; a line through their middle would cross them.
+    boxes[:, 2:] += np.array([-1e-4, 1e-4])
+    boxes[:, 1] += 1e-4
+    for k in range(41):
+        (lines,) = (shape for shape in overlay.shapes_at(k) if isinstance(shape, Lines) and shape.role == "label line")
+        starts, ends = np.moveaxis(np.array(lines.lines), 1, 0)
+        is_drawn = np.hypot(*(ends - starts).T) > 0.0
+        enters, leaves = shares_within(starts[is_drawn, None], ends[is_drawn, None], boxes[None])
+        assert not (enters < leaves).any()
+
+
+def test_labels_stand_one_below_the_other(porter):
+    data = FrameData(porter, porter.scene.part, (0.0, 3.4), np.linspace(0.0, 3.4, 11))
+    painter = FramePainter(porter, [data], options=FilmOptions(labels=True))
+    placed = place_labels(data, find_labels(data), painter.view)
+    heights = [label.height for label in placed]
+    assert len(placed) > 5
+    assert np.diff(heights).min() >= LABEL_PITCH - 1e-9
+    assert {label.name for label in placed} >= {"arm", "ball", "link", "sleeve"}
+
+
+def test_a_line_is_broken_at_boxes():
+    boxes = np.array([[1.0, 2.0, -1.0, 1.0], [1.5, 3.0, -1.0, 1.0], [5.0, 6.0, 2.0, 3.0]])
+    straight, steep = break_lines((0.0, 0.0), np.array([[4.0, 0.0], [0.0, 4.0]]), boxes)
+    # Two boxes that overlap make one gap; the third is never met, and a line that meets none is whole.
+    assert [piece for piece in straight if piece[0] != piece[1]] == [((0.0, 0.0), (1.0, 0.0)), ((3.0, 0.0), (4.0, 0.0))]
+    assert [piece for piece in steep if piece[0] != piece[1]] == [((0.0, 0.0), (0.0, 4.0))]
+    assert len(straight) == len(steep)  # so that an animated drawing moves them evenly
