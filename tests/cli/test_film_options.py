@@ -40,7 +40,9 @@ def test_nothing_is_passed_on_by_default():
 
 
 def test_options_have_the_names_and_units_of_films():
-    given = gather(readings="arm_angle, rate of arm_angle", no_footer=True, forces=True, start="500 ms", stop="2", layout=FilmLayout.WIDE)
+    given = gather(
+        readings="arm_angle, rate of arm_angle,arm_angle", no_footer=True, forces=True, start="500 ms", stop="2", layout=FilmLayout.WIDE
+    )
     expected = {
         "readings": ["arm_angle", "rate of arm_angle"],
         "footer": False,
@@ -68,6 +70,7 @@ def test_a_time_in_another_unit_is_refused():
     ("options", "message"),
     [
         (["--readings", "arm_angel"], "--readings: .* no reading 'arm_angel'.*Did you mean 'arm_angle'"),
+        (["--readings", " , "], "--readings needs names with commas between, as in arm_angle,sleeve_lift; found ' , '"),
         (["--readings", "a,b,c,d,e"], "at most 4 readings, and --readings names 5: a, b, c, d, e; leave some out"),
         (["--readings", "arm_angle", "--layout", "machine"], "the --layout 'machine' plots no readings; leave --readings out, or choose"),
         (["--layout", "square"], "'--layout': .*'square' is not one of 'machine', 'machine.plots', 'wide'"),

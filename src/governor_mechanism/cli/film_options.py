@@ -126,6 +126,14 @@ def check_film_options(
         _check_timing(max(scene.run.duration for scene in scenes), **timing)
 
 
+def _parse_names(text: str) -> list[str]:
+    """Return the names of readings in a text with commas between, each once."""
+    names = dict.fromkeys(name.strip() for name in text.split(",") if name.strip())
+    if not names:
+        raise MechanismError(f"--readings needs names with commas between, as in arm_angle,sleeve_lift; found {text!r}")
+    return list(names)
+
+
 _FRAME_DEFAULTS: Mapping[str, Any] = {"readings": None, **{one.name: one.default for one in fields(FilmOptions) if one.name != "readings"}}
 """Options of the frames of a film by name, of which nothing is chosen."""
 PAGE_FORMAT, DRAWING_FORMAT = "html", "svg"
@@ -232,7 +240,7 @@ def gather_film_options(
     Raises
     ------
     MechanismError
-        If a time is not understood.
+        If a time is not understood, or no reading is named.
     """
     times = {
         name: parse_quantity(number_or_text(text), "time", f"--{name}")
@@ -244,7 +252,7 @@ def gather_film_options(
         **times,
         **{name: True for name, is_on in switches.items() if is_on},
         **({} if slow_down is None else {"slow_down": slow_down}),
-        **({} if readings is None else {"readings": [name.strip() for name in readings.split(",") if name.strip()]}),
+        **({} if readings is None else {"readings": _parse_names(readings)}),
         **({"footer": False} if no_footer else {}),
         **({} if layout is FilmLayout.MACHINE_AND_PLOTS else {"layout": layout.value}),
         **({} if view is FilmView.PLANE else {"view": view.value}),
