@@ -33,8 +33,14 @@ def snippets_of(page: Path, language: str) -> list[Snippet]:
     text = page.read_text(encoding="utf-8")
     return [
         Snippet(match[1], f"{page.relative_to(ROOT)}:{text.count(chr(10), 0, match.start()) + 1}")
-        for match in re.finditer(rf"^```{language}\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE)
+        for match in re.finditer(rf"^```{language}(?: \S+\.toml)?\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE)
     ]
+
+
+def named_scenes(page: Path) -> dict[str, str]:
+    """Return the scenes of a page whose fences name a file, by that name: what the reader writes into it."""
+    text = page.read_text(encoding="utf-8")
+    return dict(re.findall(r"^```toml (\S+\.toml)\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE))
 
 
 def commands(page: Path, language: str) -> list[tuple[list[str], str]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from documentation_pages import PAGES, ROOT, snippets_of
+from documentation_pages import PAGES, ROOT, named_scenes, snippets_of
 
 COMMAND = Path(sys.executable).with_name("governor-mechanism")
 
@@ -23,7 +23,11 @@ def lines(page: Path) -> list[str]:
 
 @pytest.mark.parametrize("page", [pytest.param(page, id=str(page.relative_to(ROOT))) for page in PAGES if lines(page)])
 def test_commands_run(page, tmp_path):
+    scenes = named_scenes(page)
     for line in lines(page):
         words = line.replace("governor-mechanism", str(COMMAND), 1)
         answer = subprocess.run(["bash", "-c", words], cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL)
         assert answer.returncode == 0, f"{line}\n{answer.stdout[-2000:]}\n{answer.stderr[-2000:]}"
+        written = line.rpartition(" > ")[2]
+        if written in scenes:
+            (tmp_path / written).write_text(scenes[written], encoding="utf-8")

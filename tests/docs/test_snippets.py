@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import governor_mechanism as gm
-from documentation_pages import PAGES, ROOT, check_options, commands, snippets, snippets_of
+from documentation_pages import PAGES, ROOT, check_options, commands, named_scenes, snippets, snippets_of
 from governor_mechanism.cli.main import app
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_mechanism.scenes.parser import parse_scene_document
@@ -65,7 +65,7 @@ def test_commands_run(page, tmp_path, monkeypatch):
         result = CliRunner().invoke(app, arguments)
         assert result.exit_code == 0, f"{' '.join(arguments)}: {result.output}"
         if target:
-            Path(target).write_text(result.stdout, encoding="utf-8")
+            Path(target).write_text(named_scenes(page).get(target, result.stdout), encoding="utf-8")
 
 
 def test_long_commands_have_known_options():
