@@ -327,6 +327,11 @@ def test_equilibria_are_told_drawn_and_given_as_json(tmp_path):
     assert found["files"] == []
 
 
+@pytest.mark.parametrize(("scene", "unit"), [("porter", "N m/rad"), ("haug_governor", "N/m")])
+def test_a_stiffness_has_the_unit_of_its_coordinate(scene, unit):
+    assert re.search(rf"stiffness [\d.]+ {unit}(;|$)", call("equilibria", scene, "--no-figure").stdout, re.MULTILINE)
+
+
 def test_equilibria_at_a_speed_that_is_none_are_refused(tmp_path):
     result = call("equilibria", "porter", "--speed", "6 kg", "--out", str(tmp_path))
     assert result.exit_code == 2

@@ -91,6 +91,23 @@ def test_valve_and_piston_move_as_their_bodies_do(run):
     np.testing.assert_allclose(ways, scale * displacements + np.mean(ways - scale * displacements), atol=ROUNDING)
 
 
+def test_the_valve_rod_moves_as_one_with_its_body_and_the_ports_lie_toward_the_cylinder(run):
+    gear, valve_body = drawing(run), run.scene.part.mechanism.body_index("valve")
+    offsets, pistons = [], []
+    for k in range(0, len(run.times), 3):
+        polygons = [s for s in gear.moving_shapes(run.poses[k], float(run.times[k])) if isinstance(s, Polygon) and s.points]
+        _, rod, *_ = (s for s in polygons if s.role == "piston rod")  # after the piston's
+        offsets.append(np.array(rod.points) - run.poses[k, valve_body, :2])
+        pistons.append(*centroids(polygons, "piston"))
+    np.testing.assert_allclose(np.ptp(offsets, axis=0), 0.0, atol=ROUNDING)
+    along = pistons[0] - pistons[len(pistons) // 2]
+    normal = np.array([-along[1], along[0]]) / np.hypot(*along)
+    # Pipe, space of the cylinder and port of the crank end.
+    _, _, port = [np.mean(s.points, axis=0) for s in polygons if s.role in STEAM_PHASES][:3]
+    of_port, of_valve = (abs((place - pistons[0]) @ normal) for place in (port, centroids(polygons, "valve")[0]))
+    assert of_port < of_valve
+
+
 @pytest.mark.parametrize("name", GEARS)
 def test_the_steam_changes_its_state_at_the_events(name):
     """In mid gear, which stays, cylinder, pipe and ports of each end are painted as the valve timing says."""

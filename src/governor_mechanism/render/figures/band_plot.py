@@ -1,4 +1,4 @@
-"""Curves in figures, drawn as a light band with its mean where their oscillations are too narrow to be told apart."""
+"""Curves in figures, drawn as a light band with its mean where their oscillations are too narrow to be resolved."""
 
 from collections.abc import Sequence
 from typing import Any

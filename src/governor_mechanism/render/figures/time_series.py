@@ -77,7 +77,7 @@ def readings_figure(run: Trajectory, chosen: Sequence[str] = ()) -> Page:
     """Draw an overview of the readings over time, in everyday units, or chosen readings.
 
     What stays constant stands in a line of its own instead of a panel. Of many other readings those are drawn that tell most (`overview`),
-    and a line below names the rest. Readings that are chosen all have a panel. A curve whose oscillations are too narrow to be told apart
+    and a line below names the rest. Readings that are chosen all have a panel. A curve whose oscillations are too narrow to be resolved
     is drawn as its range and mean within a turn (`range_bands`). Few events, such as impacts against stops, are marked by a line each
     through the panels; many by a tick each in a strip below, with a row for each kind. Turning points are seen in the curves.
 

@@ -110,7 +110,7 @@ def plot_curves(
     """Return the panel of curves, the first in front, with all their points up to frame k; `marks` are times (s) of upright lines.
 
     The whole curves are pale behind, so that also the first frame shows them. With `has_bands`, in frames that say what bands are, a curve
-    whose oscillations are too narrow to be told apart is a pale band with its mean. Only the lowest of several plots on a common time axis
+    whose oscillations are too narrow to be resolved is a pale band with its mean. Only the lowest of several plots on a common time axis
     has time labels.
     """
     start, end = frame_data.time_span
