@@ -20,7 +20,7 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.observables.branch_choice import find_unresolved_branch, may_branch
-from governor_mechanism.observables.error_scales import EVENT_TIMES
+from governor_mechanism.observables.error_scales import EVENT_TIMES, JOINT_GAP
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import DeferredMotionAnalysis, RunResult, StateHistory
 from governor_mechanism.types import BoolArray, FloatArray
@@ -193,16 +193,20 @@ class Runner(ABC):
         """Return the best result with what only its trajectory needs."""
         return best
 
-    def with_error_estimate(self, better: RunResult, worse: RunResult, is_near_event: BoolArray, event_time_error: float) -> RunResult:
-        """Return a result with its errors, estimated by the difference from a less accurate one, at shared times not near an event."""
-        indices, observables = np.flatnonzero(~is_near_event), [better.observables, worse.observables]
-        if len(indices) < max(better.n_reached, worse.n_reached):
-            observables = [self.evaluator.evaluate(result.reported_states.at(indices)) for result in (better, worse)]
-        errors = self.evaluator.compare_observables(*observables)
+    def with_error_estimate(
+        self, result: RunResult, other: RunResult, is_near_event: BoolArray, event_time_difference: float, error_ratio: float = 1.0
+    ) -> RunResult:
+        """Return a result with its errors: a ratio times its difference from another one, at shared times not near an event."""
+        indices, observables = np.flatnonzero(~is_near_event), [result.observables, other.observables]
+        if len(indices) < max(result.n_reached, other.n_reached):
+            observables = [self.evaluator.evaluate(one.reported_states.at(indices)) for one in (result, other)]
+        differences = self.evaluator.compare_observables(*observables)
         if has_contacts(self.scene):
-            errors[EVENT_TIMES] = event_time_error
-        estimate = self.evaluator.to_relative_error(errors, better.observables)
-        return replace(better, reading_errors=errors, error_estimate=estimate, n_excluded=int(is_near_event.sum()))
+            differences[EVENT_TIMES] = event_time_difference
+        # The gap of the joints is no difference.
+        errors = {name: value if name == JOINT_GAP else error_ratio * value for name, value in differences.items()}
+        estimate = self.evaluator.to_relative_error(errors, result.observables)
+        return replace(result, reading_errors=errors, error_estimate=estimate, n_excluded=int(is_near_event.sum()))
 
     def run(self) -> Trajectory:
         """Return the trajectory of the best result."""

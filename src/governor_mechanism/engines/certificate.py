@@ -1,8 +1,11 @@
-"""Error certificate of engines with error control: refine the tolerance until the estimated error meets the accuracy."""
+"""Error certificate of engines with error control: halve the steps until the error of a run meets the accuracy."""
+
+from __future__ import annotations
 
 import math
 import time
 from abc import abstractmethod
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
@@ -13,45 +16,65 @@ from governor_mechanism.engines.expected_work import ExpectedWork
 from governor_mechanism.engines.stall_causes import describe_stall
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.integrators.step_record import StepRecord, make_step_record
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.model.results.outcome import FLIGHT_DETAIL, Outcome
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.error_scales import JOINT_GAP
+from governor_mechanism.observables.error_scales import name_of_rate
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult
 from governor_mechanism.types import FloatArray
 
-TOLERANCE_SAFETY_FACTOR = 100.0
-"""Ratio of accuracy to first tolerance: the estimate is the error of a run with a ten times larger tolerance."""
+FIRST_TOLERANCE_RATIO = 0.01
+"""Ratio of the first tolerance to the accuracy: the error of a run is some ten times that of one step."""
 
-COMPARISON_TOLERANCE_RATIO = 10.0
-"""Ratio of the comparison run's tolerance to that of the certified run."""
+FINER_TOLERANCE_RATIO = 0.01
+"""Ratio of the tolerance of a run to that of the run whose steps it halves.
+
+Where order 8 holds, half a step has an error 512 times smaller, so that this tolerance shortens no step.
+"""
+
+MIN_FINER_TOLERANCE = 1e-13
+"""Tolerance below which that of a finer run does not fall: near singular configurations rounding exceeds it, and half steps suffice."""
+
+ERROR_TO_DIFFERENCE_RATIO = 2.0
+"""Bound of the error of a run, relative to its difference from a run that takes at most half of each of its steps.
+
+With the errors e of the run and f of the finer one, |e| <= |e - f| + |f|. Halved steps halve the error at least, whatever sets
+them: the tolerance, a kink, a limit or an event, for which the order is 1 or more. So |f| <= |e| / 2, and |e| <= 2 |e - f|.
+Where the order of 8 holds, the bound is twice the error.
+"""
 
 JOINTS_OF_FIXED_WORK = 4
 """Number of joints whose equations take as long as the rest of an evaluation."""
 
-ROUNDING_SAFETY_FACTOR = 3.0
-"""Ratio of the bound to the standard deviation of the summed roundings, each of which is at most half a unit in the last place."""
+SINGULAR_PASSAGE_SAFETY_FACTOR = 2.0
+"""Bound of the error of passing singular configurations, relative to its order of magnitude.
 
-ROUNDINGS_PER_STEP = 13
-"""Roundings of a state in one step: it is the sum of its last value and of what twelve stages contribute."""
+Measured on chains of 2 to 10 four-bars, of which all bars lie in one line 14 times: 0.04 to 1.1 of that.
+"""
+
+ROUNDING_SAFETY_FACTOR = 3.0
+"""Ratio of the bound of the summed roundings to a unit in the last place times the root of the number of steps.
+
+A step rounds the state by 0.29 units in the mean square; what its stages contribute is smaller by the size of its change.
+"""
 
 MIN_STEP_TOLERANCE = 1e-15
 """Smallest tolerance that is tried: double precision allows no less."""
 
 MAX_STEP_TOLERANCE = 1e-6
-"""Largest first tolerance: with longer steps the errors of two runs no longer differ as their tolerances do, and no time is saved."""
+"""Largest first tolerance: with longer steps the error no longer falls with the order, and no time is saved."""
 
-STEP_LIMITED_SAFETY_FACTOR = 2.0
-"""Factor on the estimate of a run that is better than requested: its largest step limits it, not its tolerance.
+MAX_DECADE_TOLERANCE = 1e-11
+"""Tolerance up to which tolerances are rounded down to a power of ten: rounding makes errors a matter of chance there."""
 
-The errors of the two runs then differ by less than their tolerances do. The factor holds up to an error of 2 / 3 of that of the comparison
-run; near the requested accuracy, where tolerances limit both runs, it is a tenth, and the difference itself is an estimate.
-"""
+TOLERANCE_LOOSENING = 10.0
+"""Factor from one tolerance to the next where shorter steps do not reach the accuracy: they round more often."""
 
-MAX_ROUNDING_TOLERANCE = 0.99 * 1e-10 / TOLERANCE_SAFETY_FACTOR
-"""Tolerance below which rounding may outweigh discretisation: just less than that of a request for 1e-10, which engines reach."""
+MAX_LOOSER_ERROR_RATIO = 30.0
+"""Error of a looser run relative to the best one from which no still looser run is tried: its steps are too long."""
 
 ORDER = 8
 """Order of the integration: the number of steps grows by the root of this order of the reduction of the tolerance."""
@@ -59,13 +82,22 @@ ORDER = 8
 UNCONFIRMED_ERROR = 1.0
 """Error of states that the comparison run does not reach, relative to their scales: nothing is known of them."""
 
-RUNS_PER_CERTIFICATE = 2
-"""Number of runs of which a certificate consists. All certificates of a request together may take as many steps as two runs of full length,
-or as one where the step limit ends the motion in any case.
+RUNS_PER_CERTIFICATE = 3
+"""Work of a certificate in units of its coarser run: the finer one takes two steps for each of its steps.
+
+All runs of a request together may take as many steps as a certificate of full length.
 """
 
+FINER_STEP_LIMIT_RATIO, CUT_STEP_LIMIT_RATIO = 4.0, 2.2
+"""Largest number of steps of a finer run relative to `max_steps`: twice as many and what it rejects, with more room where the run that it
+confirms does not end at the limit.
+"""
+
+MAX_STEP_LIMIT = 10**8
+"""Largest value of `max_steps`: the steps of a run are recorded, eight bytes each."""
+
 REQUEST_TO_FIRST_RUN_RATIO = 4.5
-"""Expected work of a request relative to that of its first run: 2 if the second run confirms it, 11 after two refinements."""
+"""Expected work of a request relative to that of its first run: 3 if the second run confirms it, 7 with a third one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,14 +112,14 @@ class ErrorControlSettings:
         First step size as a fraction of the largest one.
     event_step_ratio
         Largest step size while event functions are monitored, as a fraction of the largest step: they are sampled five times in a
-        step. The two runs of a certificate have different largest steps, and therefore different steps here too.
+        step.
     monitor_interval_ratio
         Spacing of the monitor times in units of the time scale (for reduced also of the coordinate scale): limits and singular
         configurations are searched between them.
     max_interpolation_steps
         Step limit from a monitor time to a time before the next one: a handful suffices, except into a change point.
     max_stagnant_runs
-        Successive refinements without improvement after which the best run is accepted; a single one may be chance.
+        Successive halvings of the steps without improvement after which the best run is accepted; a single one may be chance.
     max_exit_bisections
         Bisections between two monitor times to locate where a motion leaves its range: to rounding.
     max_step_work
@@ -99,7 +131,7 @@ class ErrorControlSettings:
     event_step_ratio: float = 0.2
     monitor_interval_ratio: float = 0.25
     max_interpolation_steps: int = 100
-    max_stagnant_runs: int = 4
+    max_stagnant_runs: int = 2
     max_exit_bisections: int = 40
     max_step_work: float = 1e6
 
@@ -117,12 +149,13 @@ def initial_tolerance(accuracy: float) -> float:
     float
         Error of one step, relative to the scales of the state.
     """
-    return max(min(accuracy / TOLERANCE_SAFETY_FACTOR, MAX_STEP_TOLERANCE), MIN_STEP_TOLERANCE)
+    tolerance = max(min(FIRST_TOLERANCE_RATIO * accuracy, MAX_STEP_TOLERANCE), MIN_STEP_TOLERANCE)
+    return tolerance if tolerance > MAX_DECADE_TOLERANCE else float(10.0 ** math.floor(math.log10(tolerance) + 1e-9))
 
 
 @dataclass(frozen=True, kw_only=True)
 class ErrorControlledEngine(Engine):
-    """Engine with error control: it refines its tolerance until the estimated error meets the accuracy.
+    """Engine with error control: it halves its steps until the error of a run meets the accuracy.
 
     Attributes
     ----------
@@ -143,48 +176,136 @@ class ErrorControlledEngine(Engine):
         name = type(self).__name__
         if self.tolerance is not None and not MIN_STEP_TOLERANCE <= self.tolerance < 1:
             raise MechanismError(f"{name}.tolerance must lie between {MIN_STEP_TOLERANCE:g} and 1; got {self.tolerance!r}")
-        if self.max_steps is not None and self.max_steps < 1:
-            raise MechanismError(f"{name}.max_steps must be at least 1; got {self.max_steps!r}")
+        if self.max_steps is not None and not 1 <= self.max_steps <= MAX_STEP_LIMIT:
+            raise MechanismError(f"{name}.max_steps must lie between 1 and {MAX_STEP_LIMIT}; got {self.max_steps!r}")
 
     def step_limit(self, scene: Scene) -> int:
         """Return the largest number of steps of one run of a scene."""
         return self.max_steps or int(self.settings.max_step_work / (JOINTS_OF_FIXED_WORK + len(scene.mechanism.joints)))
 
 
+@dataclass(frozen=True, kw_only=True)
+class StepPlan:
+    """Steps of one run: those of a coarser run, of which it takes at most half, the record of its own, and how many it may take.
+
+    `level` counts the halvings since the first run.
+    """
+
+    max_steps: int
+    level: int = 0
+    coarser_steps: StepRecord = field(default_factory=make_step_record)
+    steps: StepRecord = field(default_factory=make_step_record)
+
+    def without_record(self) -> StepPlan:
+        """Return a plan of the same steps, which are not recorded again."""
+        return replace(self, steps=make_step_record())
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordedRun:
+    """Result of a run, its tolerance and plan, and the number of its steps, rejected ones included."""
+
+    result: RunResult
+    tolerance: float
+    plan: StepPlan
+    n_steps: int
+
+
 class CertifiedRunner(Runner):
-    """Runs of one scene with decreasing tolerances, until the estimated error meets the requested accuracy."""
+    """Runs of one scene, each with at most half of every step of the one before, until the error of one meets the requested accuracy."""
+
+    singular_violation: float = 0.0
+    """Violation of the constraints near singular configurations, relative to the length scale."""
 
     def __init__(self, engine: ErrorControlledEngine, request: RunRequest, evaluator: ReadingEvaluator) -> None:
         super().__init__(engine.name, asdict(engine), request, evaluator)
         self.engine, self.max_steps = engine, engine.step_limit(evaluator.scene)
 
     @abstractmethod
-    def run_once(self, tolerance: float, is_comparison: bool = False) -> RunResult:
-        """Run with a tolerance; a comparison run differs in its largest step too, in case that limits the steps."""
+    def run_once(self, tolerance: float, plan: StepPlan) -> RunResult:
+        """Run with a tolerance and a plan of the steps."""
 
     def find_best(self) -> RunResult:
         """Return the result at the tolerance of the engine, or at one that meets the accuracy."""
-        tolerance = self.engine.tolerance
+        tolerance = self.engine.tolerance or initial_tolerance(self.request.accuracy)
         if not self.request.certify:
-            return self.run_once(tolerance or initial_tolerance(self.request.accuracy))
-        return self._refine_tolerance() if tolerance is None else self.run_certified(tolerance)
+            return self.run_once(tolerance, StepPlan(max_steps=self.max_steps))
+        if self.engine.tolerance is not None:
+            return self._certify(tolerance)
+        best = self._halve_steps(tolerance)
+        # More steps round more often: where they do not help, fewer may.
+        while self._misses(best) and best.outcome is not Outcome.STEP_LIMIT and tolerance < MAX_STEP_TOLERANCE:
+            tolerance *= TOLERANCE_LOOSENING
+            looser = self._certify(tolerance)
+            best = _choose_better(best, looser)
+            if (looser.error_estimate or 0.0) > MAX_LOOSER_ERROR_RATIO * (best.error_estimate or 0.0):
+                break
+        return best
 
-    def run_certified(self, tolerance: float) -> RunResult:
-        """Run twice, and estimate the error of the more accurate run by the difference."""
-        n_steps_before = self._count_steps() if self.n_runs else 0
+    def _misses(self, result: RunResult) -> bool:
+        """Return whether the error of a result may exceed the requested accuracy."""
+        return (result.error_estimate or 0.0) > self.request.accuracy
+
+    def _halve_steps(self, tolerance: float) -> RunResult:
+        """Return the first run, of those that halve the steps of the one before, that meets the accuracy, or the best one."""
+        n_steps_before = self._count_steps()
+        coarse = self._start(tolerance)
+        fine = self._halve(coarse)
+        best, n_stagnant = self._compare(coarse, fine), 0
+        while self._misses(best) and n_stagnant < self.engine.settings.max_stagnant_runs:
+            n_used = self._count_steps() - n_steps_before
+            if best.outcome is Outcome.STEP_LIMIT or n_used + 2 * fine.n_steps > RUNS_PER_CERTIFICATE * self.max_steps:
+                break
+            if self._estimate_passage_error(fine) > self.request.accuracy:
+                break  # the shorter the steps over singular configurations, the larger is this error
+            coarse, fine = fine, self._halve(fine)
+            better = _choose_better(best, self._compare(coarse, fine))
+            n_stagnant = n_stagnant + 1 if better is best else 0
+            best = better
+        return best
+
+    def _certify(self, tolerance: float) -> RunResult:
+        """Return a run at a tolerance, with its error from one that halves its steps."""
+        coarse = self._start(tolerance)
+        return self._compare(coarse, self._halve(coarse))
+
+    def _start(self, tolerance: float) -> RecordedRun:
+        """Return a first run."""
         start_time = time.perf_counter()
-        worse = self.run_once(COMPARISON_TOLERANCE_RATIO * tolerance, is_comparison=True)
+        run = self._record(tolerance, StepPlan(max_steps=self.max_steps, steps=make_step_record(self.max_steps)))
         if self.expected_work is None:
             self.expected_work = self._expect_work(time.perf_counter() - start_time)
-        better = self.run_once(tolerance)
-        times = better.reported_states.times[: min(worse.n_reached, better.n_reached)]
+        return run
+
+    def _halve(self, coarse: RecordedRun) -> RecordedRun:
+        """Return a run that takes at most half of each step of another one."""
+        smallest = max(MIN_FINER_TOLERANCE, self._smallest_tolerance(coarse.result))
+        tolerance = min(coarse.tolerance, max(FINER_TOLERANCE_RATIO * coarse.tolerance, smallest))
+        is_cut = coarse.result.outcome is Outcome.STEP_LIMIT
+        max_steps = int((CUT_STEP_LIMIT_RATIO if is_cut else FINER_STEP_LIMIT_RATIO) * self.max_steps)
+        steps, level = make_step_record(max_steps), coarse.plan.level + 1
+        return self._record(tolerance, StepPlan(max_steps=max_steps, level=level, coarser_steps=coarse.plan.steps, steps=steps))
+
+    def _record(self, tolerance: float, plan: StepPlan) -> RecordedRun:
+        n_steps_before = self._count_steps()
+        result = self.run_once(tolerance, plan)
+        return RecordedRun(result=result, tolerance=tolerance, plan=plan, n_steps=self._count_steps() - n_steps_before)
+
+    def _compare(self, coarse: RecordedRun, fine: RecordedRun) -> RunResult:
+        """Return the result of the coarser of two runs with its errors, estimated by their difference."""
+        result, finer = coarse.result, fine.result
+        times = result.reported_states.times[: min(result.n_reached, finer.n_reached)]
         time_tolerance = self.request.accuracy * self.evaluator.time_scale
-        event_time_error, is_near_event = compare_event_logs(better.contact_events, worse.contact_events, times, time_tolerance)
-        result = self.with_error_estimate(better, worse, is_near_event, event_time_error)
-        result = self._with_energy_check(self._with_rounding(result, (self._count_steps() - n_steps_before) / RUNS_PER_CERTIFICATE))
-        n_missing = better.n_reached - worse.n_reached
+        event_time_difference, is_near_event = compare_event_logs(result.contact_events, finer.contact_events, times, time_tolerance)
+        certified = self.with_error_estimate(result, finer, is_near_event, event_time_difference, ERROR_TO_DIFFERENCE_RATIO)
+        if passage_error := self._estimate_passage_error(coarse):
+            scales = result.observables.scales
+            names = [*result.observables.readings, *map(name_of_rate, result.observables.rates)]
+            certified = self._with_least_errors(certified, {name: passage_error * scales[name] for name in names})
+        certified = self._with_energy_check(self._with_rounding(certified, coarse.n_steps))
+        n_missing = result.n_reached - finer.n_reached
         # Runs that both end early may do so on either side of a reported time.
-        return result if n_missing <= (better.outcome is not None) else _with_unconfirmed_end(result, worse)
+        return certified if n_missing <= (result.outcome is not None) else _with_unconfirmed_end(certified, finer)
 
     def _expect_work(self, first_run_time: float) -> ExpectedWork:
         """Return the expected work of the request after its first run, which took a time (s)."""
@@ -192,15 +313,29 @@ class CertifiedRunner(Runner):
         ratio, n_reported = REQUEST_TO_FIRST_RUN_RATIO, len(self.request.times)
         return ExpectedWork(first_run_time=first_run_time, n_evaluations=ratio * n_evaluations, n_reported=n_reported)
 
-    def _with_rounding(self, result: RunResult, n_steps: float) -> RunResult:
-        """Return a result whose errors are at least the roundings of readings and times over its steps, which add up like a random walk."""
-        relative = ROUNDING_SAFETY_FACTOR * float(np.finfo(np.float64).eps) * math.sqrt(ROUNDINGS_PER_STEP * n_steps)
-        readings, rates, times = result.observables.readings, result.observables.rates, result.reported_states.times
-        sizes = {name: np.abs(values) + np.abs(times * rates.get(name, 0.0)) for name, values in readings.items()}
-        roundings = {name: relative * float(np.max(size, initial=0.0)) for name, size in sizes.items()}
-        errors = {name: max(error, roundings.get(name, 0.0)) for name, error in result.reading_errors.items()}
+    def _estimate_passage_error(self, run: RecordedRun) -> float:
+        """Return the error of passing singular configurations, relative to the scales.
+
+        At an angle e (rad) from one, a constraint violation d changes accelerations by d / e^3. Each passage adds its own error, by
+        chance, which two runs may share.
+        """
+        scales = run.result.observables.scales
+        motion_rate = max((scales[name_of_rate(name)] / scales[name] for name in run.result.observables.rates), default=0.0)
+        amplification = motion_rate * float(run.plan.steps.singular_amplification[0])
+        return SINGULAR_PASSAGE_SAFETY_FACTOR * self.singular_violation * amplification
+
+    def _with_least_errors(self, result: RunResult, least_errors: Mapping[str, float]) -> RunResult:
+        """Return a result whose errors of readings and rates are at least the given ones (SI)."""
+        errors = {name: max(error, least_errors.get(name, 0.0)) for name, error in result.reading_errors.items()}
         estimate = max(result.error_estimate or 0.0, self.evaluator.to_relative_error(errors, result.observables))
         return replace(result, reading_errors=errors, error_estimate=estimate)
+
+    def _with_rounding(self, result: RunResult, n_steps: int) -> RunResult:
+        """Return a result whose errors are at least the roundings of readings and times over its steps, which add up like a random walk."""
+        relative = ROUNDING_SAFETY_FACTOR * float(np.finfo(np.float64).eps) * math.sqrt(n_steps)
+        readings, rates, times = result.observables.readings, result.observables.rates, result.reported_states.times
+        sizes = {name: np.abs(values) + np.abs(times * rates.get(name, 0.0)) for name, values in readings.items()}
+        return self._with_least_errors(result, {name: relative * float(np.max(size, initial=0.0)) for name, size in sizes.items()})
 
     def _with_energy_check(self, result: RunResult) -> RunResult:
         """Return a result whose estimate is at least the error that explains its energy drift, unless drivers alone give the motion."""
@@ -211,51 +346,10 @@ class CertifiedRunner(Runner):
         detail = f"the energy balance drifts by {energy.drift:.1e} of its scale, more than errors of {estimate:.1e} in the readings explain"
         return replace(result, error_estimate=error, detail=result.detail or (detail if error > self.request.accuracy else ""))
 
-    def _refine_tolerance(self) -> RunResult:
-        """Return the first run whose estimate meets the accuracy, or the best run found."""
-        tolerance = _round_to_decade(initial_tolerance(self.request.accuracy))
-        best = self._reduce_tolerance(tolerance)
-        # A looser request would have been answered by these runs: more steps round more often.
-        while (best.error_estimate or 0.0) > self.request.accuracy and tolerance < MAX_ROUNDING_TOLERANCE:
-            tolerance = _round_to_decade(COMPARISON_TOLERANCE_RATIO * tolerance)
-            best = _choose_better(best, self.run_certified(tolerance))
-        return self._allow_for_limited_steps(best)
-
-    def _allow_for_limited_steps(self, result: RunResult) -> RunResult:
-        """Return a result that is better than requested with errors raised by STEP_LIMITED_SAFETY_FACTOR, at most up to the accuracy."""
-        estimate, accuracy = result.error_estimate or 0.0, self.request.accuracy
-        if not 0.0 < estimate < accuracy:
-            return result
-        factor = min(STEP_LIMITED_SAFETY_FACTOR, accuracy / estimate)
-        errors = {name: error if name == JOINT_GAP else factor * error for name, error in result.reading_errors.items()}
-        raised = self.evaluator.to_relative_error(errors, result.observables)
-        return replace(result, reading_errors=errors, error_estimate=min(max(raised, estimate), accuracy))
-
-    def _reduce_tolerance(self, tolerance: float) -> RunResult:
-        """Return the first run, from a tolerance on, whose estimate meets the accuracy, or the best run found.
-
-        The tolerance is reduced until max_stagnant_runs in a row bring no improvement, because a single failure may be chance.
-        """
-        accuracy, n_stagnant = self.request.accuracy, 0
-        best = self.run_certified(tolerance)
-        used_steps = last_steps = self._count_steps()
-        # After enough runs without improvement the error is rounding, not discretisation.
-        while (error := best.error_estimate or 0.0) > accuracy and n_stagnant < self.engine.settings.max_stagnant_runs:
-            # With a smaller reduction the estimate may fail to improve merely by the chance of the step sizes.
-            reduction = min(max(0.5 * accuracy / error, 1e-3), 1 / COMPARISON_TOLERANCE_RATIO)
-            previous_tolerance, tolerance = tolerance, max(_round_to_decade(reduction * tolerance), self._smallest_tolerance(best))
-            expected_steps = last_steps * (previous_tolerance / tolerance) ** (1 / ORDER)
-            n_runs = 1 if best.outcome is Outcome.STEP_LIMIT else RUNS_PER_CERTIFICATE
-            if tolerance >= previous_tolerance or used_steps + expected_steps > n_runs * self.max_steps:
-                break
-            better = _choose_better(best, self.run_certified(tolerance))
-            last_steps, used_steps = self._count_steps() - used_steps, self._count_steps()
-            n_stagnant = n_stagnant + 1 if better is best else 0
-            best = better
-        return best
-
     def _count_steps(self) -> int:
         """Return the steps of all runs so far, rejected ones included."""
+        if not self.n_runs:
+            return 0
         steps, rejected, _ = self.count_work()
         return steps + rejected
 
@@ -266,19 +360,9 @@ class CertifiedRunner(Runner):
         return max(MIN_STEP_TOLERANCE, float(np.finfo(np.float64).eps) * distance)
 
 
-def _round_to_decade(tolerance: float) -> float:
-    """Return a tolerance, one near rounding rounded down to a power of ten.
-
-    There the error of a run is chance. A request then tries all the runs that a looser one would choose from.
-    """
-    if tolerance >= MAX_ROUNDING_TOLERANCE * COMPARISON_TOLERANCE_RATIO:
-        return tolerance
-    return float(10.0 ** math.floor(math.log10(tolerance) + 1e-9))
-
-
-def _with_unconfirmed_end(result: RunResult, worse: RunResult) -> RunResult:
-    """Return a result that does not claim the states after the end of its comparison run."""
-    detail = f"the run that it is compared with ends earlier, after {worse.n_reached} of {result.n_reached} reported times: {worse.detail}"
+def _with_unconfirmed_end(result: RunResult, finer: RunResult) -> RunResult:
+    """Return a result that does not claim the states after the end of the run that it is compared with."""
+    detail = f"the run that it is compared with ends earlier, after {finer.n_reached} of {result.n_reached} reported times: {finer.detail}"
     estimate = max(result.error_estimate or 0.0, UNCONFIRMED_ERROR)
     return replace(result, error_estimate=estimate, detail=result.detail or detail)
 

@@ -13,6 +13,7 @@ from governor_mechanism.integrators.stages import Equation, StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.step_attempt import make_attempt, make_output
 from governor_mechanism.integrators.step_ends import make_plain_step_ends, make_step_ends
+from governor_mechanism.integrators.step_record import StepRecord, find_step, limit_to_half_steps, make_step_record, record_step
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray
@@ -45,6 +46,10 @@ class StepLimits(NamedTuple):
         Largest number of accepted and rejected steps together.
     min_stiff_steps
         Fewest remaining steps with which a stiff equation ends the integration; infinity if it never does.
+    coarser_steps
+        Steps of another run: at most half of each is taken.
+    steps
+        Record of the steps.
     """
 
     tolerance: float
@@ -52,6 +57,23 @@ class StepLimits(NamedTuple):
     max_step: float
     max_steps: int
     min_stiff_steps: float
+    coarser_steps: StepRecord
+    steps: StepRecord
+
+
+def make_step_limits(
+    tolerance: float,
+    step: float,
+    max_step: float,
+    max_steps: int,
+    min_stiff_steps: float,
+    coarser_steps: StepRecord | None = None,
+    steps: StepRecord | None = None,
+) -> StepLimits:
+    """Return limits without another run, and without a record, unless they are given."""
+    return StepLimits(
+        tolerance, step, max_step, max_steps, min_stiff_steps, coarser_steps or make_step_record(), steps or make_step_record()
+    )
 
 
 Integration = Callable[
@@ -153,7 +175,7 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
         n_reached = n_retries = n_kink_retries = n_stiff = n_calm = 0
         progress_time, progress_steps = t, counts[StepCounter.ACCEPTED]
         reach = min(end - t, limits.max_step * limits.max_steps)  # a later end cannot be reached
-        min_step, full_step = 1e-13 * reach, step
+        min_step, full_step, coarser_step = 1e-13 * reach, step, find_step(limits.coarser_steps, t)
         while t < end:
             if counts[StepCounter.ACCEPTED] - progress_steps >= STALL_WINDOW_STEPS:
                 if t - progress_time < MIN_PROGRESS_RATIO * reach:
@@ -165,7 +187,8 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
                 return IntegrationStatus.STALLED, step, n_reached, t
             if n_kink_retries == 0:
                 full_step = min(step, limits.max_step)
-                step = max(choose_length(equation, buffers, t - time_origin, full_step, state), min_step)
+                step, coarser_step = limit_to_half_steps(limits.coarser_steps, coarser_step, t, full_step)
+                step = max(choose_length(equation, buffers, t - time_origin, step, state), min_step)
             is_last = t + step >= end
             h, t_next = (end - t, end) if is_last else (step, t + step)
             lowest_quality, error, retry_factor = attempt_step(
@@ -204,6 +227,7 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
             copy_array(state[:n_integrated], stages.next_state[:n_integrated])
             copy_array(stages.derivatives[:, 0], stages.next_derivative[:, 0])
             t = t_next
+            record_step(limits.steps, t, h, lowest_quality)
             if next_quality < 0.0:
                 return domain_status(next_quality), step, n_reached, t
             if fraction <= 1.0:
@@ -212,13 +236,14 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
                 copy_array(buffers.event_values[0], buffers.event_values[LAST_SAMPLE])
                 arm_events(buffers)
             step_factor = min(MAX_STEP_FACTOR, max(0.3, 0.9 * max(error, 1e-30) ** -0.125))
-            # The last step, or one up to a kink, may be cut very short.
+            # The last step, one up to a kink, or half of another run's step may be much shorter than its error allows.
             is_cut = is_last or (h < full_step and step_factor == MAX_STEP_FACTOR)
             step = max(full_step, h * step_factor) if is_cut else h * step_factor
             if is_at_kink:
                 return IntegrationStatus.EVENT, step, n_reached, t
             n_stiff, n_calm = (n_stiff + 1, 0) if is_stiff else (0 if n_calm + 1 >= N_NONSTIFF_STEPS else n_stiff, n_calm + 1)
             if is_regular and next_quality < min(quality, STEERING_QUALITY):
+                step, coarser_step = limit_to_half_steps(limits.coarser_steps, coarser_step, t, min(step, limits.max_step))
                 step = steer_step_over_singularity(math.sqrt(next_quality), math.sqrt(quality), h, step)
             n_retries, n_kink_retries, quality = 0, 0, next_quality
             if n_stiff >= N_STIFF_STEPS and end - t > limits.min_stiff_steps * h:

@@ -10,6 +10,7 @@ from governor_mechanism.integrators.radau_stages import EPSILON
 from governor_mechanism.integrators.radau_systems import RadauBuffers, factorise_matrices
 from governor_mechanism.integrators.stages import Equation, StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.integrators.step_record import INSIDE_STEP_TOLERANCE, StepRecord, find_step, limit_to_half_steps, record_step
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray
 
@@ -46,11 +47,17 @@ class RadauLimits(NamedTuple):
         First step size, s.
     max_steps
         Largest number of accepted and rejected steps together.
+    coarser_steps
+        Steps of another run: at most half of each is taken.
+    steps
+        Record of the steps.
     """
 
     tolerance: float
     step: float
     max_steps: int
+    coarser_steps: StepRecord
+    steps: StepRecord
 
 
 @dataclass(frozen=True)
@@ -159,6 +166,7 @@ def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegrati
         status = finish_step(equation, t - time_origin, state, buffers.start_derivative)
         has_jacobian, is_jacobian_current, factorised_h, previous_h, previous_error, rate = False, False, 0.0, 0.0, 1.0, 1.0
         is_doubtful, n_reached, jacobian_age, max_jacobian_age = True, 0, 0, MIN_STEPS_PER_JACOBIAN + buffers.jacobian.shape[1]
+        coarser_step = find_step(limits.coarser_steps, t)
         while t < end:
             if status != IntegrationStatus.DONE:
                 return status, step, n_reached, t
@@ -166,8 +174,11 @@ def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegrati
                 return IntegrationStatus.STEP_LIMIT, step, n_reached, t
             if not MIN_STEP_RATIO * duration <= step < math.inf:
                 return IntegrationStatus.STALLED, step, n_reached, t
-            is_last = t + step >= end
-            h, t_next = (end - t, end) if is_last else (step, t + step)
+            longest, coarser_step = limit_to_half_steps(limits.coarser_steps, coarser_step, t, step)
+            if longest < step and abs(longest - factorised_h) <= INSIDE_STEP_TOLERANCE * longest:
+                longest = factorised_h  # the same but for rounding of the time: the matrices serve again
+            is_last, is_cut = t + longest >= end, longest < step
+            h, t_next = (end - t, end) if is_last else (longest, t + longest)
             start_step(equation)
             if not has_jacobian:
                 if evaluate_jacobian(equation, t - time_origin, state, buffers.start_derivative, buffers.jacobian) < 0.0:
@@ -200,12 +211,14 @@ def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegrati
             max_factor = 1.0 if is_doubtful else min(MAX_STEP_FACTOR, max(1.0, MAX_PREDICTED_RATE / max(rate, EPSILON)))
             factor = min(max_factor, max(MIN_STEP_FACTOR, safety * _predict_factor(error, previous_error, h, previous_h, n_stages)))
             t, previous_h, previous_error, is_doubtful = t_next, h, max(error, 1e-2), False
+            record_step(limits.steps, t, h, 1.0)
             status = finish_step(equation, t - time_origin, state, buffers.start_derivative)
             jacobian_age += 1
             has_jacobian, is_jacobian_current = rate <= MAX_KEPT_RATE and jacobian_age < max_jacobian_age, False
             if has_jacobian and 1.0 <= factor <= MAX_KEPT_STEP_RATIO:
                 factor = 1.0
-            step = max(step, h * factor) if is_last else h * factor  # the last step may be cut very short
+            # The last step, or half of another run's step, may be much shorter than its error allows.
+            step = max(step, h * factor) if is_last or (is_cut and factor >= 1.0) else h * factor
         return status, step, n_reached, t
 
     return integrate

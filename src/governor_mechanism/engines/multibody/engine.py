@@ -9,9 +9,10 @@ import numpy as np
 
 from governor_mechanism.effects.registry import EFFECT_TYPES, FORCE_LAWS
 from governor_mechanism.engines.base import RunRequest
-from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine, describe_end
+from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine, StepPlan, describe_end
 from governor_mechanism.engines.exit_location import describe_stall, locate_exit
 from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.engines.multibody.integration import SINGULAR_CONSTRAINT_TOLERANCE_RATIO
 from governor_mechanism.engines.multibody.run import ConstrainedIntegrator, IntegrationResult, MultibodySettings
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME, contacts_of
@@ -31,7 +32,7 @@ from governor_mechanism.observables.run_result import RunResult, StateHistory
 class MultibodyEngine(ErrorControlledEngine):
     """Order 8 with error control and constraints satisfied to rounding at every step; the reference engine.
 
-    The error estimate is the difference from a run with a ten times larger tolerance.
+    The error estimate is twice the difference from a run that takes at most half of every step.
 
     Attributes
     ----------
@@ -66,12 +67,13 @@ class MultibodyRunner(CertifiedRunner):
         initial_motion = initial_state(scene)
         super().__init__(engine, request, ReadingEvaluator(scene, initial_motion[0]))
         self.integrator = ConstrainedIntegrator(self.evaluator, initial_motion, request.times, self.max_steps, engine.settings)
+        self.singular_violation = engine.settings.constraint_tolerance_ratio * SINGULAR_CONSTRAINT_TOLERANCE_RATIO
 
-    def run_once(self, tolerance: float, is_comparison: bool = False) -> RunResult:
-        """Run once; a comparison run may take steps twice as long."""
+    def run_once(self, tolerance: float, plan: StepPlan) -> RunResult:
+        """Run once."""
         self.n_runs += 1
         integrator, time_grid = self.integrator, self.integrator.time_grid
-        integration = integrator.integrate(tolerance, 2.0 if is_comparison else 1.0)
+        integration = integrator.integrate(tolerance, plan)
         if integrator.is_stiff:
             onset = f"t = {integrator.stiffness_onset:.4g} s"
             self.method = f"stiff from {onset}: implicit (Radau) in independent coordinates from there"

@@ -251,7 +251,9 @@ def integrate_multibody_to_event(
     while True:
         _update_holds(equation, time - span[0], state)
         _begin_phases(equation, buffers, time - span[0], state)
-        next_limits = StepLimits(limits.tolerance, step, limits.max_step, limits.max_steps, limits.min_stiff_steps)
+        next_limits = StepLimits(
+            limits.tolerance, step, limits.max_step, limits.max_steps, limits.min_stiff_steps, limits.coarser_steps, limits.steps
+        )
         status, step, n_new, time = _integrate_to_event(
             equation, buffers, (time, end), span[0], state, next_limits, times[n_reached:], states[n_reached:]
         )

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.engines.certificate import ErrorControlSettings, speed_jump_work
+from governor_mechanism.engines.certificate import ErrorControlSettings, StepPlan, speed_jump_work
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.multibody.integration import MultibodyEquation, integrate_multibody, integrate_multibody_to_event
 from governor_mechanism.engines.multibody.partition import ImplicitIntegrator
-from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits
+from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits, make_step_limits
 from governor_mechanism.integrators.equation import make_step_buffers
 from governor_mechanism.integrators.radau import RadauLimits
 from governor_mechanism.integrators.stages import StepCounter
@@ -154,27 +154,29 @@ class ConstrainedIntegrator:
         cubics, vector = self.input_cubics(0.0), np.zeros(1)
         gap, max_distance = self.constraint_tolerance, self.max_distance
         equation = MultibodyEquation(*self.model, cubics, gap, max_distance, self.shafts, vector, vector, self.counters)
-        return equation, buffers, (0.0, 0.0), vector, vector, StepLimits(1.0, 1.0, 1.0, 1, 1.0), np.zeros((0, 1))
+        return equation, buffers, (0.0, 0.0), vector, vector, make_step_limits(1.0, 1.0, 1.0, 1, 1.0), np.zeros((0, 1))
 
     def compile_kernels(self) -> None:
         """Compile or load the kernels by integrations over an empty interval, so that no run's cost includes it."""
         if self.scene_contacts is not None:
             self.scene_contacts.start(self.initial_state.copy(), self.input_cubics(0.0))
-        ExplicitRun(self, StepLimits(1.0, 1.0, 1.0, 1, self._min_stiff_steps), self.initial_state.copy(), 0.0, np.empty(0)).integrate(0.0)
+        limits = make_step_limits(1.0, 1.0, 1.0, 1, self._min_stiff_steps)
+        ExplicitRun(self, limits, self.initial_state.copy(), 0.0, np.empty(0)).integrate(0.0)
         if self._stable_step < np.inf:
             self._make_implicit_integrator().compile_kernel(self.input_cubics(0.0), self.initial_state)
 
-    def integrate(self, tolerance: float, step_factor: float = 1.0) -> IntegrationResult:
-        """Integrate from the start over all monitor times, with the largest step multiplied by a factor."""
+    def integrate(self, tolerance: float, plan: StepPlan) -> IntegrationResult:
+        """Integrate from the start over all monitor times, with a plan of the steps."""
         times, state, contacts = self.time_grid.monitor_times, self.initial_state.copy(), self.scene_contacts
-        max_step = step_factor * self.settings.max_step_ratio * self._max_step_scale
-        limits = StepLimits(tolerance, self.settings.first_step_ratio * max_step, max_step, self.max_steps, self._min_stiff_steps)
+        max_step, records = self.settings.max_step_ratio * self._max_step_scale, (plan.coarser_steps, plan.steps)
+        first_step = self.settings.first_step_ratio * max_step
+        limits = StepLimits(tolerance, first_step, max_step, plan.max_steps, self._min_stiff_steps, *records)
         if contacts is not None:
             contacts.start(state, self.input_cubics(0.0))
         run, status = ExplicitRun(self, limits, state, 0.0, times), IntegrationStatus.DONE
         implicit: ImplicitIntegrator | None = None
         explicit_step, worthwhile_steps = limits.step, 0
-        max_implicit_steps = math.ceil(self.max_steps / self._implicit_step_cost)
+        max_implicit_steps = math.ceil(plan.max_steps / self._implicit_step_cost)
         if self._stable_step < np.inf:
             status, run.step = IntegrationStatus.STIFF, self._stable_step
         for start, end in pairwise(self.breakpoints.tolist()):
@@ -187,7 +189,7 @@ class ConstrainedIntegrator:
                 n_explicit = (self.breakpoints[-1] - run.time) / (self._implicit_step_cost * explicit_step)
                 worthwhile_steps = min(max(math.ceil(n_explicit), MIN_IMPLICIT_STEPS), max_implicit_steps)
             if implicit is not None and not run.is_never_stiff:
-                rows, implicit_limits = run.rows_until(end), RadauLimits(tolerance, run.step, worthwhile_steps - implicit.n_steps)
+                rows, implicit_limits = run.rows_until(end), RadauLimits(tolerance, run.step, worthwhile_steps - implicit.n_steps, *records)
                 status, run.step, n_reached, run.time = implicit.integrate(
                     self.input_cubics(run.time), (run.time, end), times[rows], state, implicit_limits, run.states[rows]
                 )
@@ -253,7 +255,7 @@ class ConstrainedIntegrator:
             contacts.continue_from(integration.contact_modes[k])
             if start in self.breakpoints[1:]:
                 contacts.change_mode(start, state, self.input_cubics(start))  # a state at a breakpoint has the mode before it
-        limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, max_step, max_steps, self._min_stiff_steps)
+        limits = make_step_limits(tolerance, 0.01 * self.evaluator.time_scale, max_step, max_steps, self._min_stiff_steps)
         if ExplicitRun(self, limits, state, start, np.empty(0)).integrate(time) != IntegrationStatus.DONE:
             return None
         return self._to_mass_centres(state)

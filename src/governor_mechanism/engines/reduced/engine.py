@@ -11,7 +11,7 @@ import numpy as np
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.registry import EFFECT_TYPES, FORCE_LAWS
 from governor_mechanism.engines.base import RunRequest
-from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine
+from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine, StepPlan
 from governor_mechanism.engines.exit_location import describe_stall
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.reduced.integration import integration_kernel, make_integration_arguments
@@ -48,7 +48,7 @@ from governor_mechanism.types import FloatArray
 class ReducedEngine(ErrorControlledEngine):
     """Engine of order 8 with error control for mechanisms with one degree of freedom; the fastest one.
 
-    The error estimate is the difference from a run with a ten times larger tolerance along a table of its own.
+    The error estimate is twice the difference from a run that takes at most half of every step, along a table of its own.
 
     Attributes
     ----------
@@ -115,7 +115,8 @@ class ReducedRunner(CertifiedRunner):
                 if is_movable:
                     table.evaluate_poses(reduced_run.start[:1])
             if is_movable:
-                reduced_run.state_history(reduced_run.integrate(np.array([1e-9 * self.evaluator.time_scale]), 1.0))
+                times = np.array([1e-9 * self.evaluator.time_scale])
+                reduced_run.state_history(reduced_run.integrate(times, 1.0, StepPlan(max_steps=self.max_steps)))
 
     def get_reduced_run(self, width_ratio: float) -> ReducedRun:
         """Return the run along the table with this factor on the width of its first pieces."""
@@ -127,11 +128,11 @@ class ReducedRunner(CertifiedRunner):
             self._reduced_runs[width_ratio] = reduced_run
         return self._reduced_runs[width_ratio]
 
-    def run_once(self, tolerance: float, is_comparison: bool = False) -> RunResult:
-        """Return one run; a comparison run may take steps twice as long along a table with narrower pieces."""
+    def run_once(self, tolerance: float, plan: StepPlan) -> RunResult:
+        """Return one run; every other one is along a table with narrower pieces."""
         self.n_runs += 1
-        reduced_run = self.get_reduced_run(self.settings.comparison_width_ratio if is_comparison else 1.0)
-        solution = reduced_run.integrate(self.request.times, tolerance, step_factor=2.0 if is_comparison else 1.0)
+        reduced_run = self.get_reduced_run(self.settings.comparison_width_ratio if plan.level % 2 else 1.0)
+        solution = reduced_run.integrate(self.request.times, tolerance, plan)
         self.setup_time = sum(one.motion_table.setup_time for one in self._reduced_runs.values())
         reported_states = reduced_run.state_history(solution)
         outcome, detail = describe_passage_end(
@@ -150,12 +151,12 @@ class ReducedRunner(CertifiedRunner):
             outcome, reported_states = Outcome.SHAFT_STALLED, reported_states.at(slice(n_moving))
         return RunResult(
             reported_states=reported_states,
-            monitor_states=partial(self._make_monitor_states, reduced_run, tolerance, solution.times[-1:]),
+            monitor_states=partial(self._make_monitor_states, reduced_run, tolerance, plan.without_record(), solution.times[-1:]),
             observables=self.evaluator.evaluate(reported_states),
             outcome=outcome,
             detail=detail,
             step=solution.last_step,
-            contact_modes=() if is_comparison else reduced_run.contact_modes(solution, reported_states.poses),
+            contact_modes=reduced_run.contact_modes(solution, reported_states.poses),
             reported_indices=slice(None),
             contact_events=solution.events,
         )
@@ -172,13 +173,13 @@ class ReducedRunner(CertifiedRunner):
         return n_moving, describe_stall(self.evaluator, motion_at, span, poses, max_bisections)
 
     def _make_monitor_states(
-        self, reduced_run: ReducedRun, tolerance: float, end: FloatArray
+        self, reduced_run: ReducedRun, tolerance: float, plan: StepPlan, end: FloatArray
     ) -> tuple[StateHistory, tuple[ContactMode, ...], DenseOutput | None]:
         """Return states close enough to each other that no event is missed, their modes, and the dense output between them."""
         settings, max_interval = self.settings, self.settings.monitor_interval_ratio * self.evaluator.time_scale
         times = make_time_grid(end, reduced_run.breakpoints, np.inf, max_interval).monitor_times
         while True:
-            solution = reduced_run.integrate(times, tolerance)
+            solution = reduced_run.integrate(times, tolerance, plan)
             displacements = np.abs(np.diff(solution.states[:, 0])) / reduced_run.motion_table.arrays.lagrangian.assembly.coordinate_scale
             n_intervals = np.ceil(displacements / settings.monitor_interval_ratio).clip(1)
             if np.max(displacements, initial=0.0) < settings.max_monitor_travel or n_intervals.sum() > settings.max_monitor_times:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from governor_mechanism.engines.certificate import TOLERANCE_SAFETY_FACTOR
+from governor_mechanism.engines.certificate import FIRST_TOLERANCE_RATIO
 from governor_mechanism.engines.reduced.contact import (
     apply_transition,
     begin_phases,
@@ -86,7 +86,7 @@ def make_reduced_equation(
 ) -> ReducedEquation:
     """Return the equation of a table, the forces along it, the inputs, a contact mode, counters, and the tolerance of the steps."""
     model = make_reduced_model(table, forces, input_cubics, mode)
-    accuracy = TOLERANCE_SAFETY_FACTOR * tolerance * float(forces.parameters[ForceParameter.COORDINATE_SCALE])
+    accuracy = tolerance / FIRST_TOLERANCE_RATIO * float(forces.parameters[ForceParameter.COORDINATE_SCALE])
     return ReducedEquation(model, np.zeros(1, dtype=np.int64), counts, accuracy)
 
 
@@ -280,7 +280,7 @@ def make_integration_arguments(scene: Scene) -> tuple[Any, ...]:
     mode, counts = make_mode(forces), np.zeros(len(StepCounter), dtype=np.int64)
     equation = make_reduced_equation(table, forces, input_cubics, mode, counts, 1.0)
     state, states = np.zeros(N_STATES), np.zeros((0, N_STATES))
-    limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)
+    limits = dop853.make_step_limits(1.0, 1.0, 1.0, 1, 0.0)
     arguments = (equation, make_reduced_buffers(forces, counts), (0.0, 0.0), np.zeros(0), state, limits, states)
     if integration_kernel(scene) is integrate_without_contacts:
         return arguments
@@ -300,7 +300,9 @@ def integrate_without_contacts(
     """Integrate a model without contacts and one-sided springs, as `integrate_reduced` does."""
     counts, n_steps = equation.counts, equation.counts[StepCounter.ACCEPTED] + equation.counts[StepCounter.REJECTED]
     min_stiff_steps = math.inf if equation.model.parameters[ForceParameter.IS_CONSERVATIVE] != 0.0 else 0.0
-    step_limits = dop853.StepLimits(limits.tolerance, limits.step, limits.max_step, limits.max_steps, min_stiff_steps)
+    step_limits = dop853.StepLimits(
+        limits.tolerance, limits.step, limits.max_step, limits.max_steps, min_stiff_steps, limits.coarser_steps, limits.steps
+    )
     status, step, n_reached, time = _integrate(equation, buffers, span, span[0], state, step_limits, times, states)
     counts[StepCounter.MOVING_EVALUATIONS] += END_STAGE * (counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED] - n_steps)
     return status, step, n_reached, time
@@ -339,7 +341,9 @@ def integrate_with_contacts(
         is_held, n_steps = mode[MODE_HELD] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
         max_step = limits.max_step * (HELD_STEP_FACTOR if is_held and is_load_steady else 1.0)
         min_stiff_steps = math.inf if is_conservative or is_held else 0.0
-        segment_limits = dop853.StepLimits(limits.tolerance, step, max_step, limits.max_steps, min_stiff_steps)
+        segment_limits = dop853.StepLimits(
+            limits.tolerance, step, max_step, limits.max_steps, min_stiff_steps, limits.coarser_steps, limits.steps
+        )
         if buffers.n_kinks > 0:
             begin_phases(model, state, time - span[0], equation.piece[0], buffers.event_values[LAST_SAMPLE])
         status, step, n_new, segment_end = _integrate_to_event(
@@ -368,5 +372,5 @@ def integrate_with_contacts(
 def initialise_contact_mode(equation: ReducedEquation, buffers: StepBuffers, time: float, state: FloatArray, event_log: EventLog) -> None:
     """Select the contact mode at a start or after a discontinuity of an input; the state must be on the table."""
     no_states, no_modes = np.empty((0, state.size)), np.empty((0, equation.model.mode.size), dtype=np.int64)
-    limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)
+    limits = dop853.make_step_limits(1.0, 1.0, 1.0, 1, 0.0)
     integrate_with_contacts(equation, buffers, (time, time), np.empty(0), state, limits, no_states, no_modes, event_log, True)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.engines.certificate import TOLERANCE_SAFETY_FACTOR
+from governor_mechanism.engines.certificate import FIRST_TOLERANCE_RATIO
 from governor_mechanism.engines.reduced.integration import ReducedEquation, integrate_without_contacts, make_reduced_buffers
 from governor_mechanism.engines.reduced.row_arrays import RowArrays, RowScalar
 from governor_mechanism.engines.reduced.table_end import TableEndLimits, approach_table_end, find_motion_end, time_at_rate
@@ -14,6 +14,7 @@ from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.equation import StepBuffers
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.integrators.step_record import StepRecord
 from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, RowColumn, evaluate_rows
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import AssemblyArrays, continue_to_coordinate
@@ -91,6 +92,8 @@ class RowRequest(NamedTuple):
         First step relative to the largest one.
     table_end_limits
         What ends an integration at the end of a table.
+    no_steps
+        Empty record of steps.
     """
 
     times: FloatArray
@@ -99,6 +102,7 @@ class RowRequest(NamedTuple):
     max_step_ratio: float
     first_step_ratio: float
     table_end_limits: TableEndLimits
+    no_steps: StepRecord
 
 
 class RowBuffers(NamedTuple):
@@ -328,7 +332,7 @@ def _integrate_along_table(
         buffers.input_cubics,
         buffers.mode,
     )
-    equation = ReducedEquation(model, buffers.piece, counts, TOLERANCE_SAFETY_FACTOR * request.tolerance * scale)
+    equation = ReducedEquation(model, buffers.piece, counts, request.tolerance / FIRST_TOLERANCE_RATIO * scale)
     max_step = request.max_step_ratio * arrays.scalars[RowScalar.MAX_STEP_SCALE]
     step, last_time, n_filled, side = request.first_step_ratio * max_step, -math.inf, 1, first_side
     while time < end:
@@ -346,7 +350,7 @@ def _integrate_along_table(
             if is_end or table.n_pieces[0] == 0:
                 return IntegrationStatus.TABLE_ENDED, time, n_filled - 1, side
         buffers.piece[0] = 0
-        limits = StepLimits(request.tolerance, step, max_step, request.max_steps, math.inf)
+        limits = StepLimits(request.tolerance, step, max_step, request.max_steps, math.inf, request.no_steps, request.no_steps)
         status, step, n_reached, time = integrate_without_contacts(
             equation, buffers.steps, (time, end), request.times[n_filled:], state, limits, buffers.states[n_filled:]
         )

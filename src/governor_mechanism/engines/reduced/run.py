@@ -6,13 +6,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.certificate import speed_jump_work
+from governor_mechanism.engines.certificate import StepPlan, speed_jump_work
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.reduced import integration
 from governor_mechanism.engines.reduced.contact import make_mode
 from governor_mechanism.engines.reduced.passage import integrate_passage
 from governor_mechanism.engines.reduced.settings import ReducedSettings
-from governor_mechanism.integrators.dop853 import StepLimits
+from governor_mechanism.integrators.dop853 import StepLimits, make_step_limits
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events, select_start_events
@@ -102,11 +102,11 @@ class ReducedRun:
         return start
 
     def integrate(
-        self, times: FloatArray, tolerance: float, step_factor: float = 1.0, event_capacity: int = INITIAL_EVENT_CAPACITY
+        self, times: FloatArray, tolerance: float, plan: StepPlan, event_capacity: int = INITIAL_EVENT_CAPACITY
     ) -> ReducedSolution:
-        """Integrate through times (n,) s, with a factor on the largest step."""
+        """Integrate through times (n,) s, with a plan of the steps."""
         motion_table, settings, time_scale = self.motion_table, self.settings, self.evaluator.time_scale
-        max_step, state = step_factor * self._max_step, self.start.copy()
+        max_step, state = self._max_step, self.start.copy()
         mode = self._make_initial_mode()
         states, modes = np.zeros((len(times), N_STATES)), np.zeros((len(times), len(mode)), dtype=np.int64)
         event_log, counts = make_event_log(event_capacity * self.has_contacts), np.zeros(len(StepCounter), dtype=np.int64)
@@ -123,7 +123,7 @@ class ReducedRun:
         inner_breakpoints = self.breakpoints[(self.breakpoints > 0) & (self.breakpoints < last_time)]
         for start, end in pairwise([0.0, *inner_breakpoints.tolist(), last_time]):
             rows = slice(n_filled, int(np.searchsorted(times, end, side="right")))
-            limits = StepLimits(tolerance, step, max_step, self.max_steps, 0.0)
+            limits = StepLimits(tolerance, step, max_step, plan.max_steps, 0.0, plan.coarser_steps, plan.steps)
             arguments = times[rows], state, limits, states[rows], modes[rows], event_log
             make_equation = partial(self._make_equation, mode=mode, counts=counts, tolerance=tolerance)
             passage = integrate_passage(
@@ -141,7 +141,8 @@ class ReducedRun:
                 integration.initialise_contact_mode(self._make_equation(end, mode, counts, tolerance), buffers, end, state, event_log)
         self.counts += counts
         if (n_events := int(event_log.counts[0])) > event_capacity:
-            return self.integrate(times, tolerance, step_factor, 2 * n_events)
+            plan.steps.n_steps[0] = 0
+            return self.integrate(times, tolerance, plan, 2 * n_events)
         events = drop_cancelled_events(start_events + make_events(event_log, self._subjects), SIMULTANEITY_TOLERANCE * time_scale)
         reached = slice(n_filled)
         return ReducedSolution(times[reached], states[reached], modes[reached], events, status, time, side, stops_short, step)
@@ -155,7 +156,8 @@ class ReducedRun:
         if self.has_contacts and start_time > 0.0 and start_time in self.breakpoints:
             # A row at a breakpoint has the mode before it.
             integration.initialise_contact_mode(equation, buffers, start_time, state, event_log)
-        limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, self._max_step, self.settings.max_interpolation_steps, 0.0)
+        max_steps, first_step = self.settings.max_interpolation_steps, 0.01 * self.evaluator.time_scale
+        limits = make_step_limits(tolerance, first_step, self._max_step, max_steps, 0.0)
         outputs = np.empty((0, len(state))), np.zeros((0, len(mode)), dtype=np.int64), event_log
         status, *_ = integration.integrate_reduced(equation, buffers, (start_time, time), np.empty(0), state, limits, *outputs)
         if status != IntegrationStatus.DONE:
