@@ -69,11 +69,12 @@ There are {counts}:
 |---|---|---|
 {causes}
 
-The papers were read in digital copies (Dinglers Polytechnisches Journal online; Badische Landesbibliothek, Karlsruhe); the printed pages
-were not at hand. What is evidently of the copy is left out: l for 1, words read wrongly, missing images. Where nothing but a typeface, an
-index, an exponent, a bracket or a dropped factor differs, it is undecided whether the paper is wrong at all. A wrong digit or sign counts as
-a misprint, of the paper or of the copy. The other causes do not depend on the copy: each concerns a statement in words, or a number that
-others of the paper agree with or that its own rounded steps give.
+The papers were read in digital copies (Dinglers Polytechnisches Journal online; Badische Landesbibliothek,
+Karlsruhe); the printed pages were not at hand. What is evidently of the copy is left out: l for 1, words read
+wrongly, missing images. Where nothing but a typeface, an index, an exponent, a bracket or a dropped factor
+differs, it is undecided whether the paper is wrong at all. A wrong digit or sign counts as a misprint, of the
+paper or of the copy. The other causes do not depend on the copy: each concerns a statement in words, or a
+number that others of the paper agree with or that its own rounded steps give.
 
 The page is generated from
 
@@ -186,7 +187,7 @@ def write_correct_statements() -> str:
     closing = closed_cycle(PAPER_ENGINE).load_pressure / PAPER_ENGINE.atmospheric_pressure
     extremes = energy_fluctuation(PAPER_ENGINE)
     slowest, fastest = (math.degrees(angle) for angle in (extremes.slowest_angle, extremes.fastest_angle))
-    offsets = hanger_offsets()
+    inner, middle, outer = hanger_offsets()
     forces = [(one.printed, one.recomputed) for one in compare_with_dubois().table if one.cause is None]
     slide_rule = max(abs(printed / recomputed - 1) for printed, recomputed in forces)
     shift = max(abs(math.degrees(row.shift)) for row in gm.valve_timing("slide_valve_30").rows)
@@ -204,10 +205,12 @@ def write_correct_statements() -> str:
   limits are ω √(1 ± δ).
 - **Zehnder's case of higher speeds in the middle positions** than at both ends cannot occur with the linkage of his Fig. 1: the speed of
   rest has a minimum there, never a maximum. Another linkage may have it.
-- **Dubois' arm b** of 170 mm, with which "in der Mittellage" (in the middle position) its end is on the axis: the middle between its end
-  positions, {offsets[0]:.2f} and {offsets[-1]:.2f} mm from the axis, is {abs(offsets[0] + offsets[-1]) / 2:.2f} mm from it, and so the
-  hangers are symmetric, which is his aim. With the bell crank in its own middle position the end is {-offsets[1]:.2f} mm beyond the axis.
-- **The other {len(forces)} forces of Dubois' table 2** differ from his formula by at most {100 * slide_rule:.2f} %, as read from a slide rule.
+- **Dubois' arm b** of 170 mm, with which "in der Mittellage" (in the middle position) its end is on the axis: the
+  middle between its end positions, {inner:.2f} mm before and {-outer:.2f} mm beyond the axis, is
+  {abs(inner + outer) / 2:.2f} mm from it, and so the hangers are symmetric, which is his aim. With the bell crank in
+  its own middle position the end is {-middle:.2f} mm beyond the axis.
+- **The other {len(forces)} forces of Dubois' table 2** differ from his formula by at most
+  {100 * slide_rule:.2f} %, as read from a slide rule.
 - **A stress of 4100 kgf/cm²** is Dubois' rounding of 346 × 4 / 0.338 = {346 * 4 / 0.338:.0f} kgf/cm² to two digits.
 - **Dubois' comparison of 10 % with 56 %** is that of two governors of different size. It holds with 9 % in place of 10 %.
 - **The error term at l : r = 30**, of which Müller-Melchiors says that it can no longer be detected, shifts the events by at most

@@ -193,7 +193,7 @@ def test_duboiss_arm_is_right_for_the_middle_between_the_end_positions():
     off = abs(inner + outer) / 2
     assert round(off, 2) == 0.03
     page = " ".join((PAGE_FOLDER / "index.md").read_text(encoding="utf-8").split())
-    assert f"positions, {inner:.2f} and {outer:.2f} mm from the axis, is {off:.2f} mm from it" in page
+    assert f"positions, {inner:.2f} mm before and {-outer:.2f} mm beyond the axis, is {off:.2f} mm from it" in page
     assert f"the end is {-middle:.2f} mm beyond the axis" in page
     assert not [one.name for one in all_errata() if "arm b" in one.subject]
 
