@@ -14,10 +14,13 @@ import governor_mechanism as gm
 from governor_mechanism.closed_form.flywheel.engine import net_work
 from governor_mechanism.closed_form.flywheel.equilibrium import energy_fluctuation
 from governor_mechanism.render.figures.errata.registry import draw_erratum
-from governor_mechanism.studies.errata.erratum import CATEGORY_MEANINGS, CATEGORY_PLURALS, PAPER_REFERENCES, Category, Erratum, Paper
+from governor_mechanism.studies.errata.erratum import PAPER_REFERENCES, Erratum, Paper
 from governor_mechanism.studies.flywheel.inputs import closed_cycle
 from governor_mechanism.studies.flywheel.paper_comparison import PAPER_ENGINE, compare_with_paper
-from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE
+from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, PAPER_INPUTS
+from governor_mechanism.studies.hartung.paper_comparison import PAPER_GOVERNOR
+from governor_mechanism.studies.hartung.paper_comparison import compare_with_paper as compare_with_dubois
+from governor_mechanism.studies.printed_numbers import CAUSE_MEANINGS, CAUSE_NOUNS, Cause
 
 FOLDER = Path(__file__).parent
 
@@ -60,16 +63,18 @@ INTRODUCTION = """\
 The machines of this package come from four papers. Every number that they print was recomputed by their own formulas, and what they state
 was compared with the simulated machines. This page lists what does not agree: what is printed, what is right, why, and what follows.
 
-| category | what it is | number |
+There are {counts}:
+
+| cause | what it is | number |
 |---|---|---|
-{categories}
+{causes}
 
-Two of the errors follow from another: Redtenbacher's sum and coefficient are wrong because one term is.
-
-The papers were read in digital copies (Dinglers Polytechnisches Journal online; Badische Landesbibliothek, Karlsruhe). A misprint may
-therefore be one of the copy. What looks like an error of the text recognition is left out: l for 1, letters of another typeface, missing
-images, exponents that stand on the line. The errors do not depend on the copy: each is a statement in words, or a number that agrees with
-others of the paper.
+The papers were read in digital copies (Dinglers Polytechnisches Journal online; Badische Landesbibliothek,
+Karlsruhe); the printed pages were not at hand. What is evidently of the copy is left out: l for 1, words read
+wrongly, missing images. Where nothing but a typeface, an index, an exponent, a bracket or a dropped factor
+differs, it is undecided whether the paper is wrong at all. A wrong digit or sign counts as a misprint, of the
+paper or of the copy. The other causes do not depend on the copy: each concerns a statement in words, or a
+number that others of the paper agree with or that its own rounded steps give.
 
 The page is generated from
 
@@ -91,7 +96,7 @@ import governor_mechanism as gm
 
 errata = gm.errata("dubois")
 for erratum in errata:
-    if erratum.category == "error":
+    if erratum.cause == "error":
         print(erratum.place, erratum.printed, erratum.right, sep="; ")
 ```
 
@@ -102,18 +107,19 @@ Units are those of the papers: a kilogram-force (kgf) is the weight of one kilog
 def write_page() -> str:
     """Return the text of the page."""
     errata = gm.errata(simulate=True)
-    rows = "\n".join(f"| {category} | {CATEGORY_MEANINGS[category]} | {errata.count(category)} |" for category in Category)
-    parts = [INTRODUCTION.format(categories=rows, gravity=KILOGRAM_FORCE)]
+    rows = "\n".join(f"| {cause} | {CAUSE_MEANINGS[cause]} | {number} |" for cause, number in errata.count_causes().items())
+    parts = [INTRODUCTION.format(counts=errata.describe_counts(), causes=rows, gravity=KILOGRAM_FORCE)]
     parts.append(write_overview(errata))
     parts += [write_paper(paper, errata) for paper in errata.papers]
     return "\n".join([*parts, write_correct_statements()])
 
 
 def write_overview(errata: gm.Errata) -> str:
-    """Return the table of the errors of all papers."""
-    errors = [one for paper in errata.papers for one in errata.select(paper, Category.ERROR)]
-    rows = [f"| {author_of(one.paper)} | {typeset(one.subject)} | {typeset(one.printed)} | {typeset(one.right)} |" for one in errors]
-    head = ["## The errors at a glance", "", "| paper | subject | printed | right |", "|---|---|---|---|"]
+    """Return the table of the errors of all papers and of their consequences."""
+    found = [one for one in errata if one.cause in {Cause.ERROR, Cause.CONSEQUENCE}]
+    cells = [(author_of(one.paper), one.cause, *map(typeset, (one.subject, one.printed, one.right))) for one in found]
+    rows = ["| " + " | ".join(row) + " |" for row in cells]
+    head = ["## The errors at a glance", "", "| paper | cause | subject | printed | right |", "|---|---|---|---|---|"]
     return "\n".join([*head, *rows, ""])
 
 
@@ -134,20 +140,20 @@ def write_paper(paper: Paper, errata: gm.Errata) -> str:
         PICTURE_NOTES[paper],
         "",
     ]
-    lines += ["### Errors", "", *(line for one in errata.select(paper, Category.ERROR) for line in write_error(one))]
-    for category in (Category.MISPRINT, Category.SLIP):
-        if found := errata.select(paper, category):
-            lines += [f"### {CATEGORY_PLURALS[category].capitalize()}", "", *write_table(found), ""]
-    return with_own_headings("\n".join(lines), paper)
+    for cause in Cause:
+        found = errata.select(paper, cause)
+        if found:
+            # The heading names the paper, so that the anchors differ.
+            lines += [f"### {author_of(paper)}: {CAUSE_NOUNS[cause]}{'s' * (len(found) > 1)}", ""]
+        far_reaching = [one for one in found if one.consequence]
+        lines += [line for one in far_reaching for line in write_paragraph(one)]
+        if others := [one for one in found if not one.consequence]:
+            lines += [*write_table(others), ""]
+    return "\n".join(lines)
 
 
-def with_own_headings(text: str, paper: Paper) -> str:
-    """Return a section whose sub-headings name the paper, so that their anchors differ."""
-    return re.sub(r"^### (\w)(.*)$", lambda match: f"### {author_of(paper)}: {match[1].lower()}{match[2]}", text, flags=re.MULTILINE)
-
-
-def write_error(erratum: Erratum) -> Iterator[str]:
-    """Yield the lines of an error: where, what is printed and right, the words of the paper, the proof and what follows."""
+def write_paragraph(erratum: Erratum) -> Iterator[str]:
+    """Yield the lines of an erratum with consequences: where, printed and right, the words of the paper, proof and consequence."""
     subject = typeset(erratum.subject)
     yield f"**{subject[:1].upper()}{subject[1:]}** ({typeset(erratum.place)})."
     yield f"Printed: {typeset(erratum.printed)}. Right: **{typeset(erratum.right)}**."
@@ -181,6 +187,9 @@ def write_correct_statements() -> str:
     closing = closed_cycle(PAPER_ENGINE).load_pressure / PAPER_ENGINE.atmospheric_pressure
     extremes = energy_fluctuation(PAPER_ENGINE)
     slowest, fastest = (math.degrees(angle) for angle in (extremes.slowest_angle, extremes.fastest_angle))
+    inner, middle, outer = hanger_offsets()
+    forces = [(one.printed, one.recomputed) for one in compare_with_dubois().table if one.cause is None]
+    slide_rule = max(abs(printed / recomputed - 1) for printed, recomputed in forces)
     shift = max(abs(math.degrees(row.shift)) for row in gm.valve_timing("slide_valve_30").rows)
     return f"""\
 ## What is no error
@@ -196,6 +205,12 @@ def write_correct_statements() -> str:
   limits are ω √(1 ± δ).
 - **Zehnder's case of higher speeds in the middle positions** than at both ends cannot occur with the linkage of his Fig. 1: the speed of
   rest has a minimum there, never a maximum. Another linkage may have it.
+- **Dubois' arm b** of 170 mm, with which "in der Mittellage" (in the middle position) its end is on the axis: the
+  middle between its end positions, {inner:.2f} mm before and {-outer:.2f} mm beyond the axis, is
+  {abs(inner + outer) / 2:.2f} mm from it, and so the hangers are symmetric, which is his aim. With the bell crank in
+  its own middle position the end is {-middle:.2f} mm beyond the axis.
+- **The other {len(forces)} forces of Dubois' table 2** differ from his formula by at most
+  {100 * slide_rule:.2f} %, as read from a slide rule.
 - **A stress of 4100 kgf/cm²** is Dubois' rounding of 346 × 4 / 0.338 = {346 * 4 / 0.338:.0f} kgf/cm² to two digits.
 - **Dubois' comparison of 10 % with 56 %** is that of two governors of different size. It holds with 9 % in place of 10 %.
 - **The error term at l : r = 30**, of which Müller-Melchiors says that it can no longer be detected, shifts the events by at most
@@ -203,6 +218,15 @@ def write_correct_statements() -> str:
 
 The papers also give advice on governing. `governor-mechanism regulation rules` tests eight rules of theirs on a simulated engine.
 """
+
+
+def hanger_offsets() -> tuple[float, float, float]:
+    """Return the distances of the end of Dubois' arm b from the axis (mm) at the inner end, in the middle and at the outer end."""
+    governor, swing = PAPER_GOVERNOR, PAPER_INPUTS.swing
+    inner, middle, outer = (
+        1e3 * (governor.fulcrum_radius - governor.sleeve_arm * math.sin(governor.angle + lever)) for lever in (swing, 0.0, -swing)
+    )
+    return inner, middle, outer
 
 
 def typeset(text: str) -> str:

@@ -131,7 +131,7 @@ def _varied_keys(scene: gm.Scene, vary: Mapping[str, Any] | Sequence[str]) -> tu
 
 @check_arguments(paper=TEXT, simulate=FLAG)
 def errata(paper: str | None = None, *, simulate: bool = False) -> gm.Errata:
-    """Return what recomputing and simulating the papers has found: errors, misprints and small slips, each with its proof.
+    """Return what is not right in the papers, found by recomputing and simulating: each place with cause and proof.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ def errata(
     figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
-    """List the errors, misprints and small slips in the papers: what is printed, what is right, why, and the command that shows it.
+    """List what is not right in the papers, by cause: what is printed and right, why, and what command shows it.
 
     Every right value is recomputed by the closed forms. Draws one figure for the main error of each paper.
     """

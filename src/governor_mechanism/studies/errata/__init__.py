@@ -1,1 +1,1 @@
-"""What recomputing and simulating the four papers has found: errors, misprints and small slips, each with its proof."""
+"""What is not right in the four papers, found by recomputing and simulating: each place with cause and proof."""

@@ -10,6 +10,7 @@ from governor_mechanism.studies.errata.redtenbacher import list_redtenbacher_err
 from governor_mechanism.studies.errata.results import Errata
 from governor_mechanism.studies.errata.simulation import SIMULATIONS
 from governor_mechanism.studies.errata.zehnder import list_zehnder_errata
+from governor_mechanism.studies.printed_numbers import Cause
 
 LISTS: Mapping[Paper, Callable[[], Iterator[Erratum]]] = {
     Paper.REDTENBACHER: list_redtenbacher_errata,
@@ -33,7 +34,7 @@ def collect_errata(paper: str | None = None, *, simulate: bool = False) -> Errat
     Returns
     -------
     Errata
-        The errata.
+        The errata, of each paper by cause, then in the order of its list.
 
     Raises
     ------
@@ -41,7 +42,8 @@ def collect_errata(paper: str | None = None, *, simulate: bool = False) -> Errat
         If there is no such paper.
     """
     papers = LISTS if paper is None else (check_paper(paper),)
-    errata = (erratum for one in papers for erratum in LISTS[one]())
+    ranks = {cause: rank for rank, cause in enumerate(Cause)}
+    errata = (erratum for one in papers for erratum in sorted(LISTS[one](), key=lambda erratum: ranks[erratum.cause]))
     return Errata(errata=tuple(_simulated(erratum) if simulate else erratum for erratum in errata))
 
 

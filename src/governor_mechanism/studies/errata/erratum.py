@@ -6,7 +6,7 @@ from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.files.plain_values import plain_record
-from governor_mechanism.studies.printed_numbers import PrintedNumber
+from governor_mechanism.studies.printed_numbers import Cause, PrintedNumber
 
 N_MORE_DIGITS = 2
 """Digits that a recomputed number shows beyond those of the printed one."""
@@ -32,25 +32,6 @@ PAPER_REFERENCES = {
 """Author, title and place of each paper."""
 
 
-class Category(StrEnum):
-    """What an erratum does to a reader who follows the paper; `CATEGORY_MEANINGS` defines each category."""
-
-    ERROR = "error"
-    MISPRINT = "misprint"
-    SLIP = "slip"
-
-
-CATEGORY_MEANINGS = {
-    Category.ERROR: "leads to another machine or to another conclusion, or is a false statement",
-    Category.MISPRINT: "a wrong digit, sign, letter or unit; the lines around it show the right one",
-    Category.SLIP: "a small slip of calculation, mostly of rounding, that changes no conclusion",
-}
-"""What puts an erratum into a category."""
-
-CATEGORY_PLURALS = {Category.ERROR: "errors", Category.MISPRINT: "misprints", Category.SLIP: "small slips"}
-"""What several errata of a category are called."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Erratum:
     """An erratum.
@@ -65,8 +46,8 @@ class Erratum:
         Where it is printed: page, equation, or the passage as the paper names it.
     subject
         The quantity, formula or statement.
-    category
-        What it does to a reader who follows the paper.
+    cause
+        Why it is not right.
     printed
         What is printed; a statement in translation.
     right
@@ -76,7 +57,7 @@ class Erratum:
     command
         Command of this package that shows it.
     consequence
-        What follows from it; empty if nothing does.
+        What follows from it, or what remains right; empty for what concerns only one place.
     quotation
         The words of the paper, in German, for a statement; else empty.
     translation
@@ -97,7 +78,7 @@ class Erratum:
     name: str
     place: str
     subject: str
-    category: Category
+    cause: Cause
     printed: str
     right: str
     proof: str
@@ -128,7 +109,6 @@ def make_number_erratum(
     paper: Paper,
     name: str,
     place: str,
-    category: Category,
     proof: str,
     command: str,
     consequence: str = "",
@@ -142,7 +122,7 @@ def make_number_erratum(
     Parameters
     ----------
     number
-        The number, printed and recomputed.
+        The number, printed and recomputed, with the cause of the difference.
     digits
         Number of digits that the paper prints after the decimal point.
     paper
@@ -151,8 +131,6 @@ def make_number_erratum(
         Name of the erratum within the paper.
     place
         Where the number is printed.
-    category
-        What the erratum does to a reader who follows the paper.
     proof
         Why the number is wrong.
     command
@@ -172,7 +150,14 @@ def make_number_erratum(
     -------
     Erratum
         The erratum.
+
+    Raises
+    ------
+    ValueError
+        If the number has no cause to deviate: it is right then.
     """
+    if number.cause is None:
+        raise ValueError(f"{number.quantity} has no cause to deviate: it is no erratum")
     unit = "" if number.unit == "1" else number.unit
     recomputed = f"{number.recomputed:.{digits + N_MORE_DIGITS}f}"
     printed, right = (f"{text} {unit}".strip() for text in (f"{number.printed:.{digits}f}", meant or recomputed))
@@ -183,7 +168,7 @@ def make_number_erratum(
         name=name,
         place=place,
         subject=subject or number.quantity,
-        category=category,
+        cause=number.cause,
         printed=printed,
         right=right,
         proof=proof,
@@ -221,25 +206,25 @@ def check_paper(paper: str) -> Paper:
     return Paper(paper)
 
 
-def check_category(category: str) -> Category:
-    """Return a category by its name.
+def check_cause(cause: str) -> Cause:
+    """Return a cause by its name.
 
     Parameters
     ----------
-    category
+    cause
         The name.
 
     Returns
     -------
-    Category
-        The category.
+    Cause
+        The cause.
 
     Raises
     ------
     MechanismError
-        If there is no such category.
+        If there is no such cause.
     """
-    if category not in set(Category):
-        hint = did_you_mean(category, [one.value for one in Category])
-        raise MechanismError(f"category must be one of {', '.join(Category)}; got {category!r}.{hint}")
-    return Category(category)
+    if cause not in set(Cause):
+        hint = did_you_mean(cause, [one.value for one in Cause])
+        raise MechanismError(f"cause must be one of {', '.join(Cause)}; got {cause!r}.{hint}")
+    return Cause(cause)

@@ -7,15 +7,8 @@ from typing import Any
 
 from governor_mechanism.files.printed_result import PrintedResult
 from governor_mechanism.files.table import make_data_frame
-from governor_mechanism.studies.errata.erratum import (
-    CATEGORY_PLURALS,
-    PAPER_REFERENCES,
-    Category,
-    Erratum,
-    Paper,
-    check_category,
-    check_paper,
-)
+from governor_mechanism.studies.errata.erratum import PAPER_REFERENCES, Erratum, Paper, check_cause, check_paper
+from governor_mechanism.studies.printed_numbers import CAUSE_NOUNS, Cause
 from governor_mechanism.types import DataFrame
 from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
@@ -31,7 +24,7 @@ class Errata(PrintedResult):
     Attributes
     ----------
     errata
-        The errata, by paper; in a paper errors, misprints, slips.
+        The errata, by paper; in a paper by cause, in the order of the causes.
     """
 
     errata: tuple[Erratum, ...]
@@ -51,15 +44,15 @@ class Errata(PrintedResult):
         """The papers that have errata here, in their order."""
         return tuple(dict.fromkeys(erratum.paper for erratum in self))
 
-    def select(self, paper: str, category: str | None = None) -> tuple[Erratum, ...]:
-        """Return the errata of a paper, of one category or of all.
+    def select(self, paper: str, cause: str | None = None) -> tuple[Erratum, ...]:
+        """Return the errata of a paper, of one cause or of all.
 
         Parameters
         ----------
         paper
             The paper, or its name.
-        category
-            The category, or its name; None for all.
+        cause
+            The cause, or its name; None for all.
 
         Returns
         -------
@@ -69,19 +62,19 @@ class Errata(PrintedResult):
         Raises
         ------
         MechanismError
-            If there is no such paper or category.
+            If there is no such paper or cause.
         """
-        wanted = set(Category) if category is None else {check_category(category)}
+        wanted = set(Cause) if cause is None else {check_cause(cause)}
         source = check_paper(paper)
-        return tuple(one for one in self if one.paper is source and one.category in wanted)
+        return tuple(one for one in self if one.paper is source and one.cause in wanted)
 
-    def count(self, category: str) -> int:
-        """Return the number of errata of a category.
+    def count(self, cause: str) -> int:
+        """Return the number of errata of a cause.
 
         Parameters
         ----------
-        category
-            The category, or its name.
+        cause
+            The cause, or its name.
 
         Returns
         -------
@@ -91,26 +84,47 @@ class Errata(PrintedResult):
         Raises
         ------
         MechanismError
-            If there is no such category.
+            If there is no such cause.
         """
-        wanted = check_category(category)
-        return sum(erratum.category is wanted for erratum in self)
+        wanted = check_cause(cause)
+        return sum(erratum.cause is wanted for erratum in self)
+
+    def count_causes(self) -> dict[Cause, int]:
+        """Return the number of errata of every cause.
+
+        Returns
+        -------
+        dict of Cause to int
+            The numbers, in the order of the causes.
+        """
+        return {cause: self.count(cause) for cause in Cause}
+
+    def describe_counts(self) -> str:
+        """Return the counts of the causes that there are, in words.
+
+        Returns
+        -------
+        str
+            The counts, as "1 error, 8 misprints and 1 small slip".
+        """
+        counts = [(number, CAUSE_NOUNS[cause]) for cause, number in self.count_causes().items() if number]
+        words = [f"{number} {noun}{'s' * (number > 1)}" for number, noun in counts]
+        return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
 
     def __str__(self) -> str:
         """Return for each paper a table of its errata, and below it the proof of each and the command that shows it."""
-        counts = ", ".join(f"{self.count(category)} {plural}" for category, plural in CATEGORY_PLURALS.items())
-        return "\n\n".join([*(self._format_paper(paper) for paper in self.papers), f"{len(self)} errata: {counts}"])
+        last = f"{len(self)} errata: {self.describe_counts()}"
+        return "\n\n".join([*(self._format_paper(paper) for paper in self.papers), last])
 
     def _format_paper(self, paper: Paper) -> str:
         errata = self.select(paper)
-        table = format_table(
-            ("erratum", "category", "printed", "right"), [(one.name, one.category.value, one.printed, one.right) for one in errata]
-        )
+        rows = [(one.name, one.cause.value, one.printed, one.right) for one in errata]
+        table = format_table(("erratum", "cause", "printed", "right"), rows)
         return "\n".join([PAPER_REFERENCES[paper], "", table, "", *map(_format_reasons, errata)])
 
     def as_json(self) -> dict[str, Any]:
         """Return the errata and their counts as plain values, the numbers in the units of the papers."""
-        counts = {category.value: self.count(category) for category in Category}
+        counts = {cause.value: number for cause, number in self.count_causes().items()}
         return {"counts": counts, "errata": [erratum.as_json() for erratum in self]}
 
     def to_dataframe(self) -> DataFrame:

@@ -1,4 +1,4 @@
-"""The numbers that Redtenbacher prints of his flywheel against the results of his formulas, and the misprints.
+"""The numbers that Redtenbacher prints of his flywheel, against the results of his formulas.
 
 The seven terms are recomputed twice: at the angles of 3 and 95 deg that the paper rounds to, and at the exact angles.
 
@@ -17,7 +17,7 @@ from governor_mechanism.closed_form.flywheel.engine import AirEngine
 from governor_mechanism.closed_form.flywheel.equilibrium import bracket_terms, energy_fluctuation, find_equilibria
 from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.studies.flywheel.inputs import DEFAULT_ENERGY_RATIO, PAPER_INPUTS, closed_cycle
-from governor_mechanism.studies.printed_numbers import PrintedNumber
+from governor_mechanism.studies.printed_numbers import Cause, PrintedNumber, select_deviations
 from governor_mechanism.units.text_table import format_table
 
 PAPER_ENGINE = PAPER_INPUTS.engine()
@@ -42,14 +42,6 @@ TERM_NAMES = (
     "atmosphere behind it (65)",
     "load (67)",
 )
-
-FORMULA_MISPRINTS = (
-    "balance before (61): 2 / pi R times the atmospheric pressure; the area A is meant, as in (60)",
-    "(61) in numbers: 1.05 / (1.05 + (1 - cos phi) / 2); the plus should be a minus, as in (61)",
-    "work before the pump piston, above (65): the factor (m l + 1) should be (m l + l)",
-    "bracket after (68), fifth term: m a L / (A l) should be m a l / (A L)",
-)
-"""Formulas that are misprinted; none of these errors is in the printed numbers."""
 
 _POWER_FACTOR = 30 * 75
 """75 kgf m/s to a horsepower, and the stroke L = 30 V / n."""
@@ -87,22 +79,22 @@ class PaperComparison:
     wheels: tuple[ComparedWheel, ...]
 
     @property
-    def misprints(self) -> tuple[PrintedNumber, ...]:
-        """The misprinted numbers in the paper's order."""
-        return tuple(number for number in (*self.numbers, *self.terms) if number.misprint)
+    def deviations(self) -> tuple[PrintedNumber, ...]:
+        """The numbers that are not right, in the paper's order."""
+        return select_deviations((*self.numbers, *self.terms))
 
     @property
     def wrong_term(self) -> PrintedNumber:
-        """The term with the largest error; the others differ by slips of the slide rule."""
-        return max(self.terms[: len(self.exact_terms)], key=lambda term: abs(term.printed - term.recomputed))
+        """The term from whose error the wrong sum follows."""
+        return next(term for term in self.terms if term.cause is Cause.ERROR)
 
     def as_json(self) -> dict[str, Any]:
         """Return the comparison as plain values."""
-        misprints = [number.quantity for number in self.misprints]
-        return plain_record(self, exact_sum=sum(self.exact_terms), misprints=misprints, formula_misprints=FORMULA_MISPRINTS)
+        deviations = [number.quantity for number in self.deviations]
+        return plain_record(self, exact_sum=sum(self.exact_terms), deviations=deviations)
 
     def __str__(self) -> str:
-        """Return tables of the numbers with the misprints marked, of the terms, and of the flywheels."""
+        """Return tables of the numbers with the causes of the differences, of the terms, and of the flywheels."""
         numbers = format_table(("quantity", "unit", "printed", "recomputed", ""), (number.cells for number in self.numbers), "llrrl")
         exact = (*self.exact_terms, sum(self.exact_terms), self.exact_coefficient)
         terms = format_table(
@@ -113,8 +105,8 @@ class PaperComparison:
         wheels = format_table(
             ("flywheel sized by", "bracket", "kg m2", "fluctuation", "times the allowed"), (wheel.cells for wheel in self.wheels), "lrrrr"
         )
-        formulas_text = "\n".join(f"MISPRINT: {sentence}" for sentence in FORMULA_MISPRINTS)
-        return f"{numbers}\n\n{terms}\n\n{wheels}\n\n{formulas_text}"
+        hint = "proofs, and formulas that are not right: governor-mechanism errata --paper redtenbacher"
+        return f"{numbers}\n\n{terms}\n\n{wheels}\n\n{hint}"
 
 
 def compare_with_paper() -> PaperComparison:
@@ -146,9 +138,11 @@ def _compare_angles() -> Iterator[PrintedNumber]:
     first, second, third = (math.degrees(angle) for angle in PAPER_ENGINE.interval_limits)
     constant = 2 / math.pi * PAPER_ENGINE.load_pressure / PAPER_ENGINE.atmospheric_pressure
     yield PrintedNumber("load constant 2 R / pi", "1", PRINTED_LOAD_CONSTANT, constant)
-    yield PrintedNumber("end of the first interval", "deg", 45, first, "its minutes are left out: 45 deg 34'")
+    remark = "cut off to the degree: 45 deg 34'"
+    yield PrintedNumber("end of the first interval", "deg", 45, first, Cause.ROUNDING, remark)
     yield PrintedNumber("end of the second interval", "deg", 75.5, second)
-    yield PrintedNumber("end of the third interval", "deg", 125.5, third, "180 deg - 54 deg 54' is meant, not 54 deg 30'")
+    remark = "54 deg 54' is cut off to the half degree, 54 deg 30', and taken from 180 deg"
+    yield PrintedNumber("end of the third interval", "deg", 125.5, third, Cause.ROUNDING, remark)
     for (equation, printed), root in zip((("(61)", 3), ("(63)", 95)), find_equilibria(engine_of_printed_load()), strict=True):
         yield PrintedNumber(f"root of {equation}", "deg", printed, math.degrees(root.angle))
 
@@ -156,17 +150,21 @@ def _compare_angles() -> Iterator[PrintedNumber]:
 def _compare_terms() -> Iterator[PrintedNumber]:
     """Compare the seven terms at the paper's angles, their sum and the coefficient."""
     terms = bracket_terms(PAPER_ENGINE, slowest_angle=PRINTED_ANGLES[0], fastest_angle=PRINTED_ANGLES[1])
-    misprints = {
-        0: "a slip of 0.0010; its formula lacks the brackets about 0.375 + 0.05",
-        2: "r/p was taken as 0.5 instead of 1.5 / 4 = 0.375; this makes the flywheel 28 % too light",
-        3: "a slip of 0.0002",
-        4: "it is 0.05 ln 4, without the travel at 3 deg",
-        6: "a slip of 0.0002",
+    deviations = {
+        0: (Cause.ROUNDING, "it is 0.425 ln 1.4, of the ratio 1.397"),
+        2: (Cause.ERROR, "r/p was taken as 0.5 instead of 1.5 / 4 = 0.375; this makes the flywheel 28 % too light"),
+        3: (Cause.ROUNDING, "it is 0.2625 ln 2.07, of the ratio 2.072"),
+        4: (Cause.SLIP, "it is 0.05 ln 4, without the travel at 3 deg"),
+        6: (Cause.ROUNDING, "perhaps 0.1 (1.66 - 0.05) / 3.14, in radians"),
     }
     for index, (name, printed, term) in enumerate(zip(TERM_NAMES, PRINTED_TERMS, terms, strict=True)):
-        yield PrintedNumber(name, "1", printed, term, misprints.get(index, ""))
-    yield PrintedNumber("sum of the bracket", "1", PRINTED_SUM, sum(terms), "the terms add up, but the third is wrong")
-    yield PrintedNumber("coefficient of mu N / n", "kgf m", PRINTED_COEFFICIENT, _power_coefficient(sum(terms)), "follows from the sum")
+        cause, remark = deviations.get(index, (None, ""))
+        yield PrintedNumber(name, "1", printed, term, cause, remark)
+    remark = "the printed terms add up, but the third is wrong"
+    yield PrintedNumber("sum of the bracket", "1", PRINTED_SUM, sum(terms), Cause.CONSEQUENCE, remark)
+    coefficient = _power_coefficient(sum(terms))
+    remark = "follows from the sum"
+    yield PrintedNumber("coefficient of mu N / n", "kgf m", PRINTED_COEFFICIENT, coefficient, Cause.CONSEQUENCE, remark)
 
 
 def _power_coefficient(bracket: float) -> float:

@@ -1,4 +1,4 @@
-"""The numbers that Dubois prints of his Hartung governor against the results of his formulas, and the misprints.
+"""The numbers that Dubois prints of his Hartung governor, against the results of his formulas.
 
 Each number is recomputed from what the paper states just before it, so that an error is located where it was made.
 
@@ -15,8 +15,8 @@ from typing import Any
 from governor_mechanism.closed_form.hartung import design as formulas
 from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.files.plain_values import plain_record
-from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, PAPER_INPUTS, TECHNICAL_ATMOSPHERE
-from governor_mechanism.studies.printed_numbers import PrintedNumber
+from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, PAPER_INPUTS
+from governor_mechanism.studies.printed_numbers import Cause, PrintedNumber, select_deviations
 from governor_mechanism.units.text_table import format_table
 
 PAPER_SPEEDS = (21.363, 22.201)
@@ -47,21 +47,22 @@ class PaperComparison:
     counter_example: tuple[PrintedNumber, ...]
 
     @property
-    def misprints(self) -> tuple[PrintedNumber, ...]:
-        """The misprinted numbers in the paper's order."""
-        return tuple(number for number in (*self.numbers, *self.table, *self.counter_example) if number.misprint)
+    def deviations(self) -> tuple[PrintedNumber, ...]:
+        """The numbers that are not right, in the paper's order."""
+        return select_deviations((*self.numbers, *self.table, *self.counter_example))
 
     def as_json(self) -> dict[str, Any]:
         """Return the comparison as plain values."""
-        return plain_record(self, misprints=[number.quantity for number in self.misprints])
+        return plain_record(self, deviations=[number.quantity for number in self.deviations])
 
     def __str__(self) -> str:
-        """Return a table of the numbers, with the misprints marked."""
-        misprinted = [number for number in self.table if number.misprint]
-        rows = [number.cells for number in (*self.numbers, *misprinted, *self.counter_example)]
-        n_agreeing = len(self.table) - len(misprinted)
+        """Return a table of the numbers, with the causes of the differences."""
+        deviating = select_deviations(self.table)
+        rows = [number.cells for number in (*self.numbers, *deviating, *self.counter_example)]
+        n_agreeing = len(self.table) - len(deviating)
         table = format_table(("quantity", "unit", "printed", "recomputed", ""), rows, "llrrl")
-        return f"{table}\ntable 2: {n_agreeing} of {len(self.table)} spring forces agree with their formula"
+        agreement = f"table 2: {n_agreeing} of {len(self.table)} spring forces agree with their formula"
+        return f"{table}\n{agreement}\nproofs, and formulas that are not right: governor-mechanism errata --paper dubois"
 
 
 def compare_with_paper() -> PaperComparison:
@@ -81,20 +82,20 @@ def compare_with_paper() -> PaperComparison:
 
 def _compare_radii_and_speeds() -> Iterator[PrintedNumber]:
     radii = [1e3 * float(closed.weight_radius(PAPER_GOVERNOR, lever_angle=math.radians(side))) for side in (15, -15)]
-    yield PrintedNumber("radius of a weight at the inner end", "mm", 95, 15 + 77, "the next lines use 92")
+    yield PrintedNumber("radius of a weight at the inner end", "mm", 95, 15 + 77, Cause.MISPRINT, "the next lines use 92")
     yield PrintedNumber("radius of the fulcrum", "mm", 122, 92 + 30)
     yield PrintedNumber("sagitta", "mm", 4, 115 * (1 - math.cos(math.radians(15))))
-    yield PrintedNumber("radius innermost", "mm", 192, radii[0], "one digit too many; the table has 92")
+    yield PrintedNumber("radius innermost", "mm", 192, radii[0], Cause.MISPRINT, "one digit too many; the table has 92")
     yield PrintedNumber("radius outermost", "mm", 152, radii[1])
     squares = [speed**2 for speed in PAPER_SPEEDS]
     yield PrintedNumber("slow speed squared", "1/s^2", 456.4, squares[0])
     yield PrintedNumber("fast speed squared", "1/s^2", 492.9, squares[1])
-    yield PrintedNumber("the same, in C2", "1/s^2", 492.2, squares[1], "it is 492.9 two lines above")
+    yield PrintedNumber("the same, in C2", "1/s^2", 492.2, squares[1], Cause.MISPRINT, "it is 492.9 two lines above")
 
 
 def _compare_centrifugal_forces() -> Iterator[PrintedNumber]:
     mass = 45 / KILOGRAM_FORCE
-    yield PrintedNumber("mass of a weight", "kgf s2/m", 4.58, mass, "truncated, not rounded: 4.59")
+    yield PrintedNumber("mass of a weight", "kgf s2/m", 4.58, mass, Cause.ROUNDING, "cut off, not rounded: 4.59")
     forces = [mass * speed**2 * x for speed, x in zip(PAPER_SPEEDS, (0.092, 0.152), strict=True)]
     yield PrintedNumber("centrifugal force C1", "kgf", 192, forces[0])
     yield PrintedNumber("centrifugal force C2", "kgf", 344, forces[1])
@@ -102,27 +103,23 @@ def _compare_centrifugal_forces() -> Iterator[PrintedNumber]:
     yield PrintedNumber("abscissa y0", "mm", 106, 76 + 30)
     angle = float(formulas.bell_crank_angle(weight_arm=115.0, middle_abscissa=106.0))
     yield PrintedNumber("tangent of the angle", "1", -0.92, math.tan(angle))
-    misprint = "the arc of 0.92 was added to 90 deg instead of taken from 180 deg; 132 deg is used"
-    yield PrintedNumber("angle of the bell crank", "deg", 133, math.degrees(angle), misprint)
+    remark = "the arc of 0.92 was added to 90 deg instead of taken from 180 deg; 132 deg is used"
+    yield PrintedNumber("angle of the bell crank", "deg", 133, math.degrees(angle), Cause.ERROR, remark)
     arm = formulas.symmetric_sleeve_arm(fulcrum_radius=122.0, angle=math.radians(132), swing=math.radians(15))
     yield PrintedNumber("sleeve's arm b, at 132 deg", "mm", 170, float(arm))
 
 
 def _compare_spring() -> Iterator[PrintedNumber]:
     rise = 345.8 - 173.8
-    coil = {"wire": PAPER_INPUTS.wire, "coil": PAPER_INPUTS.coil}
-    spring = {**coil, "rate": rise * KILOGRAM_FORCE / 0.06, "modulus": PAPER_INPUTS.modulus}
     yield PrintedNumber("rise of the spring force", "kgf", 172, rise)
     moment = 1e8 * float(formulas.polar_moment(wire=PAPER_INPUTS.wire))
-    misprint = "its formula lacks the fourth power of 1.2; the number is correct"
-    yield PrintedNumber("polar moment of the wire", "cm^4", 0.2036, moment, misprint)
-    length = 100 * float(formulas.wire_length(**spring))
-    yield PrintedNumber("length of the wire", "cm", 332, length, "should be 333; its formula has cm^4 and cm^2 that do not belong there")
-    yield PrintedNumber("turns", "1", 13, float(formulas.coil_turns(**spring)))
+    yield PrintedNumber("polar moment of the wire", "cm^4", 0.2036, moment)
+    length = 6 * 0.2036 * 750_000 / (172 * 4**2)
+    yield PrintedNumber("length of the wire", "cm", 332, length, Cause.ROUNDING, "cut off, not rounded: 333")
+    yield PrintedNumber("turns", "1", 13, 332 / (math.pi * 8))
     section = 1e6 * float(formulas.section_modulus(wire=PAPER_INPUTS.wire))
-    yield PrintedNumber("section modulus of the wire", "cm^3", 0.338, section, "its formula lacks the cube of 1.2; should be 0.339")
-    stress = float(formulas.coil_stress(**coil, force=346 * KILOGRAM_FORCE)) / TECHNICAL_ATMOSPHERE
-    yield PrintedNumber("stress under 346 kgf", "kgf/cm^2", 4100, stress)
+    yield PrintedNumber("section modulus of the wire", "cm^3", 0.338, section, Cause.SLIP, "should be 0.339")
+    yield PrintedNumber("stress under 346 kgf", "kgf/cm^2", 4100, 346 * 4 / 0.338)
 
 
 def _compare_sleeve_forces() -> Iterator[PrintedNumber]:
@@ -131,13 +128,15 @@ def _compare_sleeve_forces() -> Iterator[PrintedNumber]:
         static_force = closed.static_sleeve_force(PAPER_GOVERNOR, lever_angle=math.radians(side), spring_force=force * KILOGRAM_FORCE)
         static_forces.append(float(static_force) / KILOGRAM_FORCE)
         regulating_forces.append(float(formulas.regulating_force(static_force=static_forces[-1])))
-    misprint = "intermediate - 0.677 for x 0.677, and 85.8 for 185.8; the number is correct"
-    yield PrintedNumber("static force S, inner", "kgf", 460, static_forces[0], misprint)
-    yield PrintedNumber("static force S, outer", "kgf", 503, static_forces[1], "intermediate + 5 for + 15; the number is correct")
+    steps = "computed from steps of three digits"
+    yield PrintedNumber("static force S, inner", "kgf", 460, static_forces[0], Cause.ROUNDING, steps)
+    yield PrintedNumber("static force S, outer", "kgf", 503, static_forces[1], Cause.ROUNDING, steps)
     yield PrintedNumber("regulating force K, inner", "kgf", 18.4, regulating_forces[0])
-    yield PrintedNumber("regulating force K, outer", "kgf", 26.2, regulating_forces[1], "the next line has 20.2")
+    remark = "the next line has 20.2"
+    yield PrintedNumber("regulating force K, outer", "kgf", 26.2, regulating_forces[1], Cause.MISPRINT, remark)
     change = 100 * (regulating_forces[1] - regulating_forces[0]) / (0.5 * (regulating_forces[0] + regulating_forces[1]))
-    yield PrintedNumber("its change over the stroke", "%", 10, change, "2 / 10 is not 10 %; 2 / 20 is meant")
+    remark = "2 / 20, of forces that differ by 1.74 kgf"
+    yield PrintedNumber("its change over the stroke", "%", 10, change, Cause.ROUNDING, remark)
 
 
 def _compare_spring_force_table() -> Iterator[PrintedNumber]:
@@ -147,12 +146,14 @@ def _compare_spring_force_table() -> Iterator[PrintedNumber]:
             force_in_newton = closed.astatic_spring_force(PAPER_GOVERNOR, lever_angle=lever_angle, spindle_speed=speed)
             recomputed = float(force_in_newton) / KILOGRAM_FORCE
             is_misprint = abs(force - recomputed) > SLIDE_RULE_TOLERANCE
-            misprint = "not on the curve of its neighbours; one digit wrong, 189.8 is meant" if is_misprint else ""
-            yield PrintedNumber(f"spring force at {radius:g} mm, {rpm} rpm", "kgf", force, recomputed, misprint)
+            cause = Cause.MISPRINT if is_misprint else None
+            remark = "not on the curve of its neighbours; one digit wrong, 189.8 is meant" if is_misprint else ""
+            yield PrintedNumber(f"spring force at {radius:g} mm, {rpm} rpm", "kgf", force, recomputed, cause, remark)
 
 
 def _compare_counter_example() -> Iterator[PrintedNumber]:
-    forces = [float(formulas.regulating_force(static_force=force)) for force in COUNTER_EXAMPLE_FORCES]
-    for position, printed, force in zip(("low", "middle", "high"), (7.5, 10.5, 13.4), forces, strict=True):
-        yield PrintedNumber(f"Pohlhausen's no. 97, K {position}", "kgf", printed, force)
+    low, middle, high = (float(formulas.regulating_force(static_force=force)) for force in COUNTER_EXAMPLE_FORCES)
+    yield PrintedNumber("Pohlhausen's no. 97, K low", "kgf", 7.5, low, Cause.ROUNDING, "cut off, not rounded: 7.6")
+    yield PrintedNumber("Pohlhausen's no. 97, K middle", "kgf", 10.5, middle)
+    yield PrintedNumber("Pohlhausen's no. 97, K high", "kgf", 13.4, high)
     yield PrintedNumber("Pohlhausen's no. 97, change of K", "%", 56, 100 * (13.4 - 7.5) / 10.5)

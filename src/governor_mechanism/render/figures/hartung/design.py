@@ -10,6 +10,7 @@ from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS
 from governor_mechanism.studies.hartung import paper_comparison as paper
 from governor_mechanism.studies.hartung.design import HartungDesign, build_hartung_layout
 from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE
+from governor_mechanism.studies.printed_numbers import select_deviations
 from governor_mechanism.types import FloatArray
 
 _PAPER_ANGLES_DEG = (90.0, 132.0, 137.332)
@@ -102,12 +103,11 @@ def _shown_angles(design: HartungDesign) -> list[float]:
 
 
 def _plot_printed_points(panel: Panel) -> None:
-    """Plot Dubois' table; values that differ by more than slide-rule accuracy are ringed."""
+    """Plot Dubois' table; the misprint is ringed."""
     radii = [row[0] for row in paper.PRINTED_SPRING_FORCES]
     for column, colour in ((1, BLUE), (2, VERMILLION)):
         panel.plot(radii, [row[column] for row in paper.PRINTED_SPRING_FORCES], "o", color=colour, markersize=4, markerfacecolor=PAPER)
-    misprints = [step for step in paper.compare_with_paper().table if abs(step.printed - step.recomputed) > paper.SLIDE_RULE_TOLERANCE]
-    for step in misprints:
+    for step in select_deviations(paper.compare_with_paper().table):
         radius = next(row[0] for row in paper.PRINTED_SPRING_FORCES if step.printed in row[1:])
         panel.plot([radius], [step.printed], "o", color=GREEN, markersize=13, markerfacecolor="none")
         panel.write_note(f"printed {step.printed:g},\nrecomputed {step.recomputed:.1f}", (radius, step.printed), (-12, 20), color=GREEN)
