@@ -9,21 +9,20 @@ Usage: python benchmarks/certificates.py
        python benchmarks/certificates.py --print
 
 Every run is a row of certificates.csv, written as it ends: --resume makes only the runs that are missing there, --print none. Without them
-the rows of the chosen groups are replaced.
+the rows of the chosen groups are replaced. --state writes the last sentence into the README, and it and the table of groups into the page
+on certificates.
 """
 
 from __future__ import annotations
 
 import argparse
-import csv
-import math
 import signal
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -43,6 +42,7 @@ from certificate_checks import (
     engines_of,
     references_of,
 )
+from certificate_groups import Group, append_checks, format_groups, group_checks, load_checks, save_checks, state_study, summarise
 from random_scenes import RandomScene, draw_study_scene
 from study_machines import STUDY_MACHINES
 
@@ -61,19 +61,11 @@ MAX_SCENES_WITHOUT_RUN = 12
 RUN_TIME_LIMIT, REFERENCE_TIME_LIMIT = 20.0, 60.0
 """Largest times of one certified run and of the references of a scene, s."""
 
-MIN_SHARE_WITHIN = 0.99
-"""Smallest share of runs with an error within their estimate."""
-
-MAX_MEDIANS = {"smooth": 20.0, "events": 60.0}
-"""Largest median of estimate over error, by the kind of the scenes."""
-
 FIGURE_PATH = Path(__file__).with_name("certificates.png")
 TABLE_PATH = FIGURE_PATH.with_suffix(".csv")
-COLUMNS = tuple(field.name for field in fields(CertificateCheck))
+ROOT = Path(__file__).resolve().parents[1]
+README_PATH, PAGE_PATH = ROOT / "README.md", ROOT / "docs" / "theory" / "certificates.md"
 TOO_LONG = "took too long"
-
-GroupKey = tuple[str, str]
-"""Machine and engine."""
 
 Plan = dict[str, list[float]]
 """Accuracies of the runs of a scene, by engine."""
@@ -94,14 +86,15 @@ def main() -> int:
         kept = run_study(arguments, kept)
     checks = sorted(kept, key=lambda one: (list(STUDY_MACHINES).index(one.machine), one.engine, one.number, one.accuracy))
     groups = group_checks(checks)
-    print_groups(groups)
+    print(format_groups(groups), end="\n\n")
     print_failing_runs(groups)
     print_set_aside(checks)
     if not arguments.no_figure:
         draw_distribution(checks, FIGURE_PATH)
-    failures = [group for group in groups if group.failures]
+    if arguments.state:
+        state_study(groups, README_PATH, PAGE_PATH)
     print(summarise(groups))
-    return 1 if failures else 0
+    return 1 if any(group.failures for group in groups) else 0
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -115,6 +108,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--table", type=Path, default=TABLE_PATH, help="file with a row for each run")
     parser.add_argument("--resume", action="store_true", help="make only the runs that the file does not have")
     parser.add_argument("--print", action="store_true", help="print the tables of the file without simulating")
+    parser.add_argument("--state", action="store_true", help="write the result into README and documentation")
     parser.add_argument("--no-figure", action="store_true")
     return parser.parse_args()
 
@@ -222,116 +216,7 @@ def time_limit(seconds: float) -> Iterator[None]:
         signal.signal(signal.SIGALRM, previous_handler)
 
 
-# --- file of the runs --------------------------------------------------------------------------------------------------------
-
-
-def save_checks(checks: Iterable[CertificateCheck], path: Path) -> None:
-    """Write a file with a row for each check."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        csv.writer(file, lineterminator="\n").writerow(COLUMNS)
-    append_checks(checks, path)
-
-
-def append_checks(checks: Iterable[CertificateCheck], path: Path) -> None:
-    """Add rows to a file."""
-    with path.open("a", encoding="utf-8", newline="") as file:
-        rows = ({name: format_cell(value) for name, value in asdict(one).items()} for one in checks)
-        csv.DictWriter(file, COLUMNS, lineterminator="\n").writerows(rows)
-
-
-def format_cell(value: object) -> object:
-    """Return a number with four digits, which decide whatever is asked of it."""
-    return f"{value:.4g}" if isinstance(value, float) else value
-
-
-def load_checks(path: Path) -> list[CertificateCheck]:
-    """Return the checks in a file."""
-    convert = {"int": int, "float": float, "str": str}
-    types = {field.name: convert[str(field.type)] for field in fields(CertificateCheck)}
-    with path.open(encoding="utf-8", newline="") as file:
-        return [CertificateCheck(**{name: types[name](row[name]) for name in COLUMNS}) for row in csv.DictReader(file)]
-
-
-# --- groups -----------------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Group:
-    """Runs of a machine by an engine."""
-
-    machine: str
-    engine: str
-    checks: tuple[CertificateCheck, ...]
-
-    @property
-    def judged(self) -> list[CertificateCheck]:
-        """Runs whose true error is known."""
-        return [one for one in self.checks if one.is_judged]
-
-    @property
-    def share_within(self) -> float:
-        """Share of judged runs with an error within their estimate."""
-        return sum(one.is_within_estimate for one in self.judged) / max(len(self.judged), 1)
-
-    @property
-    def worst_ratio(self) -> float:
-        """Largest ratio of error to estimate."""
-        return max((one.least / one.estimate for one in self.judged), default=math.nan)
-
-    def median(self, kind: str) -> float:
-        """Return the median of estimate over error of the scenes of a kind; nan without any."""
-        ratios = [one.overestimation for one in self.judged if one.kind == kind]
-        return float(np.median(ratios)) if ratios else math.nan
-
-    @property
-    def failures(self) -> list[str]:
-        """Requirements that the group does not meet."""
-        found = []
-        if self.share_within < MIN_SHARE_WITHIN:
-            found.append("within estimate")
-        if any(one.is_beyond_limit for one in self.judged):
-            found.append(f"beyond {MAX_ERROR_RATIO:g} estimates")
-        if any(one.claims_too_much for one in self.judged):
-            found.append("DONE above the request")
-        found += [f"median of {kind}" for kind, limit in MAX_MEDIANS.items() if self.median(kind) > limit]
-        if any("crashed" in one.failure for one in self.checks):
-            found.append("crashed")
-        return found
-
-
-def group_checks(checks: Sequence[CertificateCheck]) -> list[Group]:
-    """Return the groups of checks in the order of machines and engines."""
-    keys = [(machine, engine) for machine in STUDY_MACHINES for engine in ENGINES]
-    by_key: dict[GroupKey, list[CertificateCheck]] = {key: [] for key in keys}
-    for one in checks:
-        by_key[one.machine, one.engine].append(one)
-    return [Group(*key, tuple(found)) for key, found in by_key.items() if found]
-
-
-def print_groups(groups: Sequence[Group]) -> None:
-    """Print a row for each machine and engine."""
-    print("| machine | engine | runs | set aside | no claim | missed | within estimate | worst error / estimate | beyond 3 | ", end="")
-    print("DONE above request | median, smooth | median, events | worst reading / its estimate | fails |")
-    print("|---|---|" + "---|" * 12)
-    for group in groups:
-        judged = group.judged
-        cells = (
-            group.machine,
-            group.engine,
-            len(group.checks),
-            sum(bool(one.set_aside) for one in group.checks),
-            sum(bool(one.failure) for one in group.checks),
-            sum(one.outcome == "ACCURACY_MISSED" for one in judged),
-            f"{100 * group.share_within:.1f} %",
-            f"{group.worst_ratio:.2g}",
-            sum(one.is_beyond_limit for one in judged),
-            sum(one.claims_too_much for one in judged),
-            *(f"{group.median(kind):.1f}".replace("nan", "") for kind in MAX_MEDIANS),
-            f"{max((one.reading_ratio for one in judged), default=math.nan):.2g}",
-            ", ".join(group.failures),
-        )
-        print("| " + " | ".join(map(str, cells)) + " |")
-    print()
+# --- tables ------------------------------------------------------------------------------------------------------------
 
 
 def print_failing_runs(groups: Sequence[Group]) -> None:
@@ -362,21 +247,7 @@ def print_set_aside(checks: Sequence[CertificateCheck]) -> None:
     print()
 
 
-def summarise(groups: Sequence[Group]) -> str:
-    """Return the sentence that README and documentation state."""
-    judged = [one for group in groups for one in group.judged]
-    machines, failing = {group.machine for group in groups}, [group for group in groups if group.failures]
-    worst = max((group.worst_ratio for group in groups), default=math.nan)
-    within = sum(one.is_within_estimate for one in judged)
-    medians = [f"{np.median([one.overestimation for one in judged if one.kind == kind] or [math.nan]):.0f}" for kind in MAX_MEDIANS]
-    return (
-        f"Of {len(judged):,} runs of {len(machines)} machines, in {len(groups)} groups of a machine and an engine, "
-        f"{100 * within / max(len(judged), 1):.2f} % have an error within their estimate, {sum(one.is_beyond_limit for one in judged)} "
-        f"beyond three times it (worst {worst:.2g}), and {sum(one.claims_too_much for one in judged)} are DONE with an error above the "
-        f"request; the median of estimate over error is {medians[0]} for smooth scenes and {medians[1]} with events. "
-        f"{sum(bool(one.set_aside) for group in groups for one in group.checks)} runs are set aside because references disagree. "
-        f"{len(failing)} groups fail a requirement."
-    )
+# --- figure ------------------------------------------------------------------------------------------------------------
 
 
 def draw_distribution(checks: Sequence[CertificateCheck], path: Path) -> None:

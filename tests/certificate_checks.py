@@ -28,7 +28,7 @@ from random_scenes import RandomScene
 
 ENGINES = ("reduced", "multibody", "impulse")
 
-LOOSE_TOLERANCE, TIGHT_TOLERANCE = 1e-13, 1e-14
+LOOSE_TOLERANCE, TIGHT_TOLERANCE = 1e-14, 1e-15
 """Tolerances of the reference solutions."""
 
 MAX_ERROR_RATIO = 3.0
@@ -37,8 +37,8 @@ MAX_ERROR_RATIO = 3.0
 EXACT_DOUBT = 2e-14
 """Error of an exact solution relative to the scales: its readings are rounded to double precision."""
 
-MAX_STEPS = {"reduced": 20_000, "multibody": 20_000, "impulse": 100_000}
-"""Step limit of one run, of `impulse` of all runs together: about fifty times what a scene of a few oscillations needs."""
+MAX_STEPS = {"reduced": 20_000, "multibody": 20_000, "impulse": 50_000}
+"""Step limit of one run, of `impulse` of all runs together: about thirty times what a scene of a few oscillations needs."""
 
 ROUNDING_TOLERANCE = 1e-13
 """Error relative to the scales that is rounding: no estimate is smaller."""
@@ -248,9 +248,7 @@ def check_certificate(drawn: RandomScene, engine: str, accuracy: float, referenc
 
 def describe_check(drawn: RandomScene, engine: str, accuracy: float) -> CertificateCheck:
     """Return the check of a run before it."""
-    return CertificateCheck(
-        machine=drawn.machine, number=drawn.number, seed=drawn.seed, engine=engine, accuracy=accuracy, kind=drawn.kind
-    )
+    return CertificateCheck(machine=drawn.machine, number=drawn.number, seed=drawn.seed, engine=engine, accuracy=accuracy, kind=drawn.kind)
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.scenes.parser import parse_scene_document
 from random_machines import MACHINES, Document, G, Random, draw_bool, draw_choice, draw_log_uniform, draw_restitution, draw_uniform
-from study_machines import STUDY_MACHINES
+from study_machines import STUDY_MACHINES, draw_reports
 
 MAX_DRAWS = 200
 """So many refusals in a row mean that the generator is wrong, not its luck."""
@@ -188,6 +188,7 @@ def draw_study_scene(machine: str, number: int, seed: int) -> RandomScene:
     draw, refused = STUDY_MACHINES[machine], list[str]()
     while len(refused) < MAX_DRAWS:
         document = draw(random)
+        document["run"] = draw_reports(random, document["run"]["duration"])
         try:
             if machine in MACHINES:
                 scene = assemble_scene(random, document)

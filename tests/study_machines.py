@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable, Mapping
 from itertools import pairwise
@@ -29,7 +30,7 @@ N_LOAD_STEPS = (100, 300, 1000)
 """Numbers of steps of a load: their roundings add up."""
 
 
-def draw_seldom_reports(random: Random, duration: float) -> Document:
+def draw_reports(random: Random, duration: float) -> Document:
     """Return the settings of a run with four to a hundred reports: with few of them a step goes as far as the motion allows."""
     return {"duration": duration, "output_interval": duration / round(draw_log_uniform(random, 4.0, 100.0))}
 
@@ -70,7 +71,7 @@ def draw_air_engine(random: Random) -> Document:
     # The work of a stroke changes the energy by a small or a large share.
     dimensions["inertia"] = stroke_work / rate**2 * draw_log_uniform(random, 4.0, 100.0)
     start = {"crank_angle": draw_uniform(random, 0.05, 6.0), "crank_rate": rate}
-    run = draw_seldom_reports(random, math.tau / rate * draw_uniform(random, 0.6, 6.0))
+    run = {"duration": math.tau / rate * draw_uniform(random, 0.6, 6.0)}
     return {"machine": "flywheel_engine", "dimensions": dimensions, "start": start, "run": run}
 
 
@@ -97,7 +98,7 @@ def draw_flywheel_with_load_steps(random: Random) -> Document:
     dimensions["load_damping"] = 0.5 * torque / rate * draw_uniform(random, 0.5, 1.5)
     dimensions |= {"gas_torque": "mean", "load_torque": draw_steps(random, duration, 0.1 * torque, 0.9 * torque)}
     start = {"crank_angle": draw_uniform(random, 0.0, 6.0), "crank_rate": rate}
-    run = draw_seldom_reports(random, duration)
+    run = {"duration": duration}
     return {"machine": "flywheel_engine", "dimensions": dimensions, "start": start, "run": run}
 
 
@@ -112,7 +113,7 @@ def draw_spindle_with_load_steps(random: Random) -> Document:
         "effects": {"gravity": True, "centrifugal": True},
         "start": {"arm_angle": angle, "arm_rate": draw_uniform(random, -0.2, 0.2)},
         "spindle": {"inertia": inertia, "start_speed": speed, "torque": draw_steps(random, duration, -0.2 * torque, 0.2 * torque)},
-        "run": draw_seldom_reports(random, duration),
+        "run": {"duration": duration},
     }
 
 
@@ -172,7 +173,7 @@ def draw_governed_engine(random: Random) -> Document:
             "rated_torque": 0.8 * torque,
             "fraction": [[0.0, 1.0], [step_time, 1.0], [step_time, step]],
         },
-        "run": draw_seldom_reports(random, duration),
+        "run": {"duration": duration},
     }
 
 
@@ -214,33 +215,74 @@ def draw_chain(random: Random) -> Document:
         },
         "effects": {"gravity": G},
         "start": {"crank_angle": angle, "crank_rate": rate},
-        "run": draw_seldom_reports(random, draw_uniform(random, 0.5, 1.4)),
+        "run": {"duration": draw_uniform(random, 0.5, 1.4)},
     }
 
 
 def draw_moving_ground(random: Random) -> Document:
-    """Return a four-bar linkage or two rods in a chain whose first bearing is shaken."""
+    """Return a four-bar linkage, rods in a chain, or rods on a curve whose first bearing is shaken."""
     frequency = draw_log_uniform(random, 2.0, 15.0)
     swing = {"start": 0.0, "harmonics": [{"amplitude": draw_log_uniform(random, 0.003, 0.03), "frequency": frequency, "phase": 0}]}
     place = [0.0, swing] if draw_bool(random, 0.5) else [swing, 0.0]
-    if draw_bool(random, 0.5):
-        found = four_bar_document(random, draw_four_bar_pose(random), [], [], {})
-        found["ground"]["A"] = place
-        return found
-    angles = [-math.pi / 2 + draw_uniform(random, -0.7, 0.7) for _ in range(2)]
-    lengths = [draw_uniform(random, 0.2, 0.6) for _ in range(2)]
-    knee = complex(lengths[0] * math.cos(angles[0]), lengths[0] * math.sin(angles[0]))
-    end = knee + complex(lengths[1] * math.cos(angles[1]), lengths[1] * math.sin(angles[1]))
-    lower = draw_bool(random, 0.5)
-    names = ["upper", "lower"] if lower else ["upper"]
+    found = draw_choice(random, (draw_shaken_four_bar, draw_shaken_chain, draw_shaken_rods_on_a_curve))(random)
+    found["ground"]["A"] = place
+    return found
+
+
+def draw_shaken_four_bar(random: Random) -> Document:
+    """Return a four-bar linkage."""
+    return four_bar_document(random, draw_four_bar_pose(random), [], [], {})
+
+
+def draw_rod_line(random: Random, angles: list[float], start: complex = 0j, first: int = 0) -> tuple[list[Document], complex]:
+    """Return rods end to end at angles (rad), and the end of the last one."""
+    bodies = []
+    for k, angle in enumerate(angles, first):
+        length = draw_uniform(random, 0.2, 0.6)
+        end = start + cmath.rect(length, angle)
+        bodies.append(draw_rod_body(random, f"rod {k}", length, start, end))
+        start = end
+    return bodies, start
+
+
+def draw_shaken_chain(random: Random) -> Document:
+    """Return one or two hanging rods."""
+    angles = [-math.pi / 2 + draw_uniform(random, -0.7, 0.7) for _ in range(draw_choice(random, (1, 2)))]
+    bodies, _ = draw_rod_line(random, angles)
+    joints = [pin_table("ground.A", "rod 0.start"), pin_table("rod 0.end", "rod 1.start")][: len(bodies)]
+    return shaken_document(random, bodies, joints, {})
+
+
+def draw_shaken_rods_on_a_curve(random: Random) -> Document:
+    """Return two rods whose end moves on a parabola, with one or two rods that hang from it."""
+    knee_angle, sense = draw_uniform(random, 0.4, 1.2), draw_choice(random, (-1.0, 1.0))
+    leading, end = draw_rod_line(random, [knee_angle, knee_angle - sense * draw_uniform(random, 0.8, 2.0)])
+    hanging = [
+        draw_rod_line(random, [-math.pi / 2 + draw_uniform(random, -1.0, 1.0)], end, first=k)[0][0]
+        for k in range(2, draw_choice(random, (3, 4)))
+    ]
+    bend = draw_uniform(random, -0.4, 0.4)
+    curve = {"coefficients": [end.imag - bend * end.real**2, 0.0, bend]}
+    joints = [
+        pin_table("ground.A", "rod 0.start"),
+        pin_table("rod 0.end", "rod 1.start"),
+        *(pin_table("rod 1.end", f"{rod['name']}.start") for rod in hanging),
+        {"type": "curve", "first": "ground.C", "second": "rod 1.end", "curve": curve, "angle": 0},
+    ]
+    return shaken_document(random, leading + hanging, joints, {"C": [0.0, 0.0]})
+
+
+def shaken_document(random: Random, bodies: list[Document], joints: list[Document], more_ground: Document) -> Document:
+    """Return the document of rods on a bearing that is placed later."""
+    last = bodies[-1]["name"]
     return custom_document(
         random,
-        draw_uniform(random, 0.5, 2.0),
-        ground={"O": place},
-        body=[draw_rod_body(random, "upper", lengths[0], 0j, knee), draw_rod_body(random, "lower", lengths[1], knee, end)][: len(names)],
-        joint=[pin_table("ground.O", "upper.start"), pin_table("upper.end", "lower.start")][: len(names)],
-        readings={"upper": {"angle": "upper"}, "x": {"x": f"{names[-1]}.end"}, "y": {"y": f"{names[-1]}.end"}},
-        start={"upper": angles[0], "upper_rate": draw_uniform(random, -1.0, 1.0)},
+        draw_uniform(random, 0.5, 1.5),
+        ground={"A": [0.0, 0.0], **more_ground},
+        body=bodies,
+        joint=joints,
+        readings={"first": {"angle": "rod 0"}, "x": {"x": f"{last}.end"}, "y": {"y": f"{last}.end"}},
+        start={"first": bodies[0]["angle"], "first_rate": draw_uniform(random, -1.5, 1.5)},
     )
 
 
@@ -273,7 +315,7 @@ def draw_clearance(random: Random) -> Document:
     }
     return {
         "machine": "pendulum_governor", "dimensions": dimensions, "effects": effects, "start": start,
-        "spindle": draw_moving_spindle(random, speed, duration), "run": draw_seldom_reports(random, duration),
+        "spindle": draw_moving_spindle(random, speed, duration), "run": {"duration": duration},
     }  # fmt: skip
 
 
@@ -296,7 +338,7 @@ def draw_sticking_governor(random: Random) -> Document:
         "effects": {"gravity": True, "centrifugal": True, "dry_friction": {"sleeve": friction}},
         "start": {"arm_angle": angle, "arm_rate": draw_choice(random, (0.0, draw_uniform(random, -0.3, 0.3)))},
         "spindle": draw_moving_spindle(random, speed, duration),
-        "run": draw_seldom_reports(random, duration),
+        "run": {"duration": duration},
     }
 
 

@@ -23,6 +23,8 @@ from certificate_checks import (
     engines_of,
     references_of,
 )
+from certificate_groups import format_groups, group_checks, load_checks, save_checks, summarise
+from documentation_pages import ROOT
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.crank_masses import CrankMasses
@@ -48,24 +50,25 @@ N_SCENES = 100
 PLAIN_SCENE, IMPACT_SCENE = 0, 16
 """Numbers of a scene of a governor without effects, and of one with impacts."""
 
-STUDY_SCENES = (0, 1)
-"""Scenes of each machine that the tests run."""
+ACCURACIES: tuple[dict[str, tuple[float, ...]], ...] = (
+    {"reduced": (1e-2, 1e-10), "multibody": (1e-2, 1e-10), "impulse": (1e-4,)},
+    {"reduced": (1e-4, 1e-7), "multibody": (1e-4, 1e-7), "impulse": ()},
+)
+"""Requested accuracies of the runs of the first scenes of each machine."""
 
-ACCURACIES = {"reduced": (1e-2, 1e-6, 1e-10), "multibody": (1e-2, 1e-6, 1e-10), "impulse": (1e-5,)}
-"""Requested accuracies of the runs of a scene, of `impulse` of the first one: with contacts it takes seconds."""
+MAX_UNJUDGED = 2
+"""Largest number of runs of a machine whose references disagree, of ten at most: those near rounding."""
 
 
 @cache
 def check_machine(machine: str) -> list[CertificateCheck]:
     """Return the checks of some runs of a machine by all engines that model it."""
     found = []
-    for number in STUDY_SCENES:
+    for number, requests in enumerate(ACCURACIES):
         drawn = draw_study_scene(machine, number, SEED)
         references = references_of(drawn)
         for engine in engines_of(drawn.scene):
-            if engine == "impulse" and number != STUDY_SCENES[0]:
-                continue
-            found += [check_certificate(drawn, engine, accuracy, references) for accuracy in ACCURACIES[engine]]
+            found += [check_certificate(drawn, engine, accuracy, references) for accuracy in requests[engine]]
     return found
 
 
@@ -80,7 +83,7 @@ def test_errors_are_within_their_estimates(machine):
     checks = check_machine(machine)
     assert not violations(checks)
     unjudged = [check for check in checks if not check.is_judged]
-    assert len(unjudged) <= 1, unjudged
+    assert len(unjudged) <= MAX_UNJUDGED, unjudged
 
 
 @pytest.mark.parametrize("machine", ["air engine", "load steps", "four-bar chain"])
@@ -121,7 +124,6 @@ def test_estimates_of_loose_requests_are_no_smaller_than_the_errors(number, accu
 
 def test_estimate_that_is_a_thousand_times_too_small_is_detected():
     checks = [check for machine in list(STUDY_MACHINES)[:5] for check in check_machine(machine)]
-    assert not violations(checks)
     judged = [check for check in checks if check.is_judged]
     assert len(violations(judged, 1e-3)) > 0.5 * len(judged)  # estimates are about ten times too large
 
@@ -146,6 +148,36 @@ def test_missing_event_is_detected(engine):
     assert certified_events(run)
     assert compare_with_references(run, 1e-6, references)["true"] <= MAX_ERROR_RATIO * run.error_estimate
     assert compare_with_references(replace(run, deferred_results=None), 1e-6, references)["true"] > MAX_ERROR_RATIO * run.error_estimate
+
+
+def test_readme_and_page_state_the_recorded_study():
+    groups = group_checks(load_checks(ROOT / "benchmarks" / "certificates.csv"))
+    readme, page = ((ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "docs/theory/certificates.md"))
+    assert summarise(groups) in readme
+    assert summarise(groups) in page
+    assert format_groups(groups) in page
+
+
+def test_requirements_hold_in_each_group_and_not_only_in_sum():
+    def check(machine, true):
+        errors = {"true": true, "least": true, "doubt": 0.0}
+        return CertificateCheck(
+            machine=machine, number=0, seed=0, engine="reduced", accuracy=1e-6, kind="smooth", outcome="DONE", estimate=5e-7, **errors
+        )
+
+    good, small, large = check("Watt", 1e-7), check("Porter", 6e-7), check("Hartung", 2e-6)
+    groups = group_checks([good] * 1000 + [small, large])
+    assert [group.failures for group in groups] == [
+        [],
+        ["within estimate"],
+        ["within estimate", "beyond 3 estimates", "DONE above the request"],
+    ]
+
+
+def test_runs_are_the_same_after_writing_and_reading(tmp_path):
+    checks = check_machine("Porter")
+    save_checks(checks, tmp_path / "runs.csv")
+    assert format_groups(group_checks(load_checks(tmp_path / "runs.csv"))) == format_groups(group_checks(checks))
 
 
 # --- random scenes ----------------------------------------------------------------------------------------------------
