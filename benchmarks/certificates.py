@@ -59,7 +59,7 @@ MAX_SCENES_WITHOUT_RUN = 12
 """Number of scenes after which an engine that takes none of them does not model the machine."""
 
 RUN_TIME_LIMIT, REFERENCE_TIME_LIMIT = 20.0, 60.0
-"""Largest times of one certified run and of the references of a scene, s."""
+"""Largest times of the processor for one certified run and for the references of a scene, s."""
 
 FIGURE_PATH = Path(__file__).with_name("certificates.png")
 TABLE_PATH = FIGURE_PATH.with_suffix(".csv")
@@ -198,7 +198,7 @@ def check_within_limits(drawn: RandomScene, engine: str, accuracy: float, refere
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Raise TooLongError after a time (s), on systems with alarm signals."""
+    """Raise TooLongError after a time (s) of the processor, which other programs do not change, on systems with alarm signals."""
     if not hasattr(signal, "setitimer"):
         yield
         return
@@ -207,13 +207,13 @@ def time_limit(seconds: float) -> Iterator[None]:
         """Raise the exception on the alarm signal."""
         raise TooLongError
 
-    previous_handler = signal.signal(signal.SIGALRM, raise_on_alarm)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    previous_handler = signal.signal(signal.SIGPROF, raise_on_alarm)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, previous_handler)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, previous_handler)
 
 
 # --- tables ------------------------------------------------------------------------------------------------------------

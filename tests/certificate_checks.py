@@ -37,8 +37,8 @@ MAX_ERROR_RATIO = 3.0
 EXACT_DOUBT = 2e-14
 """Error of an exact solution relative to the scales: its readings are rounded to double precision."""
 
-MAX_STEPS = {"reduced": 20_000, "multibody": 20_000, "impulse": 50_000}
-"""Step limit of one run, of `impulse` of all runs together: about thirty times what a scene of a few oscillations needs."""
+MAX_STEPS = {"reduced": 20_000, "multibody": 20_000, "impulse": 20_000}
+"""Step limit of one run, of `impulse` of all runs together: at least ten times what a scene of a few oscillations needs."""
 
 ROUNDING_TOLERANCE = 1e-13
 """Error relative to the scales that is rounding: no estimate is smaller."""

@@ -23,6 +23,12 @@ COLUMNS = tuple(field.name for field in fields(CertificateCheck))
 MIN_SHARE_WITHIN = 0.99
 """Smallest share of runs with an error within their estimate."""
 
+MIN_RUNS = 200
+"""Smallest number of runs of a group."""
+
+MAX_SHARE_UNJUDGED = 0.1
+"""Largest share of runs that are set aside, and of those without a claim."""
+
 MAX_MEDIANS = {"smooth": 20.0, "events": 60.0}
 """Largest median of estimate over error, by the kind of the scenes."""
 
@@ -74,6 +80,16 @@ class Group:
         return [one for one in self.checks if one.is_judged]
 
     @property
+    def n_set_aside(self) -> int:
+        """Number of runs whose references do not decide."""
+        return sum(bool(one.set_aside) for one in self.checks)
+
+    @property
+    def n_without_claim(self) -> int:
+        """Number of runs that were refused, took too long or crashed."""
+        return sum(bool(one.failure) for one in self.checks)
+
+    @property
     def share_within(self) -> float:
         """Share of judged runs with an error within their estimate."""
         return sum(one.is_within_estimate for one in self.judged) / max(len(self.judged), 1)
@@ -101,6 +117,12 @@ class Group:
         found += [f"median of {kind}" for kind, limit in MAX_MEDIANS.items() if self.median(kind) > limit]
         if any("crashed" in one.failure for one in self.checks):
             found.append("crashed")
+        if self.n_set_aside > MAX_SHARE_UNJUDGED * len(self.checks):
+            found.append("set aside")
+        if self.n_without_claim > MAX_SHARE_UNJUDGED * len(self.checks):
+            found.append("no claim")
+        if len(self.checks) < MIN_RUNS:
+            found.append("too few runs")
         return found
 
 
@@ -129,8 +151,8 @@ def format_groups(groups: Sequence[Group]) -> str:
         worst_reading = f"{max((one.reading_ratio for one in judged), default=math.nan):.2g}"
         counts = (
             len(group.checks),
-            sum(bool(one.set_aside) for one in group.checks),
-            sum(bool(one.failure) for one in group.checks),
+            group.n_set_aside,
+            group.n_without_claim,
             sum(one.outcome == Outcome.ACCURACY_MISSED.name for one in judged),
         )
         shares = (f"{100 * group.share_within:.1f} %", f"{group.worst_ratio:.2g}", sum(one.claims_too_much for one in judged))
@@ -167,6 +189,6 @@ def summarise(groups: Sequence[Group]) -> str:
         f"{100 * within / max(len(judged), 1):.2f} % have an error within their estimate, {sum(one.is_beyond_limit for one in judged)} "
         f"beyond three times it (worst {worst:.2g}), and {sum(one.claims_too_much for one in judged)} are DONE with an error above the "
         f"request; the median of estimate over error is {medians[0]} for smooth scenes and {medians[1]} with events. "
-        f"{sum(bool(one.set_aside) for group in groups for one in group.checks)} runs are set aside because references disagree. "
+        f"{sum(group.n_set_aside for group in groups)} runs are set aside because references disagree. "
         + (f"{len(failing)} groups fail a requirement." if failing else "Each group meets all requirements.")
     )

@@ -181,14 +181,12 @@ def draw_governed_engine(random: Random) -> Document:
 
 
 def draw_chain(random: Random) -> Document:
-    """Return a chain of 2 to 10 parallelograms (IFToMM A02) that passes the line of all its bars once or twice."""
-    loops = int(random.integers(2, 11))
-    length, crank_mass, coupler_mass = (
-        draw_uniform(random, 0.5, 1.5),
-        draw_log_uniform(random, 0.3, 3.0),
-        draw_log_uniform(random, 0.3, 3.0),
-    )
-    angle = draw_uniform(random, 0.35, math.pi - 0.35)
+    """Return a chain of 2 to 10 parallelograms (IFToMM A02) that passes the line of all its bars, most of them several times."""
+    loops, angle, rate = int(random.integers(2, 11)), 0.5 * math.pi, -1.0
+    length, crank_mass, coupler_mass = 1.0, 1.0, 1.0
+    if draw_bool(random, 0.6):  # else the published dimensions
+        length, angle, rate = draw_uniform(random, 0.5, 1.5), draw_uniform(random, 0.35, math.pi - 0.35), -draw_uniform(random, 1.0, 4.0)
+        crank_mass, coupler_mass = (draw_log_uniform(random, 0.3, 3.0) for _ in range(2))
     tip = (length * math.cos(angle), length * math.sin(angle))
     bodies = [
         {"name": f"crank {k}", "mass": crank_mass, "rod": {"length": length}, "at": [k * length, 0.0], "angle": angle}
@@ -201,7 +199,6 @@ def draw_chain(random: Random) -> Document:
     joints = [pin_table(f"ground.A{k}", f"crank {k}.start") for k in range(loops + 1)]
     for k in range(1, loops + 1):
         joints += [pin_table(f"crank {k - 1}.end", f"coupler {k}.start"), pin_table(f"coupler {k}.end", f"crank {k}.end")]
-    rate = -draw_uniform(random, 1.0, 4.0)
     return {
         "machine": "custom",
         "ground": {f"A{k}": [k * length, 0.0] for k in range(loops + 1)},
@@ -215,7 +212,7 @@ def draw_chain(random: Random) -> Document:
         },
         "effects": {"gravity": G},
         "start": {"crank_angle": angle, "crank_rate": rate},
-        "run": {"duration": draw_uniform(random, 0.5, 1.4)},
+        "run": {"duration": draw_log_uniform(random, 0.7, 8.0)},
     }
 
 
