@@ -272,7 +272,7 @@ def draw_distribution(checks: Sequence[CertificateCheck], path: Path) -> None:
         panel.axvline(position, color=INK if position == 1.0 else MUTED, linewidth=0.9, linestyle=DASHED)
         transform, shift = panel.get_xaxis_transform(), -3 if alignment == "right" else 3
         panel.write_note(caption, (position, 1.02), (shift, 0), xycoords=transform, ha=alignment, color=MUTED)
-    for engine, colour, style in zip(ENGINES, SERIES_COLOURS, SERIES_LINE_STYLES, strict=True):
+    for engine, colour, style in zip(ENGINES, SERIES_COLOURS, SERIES_LINE_STYLES, strict=False):
         ratios = np.sort([min(max(one.overestimation, low), high) for one in judged if one.engine == engine])
         if not len(ratios):
             continue
