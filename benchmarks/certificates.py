@@ -1,22 +1,29 @@
-"""Validity of certificates: error estimates against true errors, over random scenes of every machine, effect and engine.
+"""Validity of certificates: error estimates of every engine against true errors, over random scenes of every machine.
 
-The exit status is 1 if an estimate is below a third of the true error.
+True errors come from exact solutions where there are any, else from two references that confirm each other. Each group, a machine and an
+engine, must hold by itself; the exit status is 1 if one does not.
 
-Usage: python benchmarks/certificates.py --scenes 300 --seed 20261124
+Usage: python benchmarks/certificates.py
+       python benchmarks/certificates.py --machine "air engine" --engine reduced --runs 50
+       python benchmarks/certificates.py --resume
+       python benchmarks/certificates.py --print
 
-The judged runs of the figure are saved in certificates.csv, from which --redraw draws it without a simulation.
+Every run is a row of certificates.csv, written as it ends: --resume makes only the runs that are missing there, --print none. Without them
+the rows of the chosen groups are replaced. --state writes the last sentence into the README, and it and the table of groups into the page
+on certificates.
 """
 
 from __future__ import annotations
 
 import argparse
-import csv
 import signal
 import sys
+import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -25,91 +32,173 @@ from joblib import Parallel, delayed
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
-from certificate_checks import CertificateCheck, ReferenceSolutions, check_certificate, draw_accuracies
-from governor_mechanism.files.plain_values import save_table
-from random_machines import MACHINES
-from random_scenes import RandomScene, draw_scene
+from certificate_checks import (
+    ENGINES,
+    MAX_ERROR_RATIO,
+    CertificateCheck,
+    ReferenceSolutions,
+    check_certificate,
+    describe_check,
+    engines_of,
+    references_of,
+)
+from certificate_groups import Group, append_checks, format_groups, group_checks, load_checks, save_checks, state_study, summarise
+from random_scenes import RandomScene, draw_study_scene
+from study_machines import STUDY_MACHINES
 
-SCENES, SEED = 300, 20261124
-TIME_LIMIT = 10.0
-"""Largest time of one certificate and its references, s."""
+SEED, N_RUNS, RUNS_PER_SCENE = 20261124, 210, 5
+"""Seed, number of runs of a group, of which a few are set aside, and number of runs of a scene by an engine."""
+
+LAST_HALF_DECADE = {"reduced": 22, "multibody": 22, "impulse": 16}
+"""Half decades of the finest accuracy of each engine: 1e-11, and 1e-8; the coarsest is 1e-2."""
+
+ACCURACY_STRIDE = 8
+"""Half decades from one run to the next, which has no factor in common with the numbers of accuracies: each comes equally often."""
+
+MAX_SCENES_WITHOUT_RUN = 12
+"""Number of scenes after which an engine that takes none of them does not model the machine."""
+
+RUN_TIME_LIMIT, REFERENCE_TIME_LIMIT = 20.0, 60.0
+"""Largest times of the processor for one certified run and for the references of a scene, s."""
+
 FIGURE_PATH = Path(__file__).with_name("certificates.png")
 TABLE_PATH = FIGURE_PATH.with_suffix(".csv")
-TABLE_HEADER = ("scene", "engine", "overestimation")
-ENGINES = ("reduced", "multibody", "impulse", "auto")
-GROUPS = ("plain", "smooth effects", "events")
-MAX_ERROR_RATIO = 3.0
-"""Largest accepted ratio of the true error of a run to its estimate."""
+ROOT = Path(__file__).resolve().parents[1]
+README_PATH, PAGE_PATH = ROOT / "README.md", ROOT / "docs" / "theory" / "certificates.md"
 TOO_LONG = "took too long"
+
+Plan = dict[str, list[float]]
+"""Accuracies of the runs of a scene, by engine."""
 
 
 class TooLongError(Exception):
-    """A certificate that takes longer than the time limit."""
+    """A run that takes longer than the time limit."""
 
 
 def main() -> int:
-    """Print the tables, draw the picture and return the exit status."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--scenes", type=int, default=SCENES)
+    """Run the study, print its tables and return the exit status."""
+    arguments = parse_arguments()
+    kept = load_checks(arguments.table) if arguments.table.exists() else []
+    if not arguments.print:
+        chosen = {(machine, engine) for machine in arguments.machine for engine in arguments.engine}
+        if not arguments.resume:
+            kept = [one for one in kept if (one.machine, one.engine) not in chosen]
+        kept = run_study(arguments, kept)
+    checks = sorted(kept, key=lambda one: (list(STUDY_MACHINES).index(one.machine), one.engine, one.number, one.accuracy))
+    groups = group_checks(checks)
+    print(format_groups(groups), end="\n\n")
+    print_failing_runs(groups)
+    print_set_aside(checks)
+    if not arguments.no_figure:
+        draw_distribution(checks, FIGURE_PATH)
+    if arguments.state:
+        state_study(groups, README_PATH, PAGE_PATH)
+    print(summarise(groups))
+    return 1 if any(group.failures for group in groups) else 0
+
+
+def parse_arguments() -> argparse.Namespace:
+    """Return the arguments of the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--machine", nargs="+", choices=list(STUDY_MACHINES), default=list(STUDY_MACHINES))
+    parser.add_argument("--engine", nargs="+", choices=ENGINES, default=list(ENGINES))
+    parser.add_argument("--runs", type=int, default=N_RUNS, help="number of runs of each group")
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--engines", nargs="+", choices=ENGINES, default=ENGINES)
+    parser.add_argument("--table", type=Path, default=TABLE_PATH, help="file with a row for each run")
+    parser.add_argument("--resume", action="store_true", help="make only the runs that the file does not have")
+    parser.add_argument("--print", action="store_true", help="print the tables of the file without simulating")
+    parser.add_argument("--state", action="store_true", help="write the result into README and documentation")
     parser.add_argument("--no-figure", action="store_true")
-    parser.add_argument("--redraw", action="store_true", help=f"draw the runs in {TABLE_PATH.name} instead of simulating")
-    arguments = parser.parse_args()
-    if arguments.redraw:
-        draw_distribution(load_judged(TABLE_PATH), FIGURE_PATH)
-        return 0
-    jobs = (delayed(check_random_scene)(number, arguments.seed, arguments.engines) for number in range(arguments.scenes))
-    results: list[tuple[int, list[CertificateCheck]]] = []
-    for done, result in enumerate(Parallel(n_jobs=arguments.workers, return_as="generator")(jobs), start=1):
-        results.append(result)
-        print(f"\r{done} of {arguments.scenes} scenes", end="", file=sys.stderr, flush=True)
+    return parser.parse_args()
+
+
+# --- runs -----------------------------------------------------------------------------------------------------------------
+
+
+def run_study(arguments: argparse.Namespace, kept: list[CertificateCheck]) -> list[CertificateCheck]:
+    """Return the checks in the file and those of the runs that are missing, which are written as they end."""
+    kept = [one for one in kept if one.seed == arguments.seed]
+    has_run = {(one.machine, one.engine, one.number, f"{one.accuracy:.3e}") for one in kept}
+    save_checks(kept, arguments.table)
+    workers = Parallel(n_jobs=arguments.workers, return_as="generator_unordered")
+    plans = workers(delayed(plan_machine)(machine, arguments) for machine in arguments.machine)
+    jobs = []
+    for machine, plan in plans:
+        for number, accuracies in plan.items():
+            missing = {
+                engine: [one for one in values if (machine, engine, number, f"{one:.3e}") not in has_run]
+                for engine, values in accuracies.items()
+            }
+            if any(missing.values()):
+                jobs.append((machine, number, missing))
+    jobs.sort(key=lambda job: job[1])  # all machines advance together
+    n_runs, done, start = sum(len(values) for job in jobs for values in job[2].values()), 0, time.monotonic()
+    found = list(kept)
+    for checks in workers(delayed(check_scene)(*job, arguments.seed) for job in jobs):
+        found += checks
+        append_checks(checks, arguments.table)
+        done += len(checks)
+        print(f"\r{done} of {n_runs} runs, {time.monotonic() - start:.0f} s", end="", file=sys.stderr, flush=True)
     print(file=sys.stderr)
-    checks = [one for _, scene_checks in results for one in scene_checks]
-    refused = sum(refusals for refusals, _ in results)
-    print(f"{arguments.scenes} scenes of {len(MACHINES)} machines, seed {arguments.seed}; {refused} more were refused\n")
-    print_error_ratios(checks)
-    print_unjudged_runs(checks)
-    violations = find_violations(checks)
-    print_violations(violations, checks)
-    if not arguments.no_figure:
-        judged = [JudgedRun(scene=one.number, engine=one.engine, overestimation=one.overestimation) for one in checks if one.is_judged]
-        save_table(TABLE_HEADER, ((one.scene, one.engine, one.overestimation) for one in judged), TABLE_PATH)
-        draw_distribution(judged, FIGURE_PATH)
-    return 1 if violations else 0
+    return found
 
 
-def check_random_scene(number: int, seed: int, engines: Sequence[str]) -> tuple[int, list[CertificateCheck]]:
-    """Return the number of refused scenes before the next accepted one, and the certificates of that scene."""
-    drawn = draw_scene(number, seed)
-    truth = ReferenceSolutions(drawn.scene)
-    accuracies = {engine: accuracy for engine, accuracy in draw_accuracies(drawn).items() if engine in engines}
-    checks = [check_within_time_limit(drawn, engine, accuracy, truth) for engine, accuracy in accuracies.items()]
-    return len(drawn.refused), checks
+def plan_machine(machine: str, arguments: argparse.Namespace) -> tuple[str, dict[int, Plan]]:
+    """Return the machine, and the accuracies of each of its scenes by engine, so that each engine that models it has all its runs."""
+    plan: dict[int, Plan] = {}
+    n_planned = Counter[str]()
+    for number in count():
+        wanted = {
+            engine
+            for engine in arguments.engine
+            if n_planned[engine] < arguments.runs and (number < MAX_SCENES_WITHOUT_RUN or n_planned[engine])
+        }
+        if not wanted:
+            return machine, plan
+        takers = wanted & set(engines_of(draw_study_scene(machine, number, arguments.seed).scene))
+        plan[number] = {}
+        for engine in takers:
+            runs = range(n_planned[engine], min(n_planned[engine] + RUNS_PER_SCENE, arguments.runs))
+            plan[number][engine] = [accuracy_of(engine, run) for run in runs]
+            n_planned[engine] += len(runs)
 
 
-def check_within_time_limit(drawn: RandomScene, engine: str, accuracy: float, truth: ReferenceSolutions) -> CertificateCheck:
-    """Return one certificate, or a record that it took too long."""
+def accuracy_of(engine: str, run: int) -> float:
+    """Return the accuracy of a run of a group."""
+    first, n_accuracies = 4, LAST_HALF_DECADE[engine] - 3
+    return float(10.0 ** (-0.5 * (first + ACCURACY_STRIDE * run % n_accuracies)))
+
+
+def check_scene(machine: str, number: int, accuracies: Plan, seed: int) -> list[CertificateCheck]:
+    """Return the checks of the runs of a scene, which share their references."""
+    drawn = draw_study_scene(machine, number, seed)
+    references = references_of(drawn)
     try:
-        with time_limit(TIME_LIMIT):
-            return check_certificate(drawn, engine, accuracy, truth)
-    except (TooLongError, SystemError):  # interrupted compiled code raises SystemError
-        return CertificateCheck(
-            seed=drawn.seed,
-            number=drawn.number,
-            words=drawn.description,
-            group=drawn.group,
-            engine=engine,
-            accuracy=accuracy,
-            outcome="",
-            set_aside=TOO_LONG,
-        )
+        with time_limit(REFERENCE_TIME_LIMIT):
+            if references.exact is None:
+                _ = references.reduced, references.multibody
+    except Exception as error:  # too long (interrupted compiled code raises SystemError), or whatever it is
+        reason = f"references failed: {type(error).__name__}"
+        return [replace(describe_check(drawn, engine, one), set_aside=reason) for engine, values in accuracies.items() for one in values]
+    return [check_within_limits(drawn, engine, one, references) for engine, values in accuracies.items() for one in values]
+
+
+def check_within_limits(drawn: RandomScene, engine: str, accuracy: float, references: ReferenceSolutions) -> CertificateCheck:
+    """Return one check, or a record that the run took too long or raised an error that is not the package's."""
+    try:
+        with time_limit(RUN_TIME_LIMIT):
+            return check_certificate(drawn, engine, accuracy, references)
+    except (TooLongError, SystemError):
+        return replace(describe_check(drawn, engine, accuracy), failure=TOO_LONG)
+    except Exception as error:  # whatever it is, it is a finding
+        text = f"crashed: {type(error).__name__}: {error}".replace("\n", " ")
+        return replace(describe_check(drawn, engine, accuracy), failure=text)
 
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Raise TooLongError after a time (s), on systems with alarm signals."""
+    """Raise TooLongError after a time (s) of the processor, which other programs do not change, on systems with alarm signals."""
     if not hasattr(signal, "setitimer"):
         yield
         return
@@ -118,101 +207,59 @@ def time_limit(seconds: float) -> Iterator[None]:
         """Raise the exception on the alarm signal."""
         raise TooLongError
 
-    previous_handler = signal.signal(signal.SIGALRM, raise_on_alarm)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    previous_handler = signal.signal(signal.SIGPROF, raise_on_alarm)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, previous_handler)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, previous_handler)
 
 
-# --- tables -------------------------------------------------------------------------------------------------------
+# --- tables ------------------------------------------------------------------------------------------------------------
 
 
-def print_error_ratios(checks: Sequence[CertificateCheck]) -> None:
-    """Print how often the error is within the estimate, by engine and by effects of the scene."""
-    print("| engine | scenes | runs | error within estimate | within 3 x estimate | median estimate / error | worst |")
-    print("|---|---|---|---|---|---|---|")
-    for engine in ENGINES:
-        for group in (*GROUPS, ""):
-            runs = [one for one in checks if one.engine == engine and one.is_judged and group in ("", one.group)]
-            if not runs:
-                continue
-            ratios = np.array([one.overestimation for one in runs])
-            within, within_limit = (100 * np.mean(ratios * factor >= 1) for factor in (1.0, MAX_ERROR_RATIO))
-            name, worst = (f"**{engine}**", "") if not group else (engine, "")
-            worst = f"{1 / np.min(ratios):.2g}" if np.min(ratios) > 0 else "inf"
-            cells = (name, group or "**all**", len(runs), f"{within:.1f} %", f"{within_limit:.1f} %", f"{np.median(ratios):.1f}", worst)
-            print("| " + " | ".join(map(str, cells)) + " |")
-    print("\nworst: the largest true error over its estimate\n")
-
-
-def print_unjudged_runs(checks: Sequence[CertificateCheck]) -> None:
-    """Print the runs that cannot be judged, and the reasons."""
-    reasons = Counter((one.engine, one.set_aside.split(":")[0]) for one in checks if not one.is_judged)
-    names = sorted({reason for _, reason in reasons})
-    print(f"| not judged | {' | '.join(ENGINES)} |\n|---|{'---|' * len(ENGINES)}")
-    for name in names:
-        print(f"| {name} | {' | '.join(str(reasons[engine, name]) for engine in ENGINES)} |")
-    disagreeing = [one for one in checks if one.set_aside == "references disagree" and one.doubt > MAX_ERROR_RATIO * one.estimate]
-    counts = Counter(one.engine for one in disagreeing)
-    print(f"| of these, by more than 3 estimates | {' | '.join(str(counts[engine]) for engine in ENGINES)} |\n")
-
-
-def find_violations(checks: Sequence[CertificateCheck]) -> list[CertificateCheck]:
-    """Return the runs with a larger error than allowed, the worst first."""
-    return sorted((one for one in checks if one.is_judged and MAX_ERROR_RATIO * one.overestimation < 1), key=lambda one: one.overestimation)
-
-
-def print_violations(violations: Sequence[CertificateCheck], checks: Sequence[CertificateCheck]) -> None:
-    """Print every violation with the data to repeat it, and what could not be judged."""
-    print(f"{len(violations)} runs have an error of more than {MAX_ERROR_RATIO:g} times their estimate:\n")
-    if violations:
-        print("| scene | engine | accuracy | outcome | estimate | true error | scene description |\n|---|---|---|---|---|---|---|")
-    for one in violations:
-        print(f"| {one.number} | {one.engine} | {one.accuracy:.1e} | {one.outcome} | {one.estimate:.1e} | {one.true:.1e} | {one.words} |")
+def print_failing_runs(groups: Sequence[Group]) -> None:
+    """Print every run with an error above its estimate or above the request, the worst first, and every run that crashed."""
+    failing = [one for group in groups for one in group.judged if not one.is_within_estimate or one.claims_too_much]
+    failing.sort(key=lambda one: one.estimate / max(one.least, 1e-300))
+    print(f"{len(failing)} runs have an error above their estimate or, DONE, above the request:\n")
+    if failing:
+        print("| machine | number | seed | engine | accuracy | outcome | estimate | true error | doubt | reading | scene |")
+        print("|---" * 11 + "|")
+    for one in failing:
+        cells = (one.machine, one.number, one.seed, one.engine, f"{one.accuracy:.3e}", one.outcome)
+        errors = (f"{one.estimate:.2e}", f"{one.true:.2e}", f"{one.doubt:.0e}")
+        scene = draw_study_scene(one.machine, one.number, one.seed).description
+        print("| " + " | ".join(map(str, (*cells, *errors, one.worst, scene))) + " |")
+    crashed = [one for group in groups for one in group.checks if "crashed" in one.failure]
+    for one in crashed:
+        print(f"{one.machine} {one.number} by {one.engine} at {one.accuracy:.3e} {one.failure}")
     print()
-    for one in checks:
-        if one.set_aside == "references disagree" and one.doubt > MAX_ERROR_RATIO * one.estimate:
-            print(
-                f"references disagree: {one.number} {one.engine} at {one.accuracy:.0e}, estimate {one.estimate:.1e}, "
-                f"references {one.doubt:.1e} apart ({one.words})"
-            )
+
+
+def print_set_aside(checks: Sequence[CertificateCheck]) -> None:
+    """Print the runs that are not judged by machine, engine and reason."""
+    reasons = Counter((one.machine, one.engine, (one.set_aside or one.failure).split(":")[0]) for one in checks if not one.is_judged)
+    print("| not judged: machine | engine | reason | runs |\n|---|---|---|---|")
+    for (machine, engine, reason), number in sorted(reasons.items()):
+        print(f"| {machine} | {engine} | {reason} | {number} |")
     print()
-    timed_out = [one for one in checks if one.set_aside == TOO_LONG]
-    timeouts = "; ".join(f"{one.number} {one.engine} at {one.accuracy:.0e} ({one.words})" for one in timed_out)
-    print(f"took longer than {TIME_LIMIT:g} s: {timeouts or 'none'}")
 
 
-# --- figure ------------------------------------------------------------------------------------------------------
+# --- figure ------------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, kw_only=True)
-class JudgedRun:
-    """Number of its scene, engine, and ratio of estimate to true error of a run whose true error is known."""
-
-    scene: int
-    engine: str
-    overestimation: float
-
-
-def load_judged(path: Path) -> list[JudgedRun]:
-    """Return the judged runs in a file."""
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    return [JudgedRun(scene=int(row["scene"]), engine=row["engine"], overestimation=float(row["overestimation"])) for row in rows]
-
-
-def draw_distribution(judged: Sequence[JudgedRun], path: Path) -> None:
+def draw_distribution(checks: Sequence[CertificateCheck], path: Path) -> None:
     """Draw the distribution of estimate over true error, one curve per engine."""
     from matplotlib.ticker import FuncFormatter, PercentFormatter
 
     from governor_mechanism.render.figures.page import DASHED, SERIES_LINE_STYLES, Page, add_legend
     from governor_mechanism.render.style import INK, MUTED, SANS_FONT, SERIES_COLOURS, VERMILLION
 
-    scenes = len({one.scene for one in judged})
-    subtitle = f"{len(judged)} certified runs of {scenes} random scenes; true errors by another engine"
+    judged = [one for one in checks if one.is_judged]
+    scenes = len({(one.machine, one.number) for one in judged})
+    subtitle = f"{len(judged):,} certified runs of {scenes} random scenes; true errors by exact solutions, or by another engine"
     page = Page(8.4, 5.2, "Error estimates of certified runs", subtitle, subtitle_y=0.893)
     panel = page.add_panel((0.095, 0.115, 0.875, 0.685), "Estimate / true error [1]", "Fraction of runs [%]", which="both")
     low, high = 0.03, 3e4
@@ -225,7 +272,7 @@ def draw_distribution(judged: Sequence[JudgedRun], path: Path) -> None:
         panel.axvline(position, color=INK if position == 1.0 else MUTED, linewidth=0.9, linestyle=DASHED)
         transform, shift = panel.get_xaxis_transform(), -3 if alignment == "right" else 3
         panel.write_note(caption, (position, 1.02), (shift, 0), xycoords=transform, ha=alignment, color=MUTED)
-    for engine, colour, style in zip(ENGINES, SERIES_COLOURS, SERIES_LINE_STYLES, strict=True):
+    for engine, colour, style in zip(ENGINES, SERIES_COLOURS, SERIES_LINE_STYLES, strict=False):
         ratios = np.sort([min(max(one.overestimation, low), high) for one in judged if one.engine == engine])
         if not len(ratios):
             continue

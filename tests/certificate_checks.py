@@ -1,46 +1,47 @@
-"""Validity of error estimates: certified runs against reference solutions by another method."""
+"""Validity of error estimates: certified runs against exact solutions, or against two references that confirm each other."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, ReducedEngine, select_engine
+from exact_motions import MOTIONS, ExactMotion
+from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import make_reported_times
 from governor_mechanism.errors import GovernorMechanismError
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs, drop_cancelled_events
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
 from governor_mechanism.model.events import Event, EventKind
+from governor_mechanism.model.output_variables import CylinderPressure
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from random_machines import draw_uniform
+from governor_mechanism.observables.error_scales import EVENT_TIMES, JOINT_GAP, name_of_rate
 from random_scenes import RandomScene
 
-ACCURACIES = {"reduced": (-10.0, -3.0), "multibody": (-10.0, -3.0), "impulse": (-6.0, -3.0), "auto": (-9.0, -3.0)}
-"""Exponents of ten between which the requested accuracy of each engine is drawn."""
+ENGINES = ("reduced", "multibody", "impulse")
 
-LOOSE_TOLERANCE, TIGHT_TOLERANCE = 1e-13, 1e-14
+LOOSE_TOLERANCE, TIGHT_TOLERANCE = 1e-14, 1e-15
 """Tolerances of the reference solutions."""
 
-MAX_REFERENCE_DISAGREEMENT = 0.1
-"""Largest difference of two references, relative to the estimate, with which the true error is known."""
+MAX_ERROR_RATIO = 3.0
+"""Largest accepted ratio of the true error of a run to its estimate."""
 
-MAX_STEPS = {"reduced": 4000, "multibody": 4000, "impulse": 100_000}
-"""Step limit of one run, of `impulse` of all runs together: about ten times what a scene of a few oscillations needs."""
+EXACT_DOUBT = 2e-14
+"""Error of an exact solution relative to the scales: its readings are rounded to double precision."""
 
-MAX_REFERENCE_STEPS = 4 * MAX_STEPS["multibody"]
-"""Step limit of a reference, which has shorter steps at a tolerance of 1e-14."""
+MAX_STEPS = {"reduced": 20_000, "multibody": 20_000, "impulse": 20_000}
+"""Step limit of one run, of `impulse` of all runs together: at least ten times what a scene of a few oscillations needs."""
 
 ROUNDING_TOLERANCE = 1e-13
-"""Difference of references, relative to the scales, that is rounding: no estimate is smaller."""
+"""Error relative to the scales that is rounding: no estimate is smaller."""
 
 SCENE_OUTCOMES = (Outcome.NOT_CERTIFIED, Outcome.LEFT_RANGE, Outcome.STALLED)
 """Outcomes that a scene determines: its end, the end of its range, or a locking driver."""
@@ -52,13 +53,16 @@ DERIVED_EVENT_KINDS = (EventKind.TURNING_POINT, EventKind.CHANGE_POINT)
 """Events computed from the motion afterwards; error estimates refer to the others."""
 
 
-def build_engine(name: str, scene: Scene, accuracy: float) -> Engine:
+def build_engine(name: str) -> Engine:
     """Return the engine of a name with a step limit."""
-    if name == "auto":
-        return select_engine(name, scene, accuracy)[0]
     engine_classes: Mapping[str, Any] = {"reduced": ReducedEngine, "multibody": MultibodyEngine, "impulse": ImpulseEngine}
     engine: Engine = engine_classes[name](max_steps=MAX_STEPS[name])
     return engine
+
+
+def engines_of(scene: Scene) -> tuple[str, ...]:
+    """Return the names of the engines that take a scene."""
+    return tuple(name for name in ENGINES if not build_engine(name).refusal(scene))
 
 
 def certified_events(run: Trajectory, min_separation: float = 0.0) -> tuple[Event, ...]:
@@ -68,25 +72,45 @@ def certified_events(run: Trajectory, min_separation: float = 0.0) -> tuple[Even
     return drop_cancelled_events([event for event in run.events if event.kind not in DERIVED_EVENT_KINDS], min_separation)
 
 
-def max_difference(run: Trajectory, other: Trajectory, accuracy: float) -> float:
-    """Return the largest difference between two runs of a scene relative to the scales, as an error estimate defines it.
+# --- differences of two motions ------------------------------------------------------------------------------------------
 
-    It includes readings and rates at common reported times away from events, and the times of events.
+
+def relative_differences(run: Trajectory, other: Trajectory | ExactMotion, accuracy: float) -> dict[str, float]:
+    """Return the largest difference of each reading, of each rate and of the event times of two motions, relative to the scales.
+
+    Readings and rates are compared at common reported times away from events, as an error estimate compares them. An exact motion has
+    no contact events.
     """
-    scene, t_scale = run.scene, time_scale(run.scene)
+    t_scale = time_scale(run.scene)
     n_shared, time_tolerance = min(len(run.times), len(other.times)), accuracy * t_scale
-    event_time_error, is_near_event = compare_event_logs(
-        certified_events(other, time_tolerance), certified_events(run, time_tolerance), run.times[:n_shared], time_tolerance
-    )
-    largest = event_time_error / t_scale if has_contacts(scene) else 0.0
+    expected_events = () if isinstance(other, ExactMotion) else certified_events(other, time_tolerance)
+    events = certified_events(run, time_tolerance)
+    event_time_error, is_near_event = compare_event_logs(expected_events, events, run.times[:n_shared], time_tolerance)
+    found = {EVENT_TIMES: event_time_error / t_scale} if has_contacts(run.scene) else {}
     pairs = {name: (values, other.readings[name]) for name, values in run.readings.items()}
-    pairs |= {f"rate of {name}": (values, other.rates[name]) for name, values in run.rates.items()}
-    for name, (values, others) in pairs.items():
-        difference = float(np.max(np.abs(values[:n_shared] - others[:n_shared])[~is_near_event], initial=0.0))
-        if not math.isfinite(difference):
-            return math.inf
-        largest = max(largest, difference / run.scales[name])
-    return largest
+    pairs |= {name_of_rate(name): (values, other.rates[name]) for name, values in run.rates.items()}
+    for name, (values, expected) in pairs.items():
+        is_compared = ~is_near_event & ~is_in_another_stroke(run, other, name, n_shared)
+        largest = float(np.max(np.abs(values[:n_shared] - expected[:n_shared])[is_compared], initial=0.0)) / run.scales[name]
+        found[name] = largest if math.isfinite(largest) else math.inf
+    return found
+
+
+def is_in_another_stroke(run: Trajectory, other: Trajectory | ExactMotion, name: str, n_shared: int) -> NDArray[np.bool_]:
+    """Return where a reading is a pressure, which jumps at dead centres, and only one of two motions has passed one."""
+    for output in run.scene.mechanism.derived_readings:
+        if output.name == name and isinstance(output, CylinderPressure):
+            strokes, others = (np.floor(one.readings[output.reading][:n_shared] / np.pi) for one in (run, other))
+            return np.asarray(strokes != others)
+    return np.zeros(n_shared, dtype=np.bool_)
+
+
+def max_difference(run: Trajectory, other: Trajectory | ExactMotion, accuracy: float) -> float:
+    """Return the largest difference between two runs of a scene relative to the scales, as an error estimate defines it."""
+    return max(relative_differences(run, other, accuracy).values(), default=0.0)
+
+
+# --- reference solutions --------------------------------------------------------------------------------------------------
 
 
 def every_second_time(run: Trajectory) -> Trajectory:
@@ -101,31 +125,36 @@ def every_second_time(run: Trajectory) -> Trajectory:
 
 @dataclass(eq=False)
 class ReferenceSolutions:
-    """Reference solutions of a scene by each available method."""
+    """Reference solutions of a scene by each available method.
+
+    An exact motion needs no confirmation. Otherwise the reference of a run is a solution by another engine, or by other steps, which a
+    second solution confirms.
+    """
 
     scene: Scene
+    exact: ExactMotion | None = None
 
     @cached_property
     def reduced(self) -> Trajectory | None:
         """Return the solution by one coordinate, or None."""
-        return self._run_reference(ReducedEngine(tolerance=LOOSE_TOLERANCE, max_steps=MAX_REFERENCE_STEPS))
+        return self._run_reference(ReducedEngine(tolerance=LOOSE_TOLERANCE, max_steps=MAX_STEPS["reduced"]))
 
     @cached_property
     def multibody(self) -> Trajectory | None:
         """Return the solution by bodies and joints, or None."""
-        return self._run_reference(MultibodyEngine(tolerance=LOOSE_TOLERANCE, max_steps=MAX_REFERENCE_STEPS))
+        return self._run_reference(MultibodyEngine(tolerance=LOOSE_TOLERANCE, max_steps=MAX_STEPS["multibody"]))
 
     @cached_property
     def refined_multibody(self) -> Trajectory | None:
         """Return the solution by bodies and joints with other steps: twice as many reported times and another tolerance."""
         times = make_reported_times(self.scene)
         finer = np.sort(np.concatenate([times, 0.5 * (times[1:] + times[:-1])]))
-        run = self._run_reference(MultibodyEngine(tolerance=TIGHT_TOLERANCE, max_steps=MAX_REFERENCE_STEPS), finer)
+        run = self._run_reference(MultibodyEngine(tolerance=TIGHT_TOLERANCE, max_steps=MAX_STEPS["multibody"]), finer)
         return None if run is None else every_second_time(run)
 
     def reference_pairs(self, engine: str) -> Iterator[tuple[Trajectory, Trajectory]]:
         """Yield references for a run of an engine, each by another method and with a solution that confirms it."""
-        for bodies in ("multibody", "refined_multibody"):  # the second is run only where the first disagrees
+        for bodies in ("multibody", "refined_multibody"):  # the second is run only where the first does not suffice
             one: Trajectory | None = getattr(self, bodies)
             other = self.multibody if self.reduced is None else self.reduced
             if one is None or other is None or one is other:
@@ -142,78 +171,167 @@ class ReferenceSolutions:
         return run if run.outcome in SCENE_OUTCOMES and len(run.times) > 1 else None
 
 
+def references_of(drawn: RandomScene) -> ReferenceSolutions:
+    """Return the reference solutions of a random scene, exact ones where the machine has an exact motion."""
+    motion = MOTIONS.get(drawn.machine)
+    has_motion = motion is not None and drawn.document["machine"] != "pendulum_governor"
+    exact = motion(drawn.document, make_reported_times(drawn.scene)) if has_motion else None
+    return ReferenceSolutions(drawn.scene, exact)
+
+
+# --- check of one run --------------------------------------------------------------------------------------------------------
+
+
 @dataclass(frozen=True, kw_only=True)
 class CertificateCheck:
-    """Check of one error estimate: request, estimate, true error, and why there is no true error if there is none."""
+    """Check of one error estimate: request, estimate, true error, and why there is no true error if there is none.
 
-    seed: int
+    Errors are relative to the scales. `true` is the largest difference from the reference, `least` the smallest error that the doubt of the
+    reference leaves open, and `doubt` that of the reading that differs most. `reading_ratio` is the largest ratio of the error of a
+    single reading to the estimate of that reading. `set_aside` is empty for a judged run; `failure` is what the run did in place of a
+    claim that could be judged.
+    """
+
+    machine: str
     number: int
-    words: str
-    group: str
+    seed: int
     engine: str
     accuracy: float
-    outcome: str
+    kind: str
+    outcome: str = ""
     estimate: float = math.nan
     true: float = math.nan
+    least: float = math.nan
     doubt: float = math.nan
+    worst: str = ""
+    reading_ratio: float = math.nan
+    worst_reading: str = ""
     set_aside: str = ""
+    failure: str = ""
     seconds: float = 0.0
 
     @property
     def is_judged(self) -> bool:
         """Return whether the true error is known."""
-        return not self.set_aside
+        return not self.set_aside and not self.failure
+
+    @property
+    def is_within_estimate(self) -> bool:
+        """Return whether the error is within the estimate."""
+        return self.least <= self.estimate
+
+    @property
+    def is_beyond_limit(self) -> bool:
+        """Return whether the error is beyond three estimates."""
+        return self.least > MAX_ERROR_RATIO * self.estimate
+
+    @property
+    def claims_too_much(self) -> bool:
+        """Return whether the run is DONE with an error above the request."""
+        return self.outcome == Outcome.DONE.name and self.least > self.accuracy
 
     @property
     def overestimation(self) -> float:
-        """Return the ratio of the estimate to the true error."""
-        return self.estimate / max(self.true, MIN_TRUE_ERROR)
-
-
-MIN_TRUE_ERROR = 1e-16
-"""Smaller true errors are zero."""
-
-
-def draw_accuracies(drawn: RandomScene) -> dict[str, float]:
-    """Return the requested accuracy of each engine that can model the scene."""
-    random = np.random.default_rng([drawn.seed, drawn.number, 1])
-    accuracies = {name: 10 ** draw_uniform(random, *exponents) for name, exponents in ACCURACIES.items()}
-    return {name: one for name, one in accuracies.items() if not build_engine(name, drawn.scene, one).refusal(drawn.scene)}
+        """Return the ratio of the estimate to the true error, which is not known to be less than the doubt."""
+        return self.estimate / max(self.true, self.doubt, EXACT_DOUBT)
 
 
 def check_certificate(drawn: RandomScene, engine: str, accuracy: float, references: ReferenceSolutions) -> CertificateCheck:
     """Compare one certified run with reference solutions."""
+    source = describe_check(drawn, engine, accuracy)
     try:
-        run = build_engine(engine, drawn.scene, accuracy).run(drawn.scene, accuracy=accuracy)
+        run = build_engine(engine).run(drawn.scene, accuracy=accuracy)
     except GovernorMechanismError as error:
-        result: dict[str, Any] = {"outcome": "REFUSED", "set_aside": f"refused: {error}"}
-    else:
-        result = {"outcome": run.outcome.name, "seconds": run.cost.wall_time} | compare_with_references(run, accuracy, references)
-    source: dict[str, Any] = {"seed": drawn.seed, "number": drawn.number, "words": drawn.description, "group": drawn.group}
-    return CertificateCheck(engine=engine, accuracy=accuracy, **source, **result)
+        return replace(source, outcome="REFUSED", failure=f"refused: {error}")
+    return replace(source, outcome=run.outcome.name, seconds=run.cost.wall_time, **compare_with_references(run, accuracy, references))
+
+
+def describe_check(drawn: RandomScene, engine: str, accuracy: float) -> CertificateCheck:
+    """Return the check of a run before it."""
+    return CertificateCheck(machine=drawn.machine, number=drawn.number, seed=drawn.seed, engine=engine, accuracy=accuracy, kind=drawn.kind)
+
+
+@dataclass(frozen=True)
+class ErrorBounds:
+    """Differences of a run from a reference by name, and of the reference from what confirms it, relative to the scales."""
+
+    errors: Mapping[str, float]
+    doubts: Mapping[str, float] = field(default_factory=dict)
+
+    def doubt(self, name: str) -> float:
+        """Return the doubt about the error of a reading: at least the rounding of its exact value."""
+        return 0.0 if name == JOINT_GAP else max(self.doubts.get(name, 0.0), EXACT_DOUBT)  # the gap is known exactly
+
+    @property
+    def worst(self) -> str:
+        """Name of the largest error."""
+        return max(self.errors, key=self.errors.__getitem__, default="")
+
+    @property
+    def least(self) -> float:
+        """Return the least error that the doubts leave open."""
+        return max([0.0, *(error - self.doubt(name) for name, error in self.errors.items())])
+
+    @property
+    def most(self) -> float:
+        """Return the largest error that the doubts leave open."""
+        return max((error + self.doubt(name) for name, error in self.errors.items()), default=0.0)
+
+    def decides(self, limits: Sequence[float]) -> bool:
+        """Return whether the true error is on one side of each limit whatever the doubt."""
+        return not any(self.least <= limit < self.most for limit in limits)
 
 
 def compare_with_references(run: Trajectory, accuracy: float, references: ReferenceSolutions) -> dict[str, Any]:
-    """Return estimate, true error and difference of the references, or why the true error is unknown."""
+    """Return estimate, true error and doubt of the references, or why the true error is unknown."""
     if run.error_estimate is None:
-        return {"set_aside": "no estimate"}
-    if len(run.times) < 2:
-        return {"set_aside": "ended at the start"}
+        return {"failure": "no estimate"}
     estimate = run.error_estimate
-    best, doubt = None, math.inf
-    for one, other in references.reference_pairs(run.cost.engine):
-        off = max_difference(one, other, accuracy)
-        if best is None or off < doubt:
-            best, doubt = one, off
-        if doubt <= max(MAX_REFERENCE_DISAGREEMENT * estimate, ROUNDING_TOLERANCE):
+    if len(run.times) < 2:
+        return {"estimate": estimate, "failure": "ended at the start"}
+    limits = [estimate, MAX_ERROR_RATIO * estimate, *([accuracy] if run.outcome is Outcome.DONE else [])]
+    best, n_expected = None, 0
+    for reference, found in bound_errors(run, accuracy, references):
+        # The joint gap is part of the estimate and known exactly.
+        gap = float(np.max(run.joint_gap)) / run.scene.mechanism.length_scale
+        bounds = replace(found, errors={**found.errors, JOINT_GAP: gap})
+        if best is None or bounds.most - bounds.least < best.most - best.least:
+            best, n_expected = bounds, len(reference.times)
+        if best.decides(limits):
             break
     if best is None:
         return {"estimate": estimate, "set_aside": "no reference"}
-    # The joint gap is part of the estimate and known exactly.
-    gap = float(np.max(run.joint_gap)) / run.scene.part.mechanism.length_scale
-    result = {"estimate": estimate, "true": max(max_difference(run, best, accuracy), gap), "doubt": doubt}
-    if doubt > max(MAX_REFERENCE_DISAGREEMENT * estimate, ROUNDING_TOLERANCE):
-        return result | {"set_aside": "references disagree"}
-    if run.outcome in COMPLETE_OUTCOMES and abs(len(run.times) - len(best.times)) > 1:
-        return result | {"true": math.inf}
-    return result
+    result = describe_errors(run, best) | {"estimate": estimate}
+    if run.outcome in COMPLETE_OUTCOMES and abs(len(run.times) - n_expected) > 1:
+        return result | {"true": math.inf, "least": math.inf, "worst": "end of the run"}
+    return result if best.decides(limits) else result | {"set_aside": "references disagree"}
+
+
+def describe_errors(run: Trajectory, bounds: ErrorBounds) -> dict[str, Any]:
+    """Return the fields of a check that follow from the errors of a run."""
+    worst, (ratio, worst_reading) = bounds.worst, compare_reading_errors(run, bounds)
+    errors = {"true": bounds.errors[worst], "least": bounds.least, "doubt": bounds.doubt(worst), "worst": worst}
+    return errors | {"reading_ratio": ratio, "worst_reading": worst_reading}
+
+
+def bound_errors(
+    run: Trajectory, accuracy: float, references: ReferenceSolutions
+) -> Iterator[tuple[Trajectory | ExactMotion, ErrorBounds]]:
+    """Yield references for a run, each with the errors of the run by it and its own doubts."""
+    if references.exact is not None:
+        yield references.exact, ErrorBounds(relative_differences(run, references.exact, accuracy))
+        return
+    for reference, other in references.reference_pairs(run.cost.engine):
+        errors, doubts = relative_differences(run, reference, accuracy), relative_differences(reference, other, accuracy)
+        yield reference, ErrorBounds(errors, doubts)
+
+
+def compare_reading_errors(run: Trajectory, bounds: ErrorBounds) -> tuple[float, str]:
+    """Return the largest ratio of the error of a reading to its own estimate, of at least the rounding, and the name of the reading."""
+    ratios = {
+        name: max(bounds.errors[name] - bounds.doubt(name), 0.0) / max(error / run.scales[name], ROUNDING_TOLERANCE)
+        for name, error in run.reading_errors.items()
+        if name in bounds.errors and name != JOINT_GAP and run.scales.get(name)
+    }
+    worst = max(ratios, key=ratios.__getitem__, default="")
+    return ratios.get(worst, 0.0), worst

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import copy
 import math
+import zlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.scenes.parser import parse_scene_document
 from random_machines import MACHINES, Document, G, Random, draw_bool, draw_choice, draw_log_uniform, draw_restitution, draw_uniform
+from study_machines import STUDY_MACHINES, draw_reports
 
 MAX_DRAWS = 200
 """So many refusals in a row mean that the generator is wrong, not its luck."""
@@ -144,6 +146,12 @@ class RandomScene:
     machine: str
     scene: Scene
     refused: tuple[str, ...] = ()
+    document: Document = field(default_factory=dict, compare=False)
+
+    @property
+    def kind(self) -> str:
+        """Smooth, or with events: contacts, the valves of gas in a cylinder, or a program that jumps or bends."""
+        return "events" if has_contacts(self.scene) or has_kinks(self.document) else "smooth"
 
     @property
     def group(self) -> str:
@@ -156,8 +164,42 @@ class RandomScene:
     def description(self) -> str:
         """What is in it."""
         names = [f"{type(one).__name__} on {one.reading}" for one in self.scene.output_effects]
-        turned = type(self.scene.spindle).__name__ if self.scene.has_centrifugal else ""
+        has_one_spindle = len(self.scene.parts) == 1 and self.scene.has_centrifugal
+        turned = type(self.scene.spindle).__name__ if has_one_spindle else ""
         return ", ".join(filter(None, [self.machine, turned, *names]))
+
+
+def has_kinks(document: Document) -> bool:
+    """Return whether a document has gas in cylinders or a value over time, which is a list of pairs."""
+    if document.get("machine") == "flywheel_engine":
+        return True
+    tables = [value for value in document.values() if isinstance(value, dict)]
+    for value in document.values():
+        if isinstance(value, list):
+            tables += [one for one in value if isinstance(one, dict)]
+            if value and all(isinstance(one, list) and len(one) == 2 for one in value):
+                return True
+    return any(has_kinks(table) for table in tables)
+
+
+def draw_study_scene(machine: str, number: int, seed: int) -> RandomScene:
+    """Return the scene of a machine and a number in the study of certificates."""
+    random = np.random.default_rng([seed, number, zlib.crc32(machine.encode())])
+    draw, refused = STUDY_MACHINES[machine], list[str]()
+    while len(refused) < MAX_DRAWS:
+        document = draw(random)
+        document["run"] = draw_reports(random, document["run"]["duration"])
+        try:
+            if machine in MACHINES:
+                scene = assemble_scene(random, document)
+            else:
+                scene = parse_scene_document(document)
+                initial_state(scene)
+        except GovernorMechanismError as error:
+            refused.append(str(error))
+            continue
+        return RandomScene(seed, number, machine, scene, tuple(refused), document)
+    raise AssertionError(f"{machine}: nothing but refusals, the last: {refused[-1]}")
 
 
 def draw_scene(number: int, seed: int) -> RandomScene:
