@@ -31,6 +31,12 @@ ENGINES = ("reduced", "multibody", "impulse")
 LOOSE_TOLERANCE, TIGHT_TOLERANCE = 1e-14, 1e-15
 """Tolerances of the reference solutions."""
 
+LARGEST_STEP_RATIO, SHORTEST_STEP_RATIO = 1 / 4, 1 / 6
+"""Largest steps of the reference solutions relative to those of a run: where these limit a run, a tolerance alone improves nothing."""
+
+REFERENCE_STEP_RATIO = 10
+"""Step limit of a reference relative to that of a run."""
+
 MAX_ERROR_RATIO = 3.0
 """Largest accepted ratio of the true error of a run to its estimate."""
 
@@ -58,6 +64,13 @@ def build_engine(name: str) -> Engine:
     engine_classes: Mapping[str, Any] = {"reduced": ReducedEngine, "multibody": MultibodyEngine, "impulse": ImpulseEngine}
     engine: Engine = engine_classes[name](max_steps=MAX_STEPS[name])
     return engine
+
+
+def reference_engine(name: str, tolerance: float, step_ratio: float) -> Engine:
+    """Return the engine of reference solutions: with a tolerance, and a largest step relative to that of other runs."""
+    engine: Any = build_engine(name)
+    settings = replace(engine.settings, max_step_ratio=step_ratio * engine.settings.max_step_ratio)
+    return replace(engine, tolerance=tolerance, settings=settings, max_steps=REFERENCE_STEP_RATIO * MAX_STEPS[name])
 
 
 def engines_of(scene: Scene) -> tuple[str, ...]:
@@ -137,19 +150,19 @@ class ReferenceSolutions:
     @cached_property
     def reduced(self) -> Trajectory | None:
         """Return the solution by one coordinate, or None."""
-        return self._run_reference(ReducedEngine(tolerance=LOOSE_TOLERANCE, max_steps=MAX_STEPS["reduced"]))
+        return self._run_reference(reference_engine("reduced", LOOSE_TOLERANCE, LARGEST_STEP_RATIO))
 
     @cached_property
     def multibody(self) -> Trajectory | None:
         """Return the solution by bodies and joints, or None."""
-        return self._run_reference(MultibodyEngine(tolerance=LOOSE_TOLERANCE, max_steps=MAX_STEPS["multibody"]))
+        return self._run_reference(reference_engine("multibody", LOOSE_TOLERANCE, LARGEST_STEP_RATIO))
 
     @cached_property
     def refined_multibody(self) -> Trajectory | None:
         """Return the solution by bodies and joints with other steps: twice as many reported times and another tolerance."""
         times = make_reported_times(self.scene)
         finer = np.sort(np.concatenate([times, 0.5 * (times[1:] + times[:-1])]))
-        run = self._run_reference(MultibodyEngine(tolerance=TIGHT_TOLERANCE, max_steps=MAX_STEPS["multibody"]), finer)
+        run = self._run_reference(reference_engine("multibody", TIGHT_TOLERANCE, SHORTEST_STEP_RATIO), finer)
         return None if run is None else every_second_time(run)
 
     def reference_pairs(self, engine: str) -> Iterator[tuple[Trajectory, Trajectory]]:
@@ -232,8 +245,8 @@ class CertificateCheck:
 
     @property
     def overestimation(self) -> float:
-        """Return the ratio of the estimate to the true error, which is not known to be less than the doubt."""
-        return self.estimate / max(self.true, self.doubt, EXACT_DOUBT)
+        """Return the ratio of the estimate to the true error, or to what is not known of it, or to the least of all estimates."""
+        return self.estimate / max(self.true, self.doubt, ROUNDING_TOLERANCE)
 
 
 def check_certificate(drawn: RandomScene, engine: str, accuracy: float, references: ReferenceSolutions) -> CertificateCheck:

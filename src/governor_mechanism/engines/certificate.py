@@ -49,10 +49,10 @@ Where the order of 8 holds, the bound is twice the error.
 JOINTS_OF_FIXED_WORK = 4
 """Number of joints whose equations take as long as the rest of an evaluation."""
 
-SINGULAR_PASSAGE_SAFETY_FACTOR = 2.0
+SINGULAR_PASSAGE_SAFETY_FACTOR = 6.0
 """Bound of the error of passing singular configurations, relative to its order of magnitude.
 
-Measured on chains of 2 to 10 four-bars, of which all bars lie in one line 14 times: 0.04 to 1.1 of that.
+Measured on chains of 2 to 10 four-bars, of which all bars lie in one line 14 times: 0.04 to 5.4 of that.
 """
 
 ROUNDING_SAFETY_FACTOR = 3.0
