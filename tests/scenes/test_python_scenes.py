@@ -10,7 +10,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.scenes import library
-from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.scenes.parser import parse_scene_document, read_scene_file
 from governor_mechanism.scenes.toml_text import format_scene_toml
 
 PORTER = library.models_folder() / "porter.toml"
@@ -27,10 +27,16 @@ def refusal(function, *arguments) -> str:
     return str(caught.value)
 
 
-def test_the_text_of_every_shipped_scene_is_read_back_as_an_equal_scene():
-    for name in gm.list_models():
-        scene = library.load_scene(name)
-        assert parse_scene_document(tomllib.loads(scene.to_toml())) == scene, name
+@pytest.mark.parametrize("name", gm.list_models())
+def test_the_text_of_every_shipped_scene_is_read_back_as_an_equal_scene(name, tmp_path):
+    scene = library.load_scene(name)
+    untitled = parse_scene_document({key: value for key, value in scene.document.items() if key != "title"})
+    path = tmp_path / "named_by_its_file.toml"
+    path.write_text(untitled.to_toml(), encoding="utf-8")
+    named_by_its_file = read_scene_file(path)
+    assert (untitled.title, named_by_its_file.title) == (untitled.parts[0].machine, "named_by_its_file")
+    for one in (scene, untitled, named_by_its_file):
+        assert parse_scene_document(tomllib.loads(one.to_toml())) == one
 
 
 def test_the_text_holds_whatever_toml_holds():
@@ -92,6 +98,19 @@ def test_none_leaves_a_key_out(porter):
     assert free.spindle.inertia == 0.5
     assert "effects" not in porter.replace({"effects": None}).document
     assert "no table start.x" in refusal(porter.replace, {"start.x.y": None})
+
+
+@pytest.mark.parametrize(
+    ("key", "sentences"),
+    [
+        ("effects.dashpt", ("this scene does not have it", "effects has gravity, centrifugal", "Did you mean 'effects.dashpot'?")),
+        ("efects.dashpot.sleeve", ("no table efects", "Did you mean 'effects.dashpot.sleeve'?")),
+        ("dashpot", ("its top level has", "this scene does not have it")),
+    ],
+)
+def test_a_key_that_does_not_exist_cannot_be_left_out(key, sentences):
+    message = refusal(gm.load("porter_dashpot").replace, {key: None})
+    assert all(sentence in message for sentence in (f"{key} cannot be left out", *sentences)), message
 
 
 def test_a_title_from_the_name_of_a_file_stays(tmp_path):

@@ -62,8 +62,10 @@ def parse_document(document: Mapping[str, Any], source: str) -> Scene:
     run = collector.attempt("[run]", run_table.make_element)
     if collector.problems or not parts or run is None:
         raise MechanismError(*collector.problems)
-    title = title or Path(source).stem or parts[0].machine
     own_document = _copy_document(document)
+    if not title and (name := Path(source).stem):  # changed copies, and their files, keep the title that the name of a file gives
+        title = own_document["title"] = name
+    title = title or parts[0].machine
     return Scene(title=title, parts=parts, couplings=couplings, crossings=crossings, run=run, source=source, document=own_document)
 
 
