@@ -25,7 +25,7 @@ from governor_mechanism.scenes.loads import COUPLING_TABLES, LoadTable, ReadingF
 from governor_mechanism.scenes.schema import CoupledSceneTable, FreeSpindleTable, RunTable, SceneTable, SpindleTable, dimensions_table_model
 from governor_mechanism.scenes.schema_validator import SchemaValidator, quantity_schema
 from governor_mechanism.scenes.table import SceneFileTable
-from governor_mechanism.units.quantities import QUANTITY_KINDS
+from governor_mechanism.units.quantities import ACCEPTED_UNITS, QUANTITY_KINDS
 
 HEADING = ("key", "values", "default", "meaning")
 
@@ -226,5 +226,10 @@ def _kind_section() -> Iterable[str]:
         ]
         for kind in QUANTITY_KINDS.values()
     )
-    text = "Text is a number with a unit. Other units of the same dimension are read too, by pint."
+    text = (
+        "Text is a number with a unit: a customary one, or another of the same kind that is made of the units below, as `lbf/in`. "
+        "Their full names are read too, and `/` and `per`, `^2` and `²`. Other units are refused, with the value in SI."
+    )
     yield _section("Kinds of quantities", text, table(("quantity", "customary units", "bare number in", "example"), rows))
+    accepted = ([kind, ", ".join(map(code, units))] for kind, units in ACCEPTED_UNITS.items())
+    yield _section("Units", "Of these a unit may be made.", table(("of", "units"), accepted), level=3)

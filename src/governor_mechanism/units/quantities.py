@@ -81,6 +81,20 @@ QUANTITY_KINDS: Mapping[str, QuantityKind] = {
 }
 """Kinds of quantity by the names in descriptions."""
 
+ACCEPTED_UNITS: Mapping[str, tuple[str, ...]] = {
+    "length": ("nm", "um", "mm", "cm", "dm", "m", "km", "thou", "in", "ft", "yd", "mile"),
+    "mass": ("mg", "g", "kg", "t", "oz", "lb", "slug"),
+    "time": ("us", "ms", "s", "min", "h"),
+    "angle": ("arcsec", "arcmin", "deg", "°", "mrad", "rad", "gon", "turn", "revolution"),
+    "turning": ("rpm", "Hz", "kHz"),
+    "force": ("mN", "N", "kN", "MN", "dyn", "gf", "kgf", "kp", "ozf", "lbf", "kip", "pdl"),
+    "pressure": ("Pa", "hPa", "kPa", "MPa", "GPa", "mbar", "bar", "at", "atm", "mmHg", "inHg", "psi", "ksi"),
+    "work and torque": ("mJ", "J", "kJ", "MJ", "Nm"),
+    "power": ("mW", "W", "kW", "MW", "PS", "hp"),
+    "ratio": ("%",),
+}
+"""Units that engineers use, by what they measure. A quantity takes them, their full names, and products, powers and quotients of them."""
+
 # Other kinds of quantity with their SI units, for messages about a wrong unit.
 _OTHER_KINDS = (("a volume", "m^3"), ("a temperature", "K"), ("an angular acceleration", "rad/s^2"))
 
@@ -98,6 +112,7 @@ _NUMBER = re.compile(r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s
 _NOT_A_NUMBER = re.compile(r"[+-]?(nan|inf|infinity)\b", re.IGNORECASE)
 # Only small exponents and no other digits: pint would evaluate 9^9^9^9.
 _UNIT = re.compile(r"(?:[()*/\s]|1(?![0-9])|(?:[^\W\d]|[°%])+(?:\^-?[1-9](?![0-9]))?)+")
+_UNIT_WORD = re.compile(r"(?:[^\W\d]|[°%])+")
 # Turns; r and U only per time, since alone they may be misspelt rad or something else.
 _TURN_UNIT = r"(?:revs?(?![^\W\d_])|[rU](?=\s*/|[\s*]+(?:s|min|h)\^-1))"
 # For suggestions only: beginnings of misspelt turns and angles in lower case, and endings of "per second".
@@ -238,12 +253,37 @@ def _unit_factor(unit: str, number: Decimal, expected: QuantityKind, message_sta
         hint = f"{expected.units_hint}{_suggest_unit(unit, expected)}"
         raise MechanismError(f'{message_start} has an unknown unit "{unit}"; {hint}') from error
     if _is_like(base_unit, expected.si_unit) and (expected.units or normalised == "%"):
+        _require_accepted(normalised, number * factor, expected, message_start)
         return factor
     if _is_like(base_unit, "rad/s") and expected.si_unit == "Hz":
-        return factor / _in_base_units("turn")[0]
+        factor /= _in_base_units("turn")[0]
+        _require_accepted(normalised, number * factor, expected, message_start)
+        return factor
     if _is_like(base_unit, "1/s") and expected.si_unit == "rad/s":
         return _per_time_factor(normalised, number * factor, message_start)
     raise MechanismError(f"{message_start} is {_wrong_kind_message(normalised, number, factor, base_unit, expected)}")
+
+
+def _require_accepted(unit: str, si_value: Decimal, expected: QuantityKind, message_start: str) -> None:
+    """Raise MechanismError, with the value in SI, if a unit of the right kind contains one that engineers do not use."""
+    words = (word for word in _UNIT_WORD.findall(unit) if word != "per")
+    refused = [word for word in words if _full_name(word) not in _accepted_names()]
+    if not refused:
+        return
+    own = next((units for kind, units in ACCEPTED_UNITS.items() if QUANTITY_KINDS.get(kind) is expected), expected.units)
+    in_si = f'write "{float(si_value):.12g} {expected.si_unit}"'
+    raise MechanismError(f'{message_start} has the unit "{refused[0]}", which is not accepted; {in_si}; units are {", ".join(own)}')
+
+
+@cache
+def _accepted_names() -> frozenset[str]:
+    """Return the full names of the accepted units."""
+    return frozenset(_full_name(unit) for units in ACCEPTED_UNITS.values() for unit in units)
+
+
+def _full_name(unit: str) -> str:
+    """Return pint's name of a unit; it replaces the signs of degrees and percent before it looks a unit up."""
+    return str(_unit_registry().get_name(unit.replace("°", "degree").replace("%", "percent")))
 
 
 @cache
