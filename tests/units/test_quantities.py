@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import subprocess
 import sys
 from decimal import Decimal
@@ -90,7 +91,16 @@ def test_units_of_engineers_are_accepted(text: str, kind: str, expected: float) 
 def test_every_accepted_unit_is_one_of_a_known_quantity(unit: str) -> None:
     kinds = [name for name in QUANTITY_KINDS if number_or_none(f"2 {unit}", name) is not None]
     assert kinds, unit
-    assert number_or_none(f"1000 {unit}", kinds[0]) == pytest.approx(500 * number_or_none(f"2 {unit}", kinds[0]), rel=4 * ULP)
+    assert number_or_none(f"6 {unit}", kinds[0]) == pytest.approx(3 * number_or_none(f"2 {unit}", kinds[0]), rel=4 * ULP)
+
+
+@pytest.mark.parametrize("kind", list(QUANTITY_KINDS))
+def test_every_kind_has_a_largest_magnitude(kind: str) -> None:
+    largest = QUANTITY_KINDS[kind].largest
+    assert parse_quantity(largest, kind, "x") == largest
+    for number in (1.001 * largest, -1e160, 1e200):
+        with pytest.raises(MechanismError, match=rf"^x must lie within {re.escape(f'{largest:g}')}.*; found"):
+            parse_quantity(number, kind, "x")
 
 
 def number_or_none(text: str, kind: str) -> float | None:

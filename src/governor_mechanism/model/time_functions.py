@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from enum import Enum
+from itertools import pairwise
 
 from governor_mechanism.errors import MechanismError, require_finite, require_not_negative
 from governor_mechanism.model.measured_fields import measured, require_rising, require_valid_fields
+from governor_mechanism.units.quantities import require_plausible
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -219,6 +222,10 @@ class PrescribedMotion:
         if len(self.times) < 2:
             raise MechanismError("a motion needs two points or more; PrescribedMotion.constant_rate gives one of constant rate")
         require_rising(self.times, "times of a motion", " s", hint="; a driver cannot jump")
+        points = list(zip(self.times, self.values, strict=True))
+        rates = [abs((after[1] - before[1]) / (after[0] - before[0])) for before, after in pairwise(points)]
+        rates += [abs(item.amplitude) * math.tau * item.frequency for item in self.harmonics]
+        require_plausible(max(rates), "angular_rate", "rate of a motion, per second,")  # that of a length has the same bound
 
     @classmethod
     def constant_rate(cls, start_value: float, rate: float, harmonics: tuple[Harmonic, ...] = ()) -> PrescribedMotion:

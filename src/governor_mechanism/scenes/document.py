@@ -2,7 +2,7 @@
 
 import dataclasses
 import difflib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -12,7 +12,7 @@ from governor_mechanism.machines.base import Machine, unsupported_effect_message
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.coupling.coupled_system import LOAD_NAME, SPINDLE_ANGLE, SPINDLE_SPEED
-from governor_mechanism.model.coupling.couplings import Coupling, RatioCoupling
+from governor_mechanism.model.coupling.couplings import Coupling
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Reading, ShaftSpeed
@@ -83,7 +83,7 @@ def _parse_parts(document: Mapping[str, Any], collector: ProblemCollector) -> _P
     top_level = collector.attempt("", validate, schema.CoupledSceneTable, document)
     tables = given if isinstance(given := document.get("part"), Mapping) else {}
     couplings = collector.parse_tables("coupling", document.get("coupling"), parse_coupling)
-    coupled = {angle for coupling in couplings if isinstance(coupling, RatioCoupling) for angle in (coupling.first, coupling.second)}
+    coupled = set(_angles_of_couplings(document.get("coupling")))
     if isinstance(load := document.get("load"), Mapping):
         load_table = collector.attempt("load", validate, LoadTable, load)
         couplings += [load_table.make_element(name=LOAD_NAME)] if load_table else []
@@ -98,6 +98,13 @@ def _parse_parts(document: Mapping[str, Any], collector: ProblemCollector) -> _P
         collector.problems += [problem.at(f"part.{name}:") for problem in part_collector.problems]
     title = (top_level and top_level.title) or ""
     return title, tuple(parts), tuple(couplings), join_watched_readings(watched) if len(parts) == len(tables) else WatchedReadings(None)
+
+
+def _angles_of_couplings(tables: object) -> Iterator[str]:
+    """Yield the angles that couplings name, also those with another mistake: what they couple needs no speed of its own."""
+    for table in tables.values() if isinstance(tables, Mapping) else ():
+        angles = (table.get(key) for key in ("first", "second")) if isinstance(table, Mapping) else ()
+        yield from (angle for angle in angles if isinstance(angle, str))
 
 
 class PartParser:

@@ -20,13 +20,31 @@ from typing import Any
 from governor_mechanism.errors import MechanismError, did_you_mean
 
 
+LARGEST_MAGNITUDE, LARGEST_RATE, LARGEST_COEFFICIENT = 1e9, 1e6, 1e30
+"""Largest magnitudes, SI: of most quantities; of what is measured per second; of coefficients, which may be over powers of a length."""
+
+
 @dataclass(frozen=True)
 class QuantityKind:
-    """A kind of quantity: its name with an article, customary units (the last is SI), and an example."""
+    """A kind of quantity.
+
+    Attributes
+    ----------
+    name
+        Its name with an article.
+    units
+        Customary units; the last is SI.
+    example
+        A value as text.
+    largest
+        Largest magnitude, SI. Nothing that is built or moves has a larger one, which is a mistake of units; and the engines multiply
+        quantities and their squares, which beyond such magnitudes lose all digits or overflow.
+    """
 
     name: str
     units: tuple[str, ...]
     example: str
+    largest: float = LARGEST_MAGNITUDE
 
     @property
     def si_unit(self) -> str:
@@ -51,12 +69,12 @@ QUANTITY_KINDS: Mapping[str, QuantityKind] = {
     "mass": QuantityKind("a mass", ("g", "t", "kg"), "5 kg"),
     "force": QuantityKind("a force", ("kgf", "kN", "N"), "40 N"),
     "angle": QuantityKind("an angle", ("deg", "rad"), "40 deg"),
-    "angular_speed": QuantityKind("an angular speed", ("rpm", "deg/s", "rad/s"), "120 rpm"),
-    "angular_rate": QuantityKind("an angular rate", ("deg/s", "rad/s"), "10 deg/s"),
-    "frequency": QuantityKind("a frequency", ("1/min", "rpm", "rad/s", "Hz"), "2 Hz"),
+    "angular_speed": QuantityKind("an angular speed", ("rpm", "deg/s", "rad/s"), "120 rpm", LARGEST_RATE),
+    "angular_rate": QuantityKind("an angular rate", ("deg/s", "rad/s"), "10 deg/s", LARGEST_RATE),
+    "frequency": QuantityKind("a frequency", ("1/min", "rpm", "rad/s", "Hz"), "2 Hz", LARGEST_RATE),
     "time": QuantityKind("a time", ("ms", "min", "s"), "10 s"),
-    "speed": QuantityKind("a speed", ("mm/s", "m/s"), "50 mm/s"),
-    "acceleration": QuantityKind("an acceleration", ("m/s^2",), "9.81 m/s^2"),
+    "speed": QuantityKind("a speed", ("mm/s", "m/s"), "50 mm/s", LARGEST_RATE),
+    "acceleration": QuantityKind("an acceleration", ("m/s^2",), "9.81 m/s^2", LARGEST_RATE),
     "torque": QuantityKind("a torque", ("kgf m", "N m"), "5 N m"),
     "moment_of_inertia": QuantityKind("a moment of inertia", ("kg m^2",), "0.5 kg m^2"),
     "stiffness": QuantityKind("a stiffness", ("N/mm", "kgf/cm", "N/m"), "2 N/mm"),
@@ -74,10 +92,11 @@ QUANTITY_KINDS: Mapping[str, QuantityKind] = {
     "area": QuantityKind("an area", ("mm^2", "cm^2", "m^2"), "20 cm^2"),
     "density": QuantityKind("a density", ("g/cm^3", "kg/m^3"), "900 kg/m^3"),
     "pressure": QuantityKind("a pressure", ("at", "bar", "Pa"), "5 at"),
-    "modulus": QuantityKind("a modulus of shear", ("GPa", "N/mm^2", "Pa"), "80 GPa"),
+    "modulus": QuantityKind("a modulus of shear", ("GPa", "N/mm^2", "Pa"), "80 GPa", 1e13),
     "power": QuantityKind("a power", ("PS", "kW", "W"), "20 PS"),
     "ratio": QuantityKind("a ratio", (), "0.3"),
     "number": QuantityKind("a number", (), "0.3"),
+    "coefficient": QuantityKind("a coefficient", (), "0.3", LARGEST_COEFFICIENT),
 }
 """Kinds of quantity by the names in descriptions."""
 
@@ -145,8 +164,23 @@ def parse_quantity(value: object, kind: str, what: str) -> float:
     Raises
     ------
     MechanismError
-        If the value is not a finite quantity of this kind.
+        If the value is not a quantity of this kind within its largest magnitude.
     """
+    number = read_quantity(value, kind, what)
+    require_plausible(number, kind, what, format_value(value))
+    return number
+
+
+def require_plausible(number: float, kind: str, what: str, found: str = "") -> None:
+    """Raise MechanismError if a quantity, SI, exceeds the largest magnitude of its kind; `found` is how it was written."""
+    expected = QUANTITY_KINDS[kind]
+    if not abs(number) <= expected.largest:
+        limit = f"{expected.largest:g} {expected.si_unit}".rstrip()
+        raise MechanismError(f"{what} must lie within {limit}; found {found or f'{number:g} {expected.si_unit}'.rstrip()}")
+
+
+def read_quantity(value: object, kind: str, what: str) -> float:
+    """Return a quantity in SI of any magnitude; the rest is as in `parse_quantity`."""
     if kind not in QUANTITY_KINDS:
         raise MechanismError(f"{what}: no kind of quantity {kind!r}; kinds are {list(QUANTITY_KINDS)}.{did_you_mean(kind, QUANTITY_KINDS)}")
     expected = QUANTITY_KINDS[kind]

@@ -84,7 +84,7 @@ class HartungDimensions(Machine):
     spring_wire: float | None = optional_field("length", "of each spring's wire, its diameter")
     spring_coil: float | None = optional_field("length", "of each spring's coil, its mean diameter")
     spring_turns: float | None = optional_field("number", "of each spring's active turns")
-    spring_modulus: float | None = optional_field("modulus", "of the springs' wire", max_size=1e13)
+    spring_modulus: float | None = optional_field("modulus", "of the springs' wire")
     spring_stress_limit: float | None = optional_field("pressure", "that the springs' wire may bear")
     inner_speed: float | None = optional_field("angular_speed", "that holds the weights at the inner end of the stroke")
     outer_speed: float | None = optional_field("angular_speed", "that holds the weights at the outer end of the stroke")

@@ -152,7 +152,7 @@ def _parse_spline(value: object) -> Curve:
 def _parse_polynomial(value: object) -> Curve:
     if not isinstance(value, list | tuple):
         raise wrong_value(value, "must be a list of numbers")
-    numbers = (parse_si(item, "number" if power else "length", f"{KEY}, c{power}") for power, item in enumerate(value))
+    numbers = (parse_si(item, "coefficient" if power else "length", f"{KEY}, c{power}") for power, item in enumerate(value))
     return PolynomialCurve(coefficients=tuple(numbers))
 
 
