@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
-from governor_mechanism.errors import MechanismError
+from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.base import Machine, unsupported_effect_messages
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
@@ -26,6 +26,7 @@ from governor_mechanism.scenes.loads import LoadTable, parse_coupling
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.scenes.quantities import parse_name
 from governor_mechanism.scenes.table import validate
+from governor_mechanism.units.quantities import format_value
 
 _TopLevel = TypeVar("_TopLevel", bound=schema.CommonSceneTable)
 
@@ -83,6 +84,7 @@ def _parse_parts(document: Mapping[str, Any], collector: ProblemCollector) -> _P
     top_level = collector.attempt("", validate, schema.CoupledSceneTable, document)
     tables = given if isinstance(given := document.get("part"), Mapping) else {}
     couplings = collector.parse_tables("coupling", document.get("coupling"), parse_coupling)
+    collector.problems += _couplings_without_part(document, tables)
     coupled = set(_angles_of_couplings(document.get("coupling")))
     if isinstance(load := document.get("load"), Mapping):
         load_table = collector.attempt("load", validate, LoadTable, load)
@@ -90,7 +92,9 @@ def _parse_parts(document: Mapping[str, Any], collector: ProblemCollector) -> _P
     parts, watched = [], dict[str, WatchedReadings | None]()
     for name, table in tables.items():
         part_collector = ProblemCollector()
-        parser = part_collector.attempt(KEY, PartParser, table, part_collector, name, f"{name}.{SPINDLE_ANGLE}" in coupled)
+        # Where a coupling has a mistake, the spindle that it means is not known, and none is reported to be missing.
+        is_coupled = f"{name}.{SPINDLE_ANGLE}" in coupled or (bool(collector.problems) and _needs_spindle(table))
+        parser = part_collector.attempt(KEY, PartParser, table, part_collector, name, is_coupled)
         part = parser and parser.parse()
         parts += [part] if part else []
         prefix = f"{name}." if len(tables) > 1 else ""
@@ -105,6 +109,27 @@ def _angles_of_couplings(tables: object) -> Iterator[str]:
     for table in tables.values() if isinstance(tables, Mapping) else ():
         angles = (table.get(key) for key in ("first", "second")) if isinstance(table, Mapping) else ()
         yield from (angle for angle in angles if isinstance(angle, str))
+
+
+def _needs_spindle(table: object) -> bool:
+    """Return whether a part turns and has no spindle of its own."""
+    effects = table.get("effects") if isinstance(table, Mapping) and "spindle" not in table else None
+    return isinstance(effects, Mapping) and effects.get("centrifugal") is True
+
+
+def _couplings_without_part(document: Mapping[str, Any], parts: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield a problem for each name in a coupling or load of a scene of several parts that begins with the name of no part."""
+    couplings = given if isinstance(given := document.get("coupling"), Mapping) else {}
+    tables = {f"coupling.{name}": table for name, table in couplings.items()} | {"load": document.get("load")}
+    for path, table in tables.items() if len(parts) > 1 else ():
+        for key in ("first", "second", "reading", "sets", "scales", "angle") if isinstance(table, Mapping) else ():
+            name = table.get(key)
+            is_load = key in ("sets", "scales") and name == LOAD_NAME
+            if isinstance(name, str) and name.partition(".")[0] not in parts and not is_load:
+                part, dot, _ = name.partition(".")
+                hint = did_you_mean(part, parts) if dot else f" Write it as PART.{part}, with the name of one of them."
+                text = f"{path}.{key} {format_value(name)} names no part; parts are {', '.join(parts)}.{hint}"
+                yield Problem(text, ProblemCode.UNKNOWN_NAME, f"{path}.{key}")
 
 
 class PartParser:

@@ -27,6 +27,9 @@ GAIN_KINDS: Final[Mapping[str, Mapping[str, str]]] = {
 }
 """Kind of a gain by the kind of the load and that of the reading."""
 
+RATIO_LOADS: Final = ("throttle", "cut_off")
+"""Last words of the names of loads that are ratios."""
+
 FUNCTION_KEYS: Final = ("table", "gain", "harmonics")
 """Keys of which a function of a reading has one."""
 
@@ -58,7 +61,7 @@ class ReadingFunctionTable(SceneFileTable):
             harmonics = _parse_harmonics(self.harmonics, load_kind)
             return HarmonicFunction(reading=self.reading, lag=self.lag, harmonics=harmonics, quantity="angle")
         if self.table is not None:
-            path, names = f"{KEY}.table", ("reading", load_kind)
+            path, names = f"{KEY}.table", ("reading", "value")
             fitting = parse_first_fitting(READING_KINDS, lambda kind: parse_points(self.table, (kind, load_kind), names, path))
             kind, (positions, values) = fitting
             if len(positions) < 2:
@@ -198,11 +201,13 @@ class ControlTable(SceneFileTable):
     def make_element(self, **arguments: Any) -> Coupling:
         """Return the coupling."""
         given = {key: value for key, value in self.given_values().items() if key in ("reading", "about", "lag", *FUNCTION_KEYS)}
-        kinds = ("ratio",) if self.scales else ("torque", "force", "ratio")
+        target = self.scales or self.sets
+        # Of functions without units the first kind fits, and of wrong ones that one is what the message expects.
+        is_ratio = target.rpartition(".")[2] in RATIO_LOADS
+        kinds = ("ratio",) if self.scales else ("ratio", "torque", "force") if is_ratio else ("torque", "force", "ratio")
         kind, function = parse_first_fitting(kinds, lambda kind: validate(ReadingFunctionTable, given).build(kind))
         values = [self.gain] if self.gain is not None else [value for row in self.table or () for value in row[1:]]
         quantity_name = kind if any(isinstance(value, str) for value in values) else ""
-        target = self.scales or self.sets
         return ControlCoupling(function=function, target=target, scales=bool(self.scales), quantity=quantity_name, **arguments)
 
 

@@ -169,7 +169,7 @@ def parse_name(value: object, key: str = KEY) -> str:
 def parse_pair(value: object, kinds: tuple[str, str], names: tuple[str, str], key: str = KEY) -> FloatPair:
     """Return two quantities of a list."""
     if not isinstance(value, list | tuple) or len(value) != 2:
-        raise wrong_value(value, f"must be [{', '.join(names)}]", f'; write [0, "{QUANTITY_KINDS[kinds[1]].example}"]', path=key)
+        raise wrong_value(value, f"must be [{', '.join(names)}]", f"; write [0, {QUANTITY_KINDS[kinds[1]].written_example}]", path=key)
     first, second = parse_each(lambda item, kind, name: parse_si(item, kind, f"{key} {name}"), value, kinds, names)
     return first, second
 
@@ -192,8 +192,8 @@ def parse_time_points(value: object, kind: str, name: str) -> Columns:
     if not isinstance(value, list | tuple):
         return (0.0,), (parse_si(value, kind),)
     if not value:
-        example = QUANTITY_KINDS[kind].example
-        raise mistake(ProblemCode.WRONG_TYPE, f'{KEY} is an empty list of points; write [[0, "{example}"]], or one {name}')
+        example = QUANTITY_KINDS[kind].written_example
+        raise mistake(ProblemCode.WRONG_TYPE, f"{KEY} is an empty list of points; write [[0, {example}]], or one {name}")
     return parse_points(value, ("time", kind), ("time", name))
 
 

@@ -58,6 +58,11 @@ class QuantityKind:
         return f'write "{self.example}", or the bare number in {self.si_unit}' if self.units else bare
 
     @property
+    def written_example(self) -> str:
+        """Example as a scene file has it: text in quotation marks, or a bare number."""
+        return f'"{self.example}"' if self.units else self.example
+
+    @property
     def units_hint(self) -> str:
         """Sentence with the customary units."""
         *others, last = self.units or ("bare numbers",)

@@ -50,6 +50,7 @@ _MERGED_FIELDS: Final = (
     "internal_outputs",
     "force_elements",
     "derived_readings",
+    "fixed_loads",
     "notes",
 )
 """Fields of a mechanism that are those of all its parts in turn."""

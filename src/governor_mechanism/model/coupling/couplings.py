@@ -140,22 +140,25 @@ class ControlCoupling(Coupling):
         MechanismError
             If there is no load of that name, or it is of another quantity.
         """
+        what = f"coupling {self.name!r} {'scales' if self.scales else 'sets'} {self.target!r}"
+        if fixed := next((one for one in mechanism.fixed_loads if one.name == self.target), None):
+            raise MechanismError(f"{what}, but {fixed.reason}")
         named = [(name, (owner, field_name)) for name, owner, field_name in _loads(mechanism, effects)]
         loads = dict(named)
         if [name for name, _ in named].count(self.target) > 1:
             raise MechanismError(
-                f"coupling {self.name!r} sets {self.target!r} of an engine with a throttle; control one of them, and leave the other out"
+                f"{what} of an engine with a throttle; control one of them, and leave the other out"
             )
         if self.target not in loads:
             known = f"the loads are {list(loads)}.{did_you_mean(self.target, loads)}"
-            raise MechanismError(f"coupling {self.name!r} sets {self.target!r}, which is no load; {known}")
+            raise MechanismError(f"{what}, which is no load; {known}")
         owner, field_name = loads[self.target]
         expected = next((quantity for kind, quantity in _LOAD_QUANTITIES.items() if isinstance(owner, kind)), self.quantity)
         if self.quantity not in ("", expected) and not self.scales:
             found = f"is of the kind {expected}, but its function has the units of the kind {self.quantity}"
-            raise MechanismError(f"coupling {self.name!r} sets {self.target!r}, which {found}; change the units")
+            raise MechanismError(f"{what}, which {found}; change the units")
         if expected == "ratio":
-            self._check_direction()
+            self._check_direction(what)
         load: InputFunction = getattr(owner, field_name) or owner.controlled_default()
         if self.scales:
             controlled = replace(load, factors=(*load.factors, self.function))
@@ -166,9 +169,9 @@ class ControlCoupling(Coupling):
         elements = tuple(changed if element is owner else element for element in mechanism.force_elements)
         return replace(mechanism, force_elements=elements), tuple(changed if effect is owner else effect for effect in effects)
 
-    def _check_direction(self) -> None:
+    def _check_direction(self, what: str) -> None:
         """Raise MechanismError if a throttle or cut-off turns back over the travel of a governor, or opens as that speeds up."""
-        what, reading = f"coupling {self.name!r} sets {self.target!r}", self.function.reading
+        reading = self.function.reading
         if isinstance(self.function, TableFunction):
             changes = [later - value for value, later in pairwise(self.function.values)]
             points = list(zip(self.function.positions, self.function.values, strict=True))
