@@ -126,7 +126,7 @@ PARTS = "names no part; parts are engine, governor."
             "coupling 'eccentric' sets 'engine.cut_off', but gas_torque = \"mean\" takes a constant one; leave gas_torque out",
         ),
         ("governed_engine_mean_torque", {f"{ROD}.scales": "engine.cut_off"}, "'throttle_rod' scales 'engine.cut_off', but gas_torque"),
-        ("governed_engine_cut_off", {"coupling.eccentric.table": [["80 mm", "0.5 m"], ["120 mm", 0.2]]}, "value is a ratio; \"0.5 m\""),
+        ("governed_engine_cut_off", {"coupling.eccentric.table": [["80 mm", "0.5 m"], ["120 mm", 0.2]]}, 'value is a ratio; "0.5 m"'),
         ("governed_engine_cut_off", {"coupling.eccentric.table": 0.5}, "must be a list of [reading, value]; found 0.5"),
         ("air_engine", {"dimensions.cut_off": [0.5, 0.2]}, "must be [time, cut_off]; found 0.5; write [0, 0.3]"),
         ("air_engine", {"dimensions.cut_off": []}, "is an empty list of points; write [[0, 0.3]], or one cut_off"),

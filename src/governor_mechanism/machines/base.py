@@ -152,7 +152,7 @@ class Machine(ABC):
 
 
 def values_of(dimension: float | PrescribedMotion | InputFunction) -> tuple[float, ...]:
-    """Return the values that a dimension has in the course of time."""
+    """Return the values of a dimension at the points of its program; of one with harmonics without these."""
     return dimension.values if isinstance(dimension, PrescribedMotion | InputFunction) else (dimension,)
 
 

@@ -20,6 +20,7 @@ TURNING_PLANE: Final = "turning"
 FIXED_PLANE: Final = "fixed"
 """Name of a plane that does not turn."""
 
+
 @dataclass(frozen=True, kw_only=True)
 class Spindle:
     """A spindle with a given speed, smooth between points of time and constant before the first and after the last point.

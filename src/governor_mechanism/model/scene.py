@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from governor_mechanism.errors import MechanismError, require_positive
 from governor_mechanism.model.coupling.coupled_system import CoupledSystem, couple_parts

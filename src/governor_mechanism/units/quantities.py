@@ -19,7 +19,6 @@ from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 
-
 LARGEST_MAGNITUDE, LARGEST_RATE, LARGEST_COEFFICIENT = 1e9, 1e6, 1e30
 """Largest magnitudes, SI: of most quantities; of what is measured per second; of coefficients, which may be over powers of a length."""
 

@@ -180,5 +180,5 @@ class FlywheelEngineDimensions(Machine):
 def _values_of_control(control: float | InputFunction) -> list[float]:
     """Return the values of a throttle or cut-off over time, or those of the tables of readings that it follows."""
     if not isinstance(control, InputFunction) or not control.functions:
-        return list(values_of(control))
+        return [*values_of(control), *(control.range_in_time if isinstance(control, InputFunction) else ())]
     return [value for function in control.functions if isinstance(function, TableFunction) for value in function.values]
