@@ -285,7 +285,7 @@ def find_load_sources(mechanism: Mechanism, effects: tuple[OutputEffect, ...]) -
 def _function_problems(mechanism: Mechanism, effects: Sequence[OutputEffect], speeds: Mapping[str, str]) -> Iterator[str]:
     """Yield a sentence for each function of a reading that a load cannot depend on; `speeds` are those that it can."""
     known = [*(reading.name for reading in mechanism.readings), *speeds]
-    forces = [output.name for output in mechanism.derived_readings] + [joint.name for joint in mechanism.joints]
+    results = {output.name: output.unit for output in mechanism.derived_readings} | {joint.name: "N" for joint in mechanism.joints}
     loads = [getattr(owner, field_name) for _, owner, field_name in _loads(mechanism, effects)]
     for function in (function for load in loads if load for function in (*load.functions, *load.factors)):
         reading = function.reading
@@ -295,8 +295,9 @@ def _function_problems(mechanism: Mechanism, effects: Sequence[OutputEffect], sp
             if function.quantity not in ("", found):
                 hint = f"the units of the kind {function.quantity}; change the units"
                 yield f"{what}, which is of the kind {found}, but its function has {hint}"
-        elif reading in forces or last_word == "spindle_torque":
-            yield f"{what}, which follows from the loads: this is an algebraic loop; use a position or a speed"
+        elif reading in results or last_word == "spindle_torque":
+            is_force = results.get(reading, "N m") in ("N", "N m")
+            yield f"{what},{' a force,' if is_force else ''} which follows from the loads: this is an algebraic loop; use a position or a speed"
         elif last_word == "spindle_speed":
             yield f"{what}, but that speed is given or follows another part; use time, or the speed it follows"
         else:
