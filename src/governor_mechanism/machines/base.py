@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import Effect
@@ -127,6 +127,11 @@ class Machine(ABC):
     def stop_problems(self, effects: Iterable[Effect]) -> Sequence[str]:
         """Return sentences about stops that this machine cannot reach."""
         return ()
+
+    def under_gravity(self, gravity: float) -> Self:
+        """Return the machine as it is built for a gravitational acceleration (m/s2): with springs that are designed for it, if any."""
+        del gravity  # most machines are the same under any
+        return self
 
     @property
     def is_driven(self) -> bool:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
+from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.base import Machine, unsupported_effect_messages
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
@@ -236,7 +237,16 @@ class PartParser:
         if machine_class is None or "dimensions" not in self.tables:
             return None
         table = self.collector.attempt("dimensions", validate, schema.dimensions_table_model(machine_class), self.tables["dimensions"])
-        return None if table is None else self.collector.attempt("[dimensions]", lambda: machine_class(**table.given_values()))
+        if table is None:
+            return None
+        gravity = self._find_gravity()
+        return self.collector.attempt("[dimensions]", lambda: machine_class(**table.given_values()).under_gravity(gravity))
+
+    def _find_gravity(self) -> float:
+        """Return the gravitational acceleration of the scene, m/s2; if it is written wrongly, which is reported later, that of the earth."""
+        collector, given = ProblemCollector(), self.tables.get("effects", {}).get("gravity", False)
+        effects = parse_effects({"gravity": given}, {}, collector)
+        return DEFAULT_GRAVITY if collector.problems else sum(effect.gravity for effect in effects)
 
     def _parse_start(self, machine: Machine | None, mechanism: Mechanism | None, has_clearance: bool) -> Start:
         """Return values and rates of the coordinate, and of the clearance; it starts in its middle and at rest by default."""
