@@ -66,8 +66,8 @@ def _common_sections() -> Iterator[str]:
     yield _section("`[events.NAME]`", "A named crossing of a reading. Runs report it with its time.", keys_table(CrossingTable))
     load = (
         "A torque, a force or a friction is a quantity; a list of `[time, value]`, with straight lines between the points and a jump "
-        "where a time is given twice; sines of the time, `{ harmonics = [{ amplitude, frequency, phase }] }`; a function of a reading, with "
-        "the keys below; or a list of these, which is their sum. A function has one of `table`, `gain` and `harmonics`."
+        "where a time is given twice; sines of the time, `{ harmonics = [{ amplitude, frequency, phase }] }`; a function of a reading, "
+        "with the keys below; or a list of these, which is their sum. A function has one of `table`, `gain` and `harmonics`."
     )
     harmonic = "A harmonic of the time is amplitude × sin(2π × frequency × t + phase), in loads and in the motions of drives alike."
     yield _section(

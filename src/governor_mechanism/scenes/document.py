@@ -243,7 +243,7 @@ class PartParser:
         return self.collector.attempt("[dimensions]", lambda: machine_class(**table.given_values()).under_gravity(gravity))
 
     def _find_gravity(self) -> float:
-        """Return the gravitational acceleration of the scene, m/s2; if it is written wrongly, which is reported later, that of the earth."""
+        """Return the gravitational acceleration of the scene, m/s2; 9.81 if it is written wrongly, which is reported later."""
         collector, given = ProblemCollector(), self.tables.get("effects", {}).get("gravity", False)
         effects = parse_effects({"gravity": given}, {}, collector)
         return DEFAULT_GRAVITY if collector.problems else sum(effect.gravity for effect in effects)

@@ -19,7 +19,16 @@ from governor_mechanism.model.time_functions import (
 )
 from governor_mechanism.scenes.harmonics import angle_harmonic_table, harmonic_table, parse_table_list
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake, parse_each, unknown_name, wrong_value
-from governor_mechanism.scenes.quantities import SIGNS, Label, parse_first_fitting, parse_points, parse_si, parse_time_points, quantity
+from governor_mechanism.scenes.quantities import (
+    SIGNS,
+    Label,
+    built,
+    parse_first_fitting,
+    parse_points,
+    parse_si,
+    parse_time_points,
+    quantity,
+)
 from governor_mechanism.scenes.schema_validator import SchemaValidator, or_load, quantity_schema
 from governor_mechanism.scenes.table import SceneFileTable, SceneFileTables, validate
 from governor_mechanism.units.quantities import format_value
@@ -64,7 +73,7 @@ class ReadingFunctionTable(SceneFileTable):
     gain: Any = Field(None, description='the value per unit of the reading, as "200 N m/m"')
     about: Any = Field(0.0, description="the reading at which a gain gives zero")
     harmonics: Any = Field(None, description="a list of { amplitude, order, phase }: sines of an angle")
-    lag: Annotated[float, quantity("time", "not negative")] = Field(0.0, description="the time constant of a first-order lag")
+    lag: Annotated[float, built("time", "not negative")] = Field(0.0, description="the time constant of a first-order lag")
 
     @classmethod
     def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
@@ -180,7 +189,7 @@ class FollowTable(SceneFileTable):
     type: str = Field("", description="gear, follow or control")
     first: Label = Field(description='the angle that is followed, as "engine.crank_angle"')
     second: Label = Field(description='the angle of the spindle that follows, as "governor.spindle_angle"')
-    ratio: Annotated[float, quantity("number", "not zero")] = Field(1.0, description="the speed of the second angle relative to the first")
+    ratio: Annotated[float, built("number", "not zero")] = Field(1.0, description="the speed of the second angle relative to the first")
 
 
 class GearTable(FollowTable):

@@ -296,8 +296,8 @@ def _function_problems(mechanism: Mechanism, effects: Sequence[OutputEffect], sp
                 hint = f"the units of the kind {function.quantity}; change the units"
                 yield f"{what}, which is of the kind {found}, but its function has {hint}"
         elif reading in results or last_word == "spindle_torque":
-            is_force = results.get(reading, "N m") in ("N", "N m")
-            yield f"{what},{' a force,' if is_force else ''} which follows from the loads: this is an algebraic loop; use a position or a speed"
+            kind = " a force," if results.get(reading, "N m") in ("N", "N m") else ""
+            yield f"{what},{kind} which follows from the loads: this is an algebraic loop; use a position or a speed"
         elif last_word == "spindle_speed":
             yield f"{what}, but that speed is given or follows another part; use time, or the speed it follows"
         else:
