@@ -9,7 +9,6 @@ from itertools import pairwise
 
 from governor_mechanism.errors import MechanismError, require_finite, require_not_negative
 from governor_mechanism.model.measured_fields import measured, require_rising, require_valid_fields
-from governor_mechanism.numerics import elementary
 from governor_mechanism.units.quantities import require_plausible
 
 
@@ -117,16 +116,6 @@ class AngleHarmonic:
     def __post_init__(self) -> None:
         require_valid_fields(self, "a harmonic")
         require_not_negative(self.order, "", "order of a harmonic")
-
-    @property
-    def cosine(self) -> float:
-        """Coefficient of cos(order * angle), SI."""
-        return self.amplitude * elementary.sin(self.phase)
-
-    @property
-    def sine(self) -> float:
-        """Coefficient of sin(order * angle), SI."""
-        return self.amplitude * elementary.cos(self.phase)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -76,7 +76,7 @@ def _nearest_key(table: Any, key: str) -> str:
 
 def _keys_of(table: Any, start: str = "") -> Iterator[str]:
     """Yield the dotted keys of a document; items of lists are named as `_find_item` finds them."""
-    items = table.items() if isinstance(table, Mapping) else ()
+    items: Iterable[tuple[Any, Any]] = table.items() if isinstance(table, Mapping) else ()
     if isinstance(table, list | tuple):
         items = [(item["name"], item) for item in table if isinstance(item, Mapping) and "name" in item]
     for name, item in items:

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
 from governor_mechanism.effects.spring import helical_spring_rate
@@ -194,8 +194,8 @@ class HartungDimensions(Machine):
         if self.inner_speed is None:
             return self
         law = self._spring_law_from_speeds(gravity)
-        springs = {"spring_rate": law.rate, "spring_preload": law.preload, "preload_radius": law.radius}
-        return replace(self, **springs, **dict.fromkeys(SPEED_DIMENSIONS))
+        speeds: dict[str, Any] = dict.fromkeys(SPEED_DIMENSIONS)
+        return replace(self, spring_rate=law.rate, spring_preload=law.preload, preload_radius=law.radius, **speeds)
 
     def spring_law(self) -> LinearSpringLaw:
         """Return the force of each spring over the radius of its weight, where two speeds determine it under 9.81 m/s2.

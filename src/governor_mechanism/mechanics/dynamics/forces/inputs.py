@@ -10,6 +10,7 @@ import numpy as np
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input
 from governor_mechanism.model.time_functions import (
+    AngleHarmonic,
     HarmonicFunction,
     InputFunction,
     LinearFunction,
@@ -17,6 +18,7 @@ from governor_mechanism.model.time_functions import (
     StrokeHold,
     TableFunction,
 )
+from governor_mechanism.numerics import elementary
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, RecordArray, record_dtype
 
@@ -154,7 +156,12 @@ def _function_terms(
             yield kind, target, source, *_table_segment(function, segment)
         case HarmonicFunction():
             for one in function.harmonics:
-                yield InputTermKind.HARMONIC, target, source, one.cosine, one.sine, one.order
+                yield InputTermKind.HARMONIC, target, source, *_cosine_and_sine(one), one.order
+
+
+def _cosine_and_sine(harmonic: AngleHarmonic) -> tuple[float, float]:
+    """Return the coefficients of the cosine and the sine of order times angle."""
+    return harmonic.amplitude * elementary.sin(harmonic.phase), harmonic.amplitude * elementary.cos(harmonic.phase)
 
 
 def _table_segment(table: TableFunction, segment: int) -> tuple[float, float, float]:
@@ -216,7 +223,7 @@ def evaluate_reading_function_along(function: ReadingFunction, values: FloatArra
         case TableFunction():
             return np.interp(values, function.positions, function.values)
         case HarmonicFunction():
-            orders, cosines, sines = np.array([(one.order, one.cosine, one.sine) for one in function.harmonics]).T
+            orders, cosines, sines = np.array([(one.order, *_cosine_and_sine(one)) for one in function.harmonics]).T
             angles = np.multiply.outer(values, orders)
             harmonics: FloatArray = np.cos(angles) @ cosines + np.sin(angles) @ sines
             return harmonics
