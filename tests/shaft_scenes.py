@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from copy import deepcopy
 from typing import Any
@@ -38,6 +39,7 @@ DAMPER = {"type": "torsion_damper", "name": "brake", "second": "flywheel", "damp
 SPRING = {"type": "torsion_spring", "name": "coil", "second": "flywheel", "stiffness": "5 N m/rad"}
 LIFT = {"reading": "governor.sleeve_lift", "gain": -2000, "about": "540 mm"}
 LIFT_TABLE = {"reading": "governor.sleeve_lift", "table": [[0.45, 200], [0.5, 60], [0.55, -100]]}
+DOUBLE_SINE = {"order": 2, "amplitude": math.hypot(90, 40), "phase": math.atan2(90, 40)}  # 90 cosine and 40 sine
 SPEED_TABLE = {"reading": "governor.spindle_speed", "table": [[6.4, 20], [6.6, -20]]}
 SPEED = {"reading": "governor.spindle_speed", "gain": -30, "about": "7 rad/s"}
 LOADS = {
@@ -45,7 +47,7 @@ LOADS = {
     "gear against the sense of the engine": {**GEAR, "coupling.belt.ratio": -2},
     "torsion damper": {**GEAR, "part.engine.force": [STEADY, DAMPER]},
     "torque of the crank angle": {
-        "part.engine.force": [{**STEAM, "moment": [{"reading": "engine.crank_angle", "harmonics": [[2, "90 N m", "40 N m"]]}, LIFT]}]
+        "part.engine.force": [{**STEAM, "moment": [{"reading": "engine.crank_angle", "harmonics": [DOUBLE_SINE]}, LIFT]}]
     },
     "torque of the speed": {**GEAR, "part.engine.force": [{**STEAM, "moment": [SPEED]}]},
     "factor": {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,7 @@ from governor_mechanism.model.coupling.couplings import ControlCoupling, FollowC
 from governor_mechanism.model.force_elements import Torque, TorsionSpring
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, TableFunction
+from governor_mechanism.model.time_functions import AngleHarmonic, HarmonicFunction, InputFunction, LinearFunction, TableFunction
 from governor_scenes import PORTER
 
 BELT = GearCoupling(name="belt", first="engine.crank_angle", second="governor.spindle_angle", ratio=2.0)
@@ -166,7 +167,11 @@ def load_by_angle(function, *, value=0.0, scales=False):
 
 
 def test_a_load_of_harmonics_of_an_angle():
-    run = load_by_angle(HarmonicFunction(reading="governor.wheel_angle", harmonics=((0.0, 0.5, 0.0), (2.0, 3.0, -1.0))))
+    harmonics = (
+        AngleHarmonic(amplitude=0.5, order=0.0, phase=math.pi / 2),
+        AngleHarmonic(amplitude=math.hypot(3.0, 1.0), order=2.0, phase=math.atan2(3.0, -1.0)),
+    )
+    run = load_by_angle(HarmonicFunction(reading="governor.wheel_angle", harmonics=harmonics))
     phase = 2.0 * RATE * run.times
     expected = 0.5 * run.times + (3.0 * np.sin(phase) + np.cos(phase) - 1.0) / (2.0 * RATE)
     np.testing.assert_allclose(run.rates["engine.crank_angle"], expected / 2.0, atol=1e-9)

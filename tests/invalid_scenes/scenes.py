@@ -95,7 +95,7 @@ BROKEN_SCENES: list[tuple[str, str, list[tuple[str, str]]]] = [
     (
         "numbers beyond double precision",
         scene_text(SCENE_HEADER, format_dimensions(arm="1e300", link="1e300", lug_offset="0")),
-        [("inconsistent", "[dimensions]"), ("inconsistent", "[dimensions]")],
+        [("out of range", "dimensions.arm"), ("out of range", "dimensions.link")],
     ),
     ("bool for a length", scene_text(SCENE_HEADER, format_dimensions(arm="true")), [("wrong quantity", "dimensions.arm")]),
     ("text without a unit", scene_text(SCENE_HEADER, format_dimensions(arm='"300"')), [("wrong quantity", "dimensions.arm")]),
@@ -258,8 +258,8 @@ WORDING_SCENES: list[tuple[str, str]] = [
             "an arm of 300 mm it must lie above -300 mm"
         ),
     ),
-    ("numbers beyond double precision", "[dimensions] arm must be a positive number between 1e-09 and 1e+09 in SI; got 1e+300"),
-    ("numbers beyond double precision", "[dimensions] link must be a positive number between 1e-09 and 1e+09 in SI; got 1e+300"),
+    ("numbers beyond double precision", "dimensions.arm must lie within 1e+09 m; found 1e+300"),
+    ("numbers beyond double precision", "dimensions.link must lie within 1e+09 m; found 1e+300"),
     ("bool for a length", 'dimensions.arm is a length; found true; write "300 mm", or the bare number in m'),
     ("text without a unit", 'dimensions.arm is a length; "300" has no unit; write "300 mm", or the bare number in m'),
     ("unknown unit", ('dimensions.arm is a length; "300 mmm" has an unknown unit "mmm"; write it in mm, cm or m. Did you mean \'mm\'?')),

@@ -253,7 +253,15 @@ def test_springs_that_two_speeds_do_not_describe_are_refused() -> None:
     with pytest.raises(gm.MechanismError, match="preload_radius cannot be combined with inner_speed"):
         HartungGovernor(**BARE, **STROKE, **speeds, preload_radius=0.1)
     with pytest.raises(gm.MechanismError, match="a spring presses harder outside; raise outer_speed"):
-        HartungGovernor(**BARE, **STROKE, inner_speed=21.0, outer_speed=12.0)
+        HartungGovernor(**BARE, **STROKE, inner_speed=21.0, outer_speed=12.0).under_gravity(9.81)
+
+
+@pytest.mark.parametrize("gravity", [True, "1.62 m/s^2", "25 m/s^2", False])
+def test_springs_from_two_speeds_hold_the_ends_of_the_stroke_under_the_gravity_of_the_scene(gravity: object) -> None:
+    scene = gm.load("hartung_corrected").replace({"effects.gravity": gravity})
+    for speed, end in (("204 rpm", 15.0), ("212 rpm", -15.0)):
+        angles = [math.degrees(one.coordinate) for one in gm.equilibria(scene, spindle_speed=speed)]
+        assert min(abs(angle - end) for angle in angles) < 1e-6, angles
 
 
 def test_a_spring_over_its_limit_is_told_with_the_figure() -> None:

@@ -340,7 +340,8 @@ def answer_khurmi_8_4(data: Mapping[str, Any]) -> Answers:
 
 def turning_wheel(inertia: float, speed: float, mean: float, harmonics: Sequence[Sequence[float]]) -> gm.Trajectory:
     """A turn of a flywheel under a mean torque with harmonics [n, cos, sin] of its angle, and a constant load."""
-    moment = [{"reading": "angle", "harmonics": [list(one) for one in harmonics]}, mean, -mean]
+    sines = [{"order": n, "amplitude": math.hypot(cos, sin), "phase": math.atan2(cos, sin)} for n, cos, sin in harmonics]
+    moment = [{"reading": "angle", "harmonics": sines}, mean, -mean]
     period = math.tau / speed
     scene = gm.Scene.from_dict(
         {

@@ -19,11 +19,17 @@ from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.force_elements import Torque
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, TableFunction
+from governor_mechanism.model.time_functions import AngleHarmonic, HarmonicFunction, InputFunction, LinearFunction, TableFunction
 
 ANGLE, INERTIA = "wheel_angle", 0.5
 LINEAR = LinearFunction(reading=ANGLE, gain=-3.0, about=0.4)
-WAVES = HarmonicFunction(reading=ANGLE, harmonics=((2.0, 0.9, -0.4), (3.0, 0.1, 0.7)))
+WAVES = HarmonicFunction(
+    reading=ANGLE,
+    harmonics=tuple(
+        AngleHarmonic(order=order, amplitude=math.hypot(cosine, sine), phase=math.atan2(cosine, sine))
+        for order, cosine, sine in ((2.0, 0.9, -0.4), (3.0, 0.1, 0.7))
+    ),
+)
 TABLE = TableFunction(reading=ANGLE, positions=(-0.5, 0.2, 1.1), values=(2.0, -1.0, 4.0))
 
 

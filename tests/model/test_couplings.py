@@ -58,7 +58,7 @@ def control(reading="governor.sleeve_lift", target="engine.load"):
             r"'governor.spindle_torque', which is no load; the loads are \['engine.load'\]",
         ),
         ([control("belt"), gear()], {}, "depends on 'belt', a force, .* algebraic loop; use a position or a speed"),
-        ([control("governor.spindle_torque")], {}, "a force, which follows from the loads: this is an algebraic loop"),
+        ([control("governor.spindle_torque")], {}, "spindle_torque', a force, which follows from the loads: this is an algebraic loop"),
         ([control("governor.spindle_speed")], GIVEN, "depends on 'governor.spindle_speed', but that speed is given"),
         ([control("governor.sleeve_left")], {}, "depends on 'governor.sleeve_left', which is no reading; .*mean 'governor.sleeve_lift'"),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 
@@ -9,8 +10,11 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines import ENGINES
+from governor_mechanism.machines.base import CHOICE_KIND
+from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.scenes.description import describe_scene
 from governor_mechanism.scenes.library import shipped_scenes
+from governor_mechanism.units.quantities import parse_quantity
 
 
 @pytest.mark.parametrize(
@@ -78,3 +82,19 @@ def test_every_shipped_scene_is_described():
     """A few of each kind are run above; the others must at least not fail."""
     for name in [name for name in shipped_scenes() if name.startswith(("porter", "air", "watt"))]:
         assert describe_scene(gm.load(name)).engines
+
+
+@pytest.mark.parametrize("name", gm.list_models())
+def test_every_dimension_that_a_scene_gives_is_described(name):
+    scene = gm.load(name)
+    for part, described in zip(scene.parts, describe_scene(scene).parts, strict=True):
+        document = scene.document["part"][part.name] if "part" in scene.document else scene.document
+        values = {one.name: one for one in described.dimensions}
+        for key, given in document.get("dimensions", {}).items():
+            fields = {field.name: field.metadata for field in dataclasses.fields(MACHINES[part.machine])}
+            kind, value = fields[key]["kind"], values[key].value
+            assert value is not None, key
+            if kind == CHOICE_KIND or given == fields[key]["omission_word"]:
+                assert value == given
+            elif not isinstance(given, list | dict):
+                assert value == parse_quantity(given, kind, key), key

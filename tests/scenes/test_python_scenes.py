@@ -10,7 +10,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.scenes import library
-from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.scenes.parser import parse_scene_document, read_scene_file
 from governor_mechanism.scenes.toml_text import format_scene_toml
 
 PORTER = library.models_folder() / "porter.toml"
@@ -27,10 +27,16 @@ def refusal(function, *arguments) -> str:
     return str(caught.value)
 
 
-def test_the_text_of_every_shipped_scene_is_read_back_as_an_equal_scene():
-    for name in gm.list_models():
-        scene = library.load_scene(name)
-        assert parse_scene_document(tomllib.loads(scene.to_toml())) == scene, name
+@pytest.mark.parametrize("name", gm.list_models())
+def test_the_text_of_every_shipped_scene_is_read_back_as_an_equal_scene(name, tmp_path):
+    scene = library.load_scene(name)
+    untitled = parse_scene_document({key: value for key, value in scene.document.items() if key != "title"})
+    path = tmp_path / "named_by_its_file.toml"
+    path.write_text(untitled.to_toml(), encoding="utf-8")
+    named_by_its_file = read_scene_file(path)
+    assert (untitled.title, named_by_its_file.title) == (untitled.parts[0].machine, "named_by_its_file")
+    for one in (scene, untitled, named_by_its_file):
+        assert parse_scene_document(tomllib.loads(one.to_toml())) == one
 
 
 def test_the_text_holds_whatever_toml_holds():
@@ -92,6 +98,51 @@ def test_none_leaves_a_key_out(porter):
     assert free.spindle.inertia == 0.5
     assert "effects" not in porter.replace({"effects": None}).document
     assert "no table start.x" in refusal(porter.replace, {"start.x.y": None})
+
+
+@pytest.mark.parametrize(
+    ("key", "sentences"),
+    [
+        ("effects.dashpt", ("this scene does not have it", "effects has gravity, centrifugal", "Did you mean 'effects.dashpot'?")),
+        ("efects.dashpot.sleeve", ("no table efects", "Did you mean 'effects.dashpot.sleeve'?")),
+        ("dashpot", ("its top level has", "this scene does not have it")),
+    ],
+)
+def test_a_key_that_does_not_exist_cannot_be_left_out(key, sentences):
+    message = refusal(gm.load("porter_dashpot").replace, {key: None})
+    assert all(sentence in message for sentence in (f"{key} cannot be left out", *sentences)), message
+
+
+GEAR, ROD = "coupling.gear", "coupling.throttle_rod"
+PARTS = "names no part; parts are engine, governor."
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "sentence"),
+    [
+        (
+            "governed_engine_cut_off",
+            {"part.engine.dimensions.gas_torque": "mean"},
+            "coupling 'eccentric' sets 'engine.cut_off', but gas_torque = \"mean\" takes a constant one; leave gas_torque out",
+        ),
+        ("governed_engine_mean_torque", {f"{ROD}.scales": "engine.cut_off"}, "'throttle_rod' scales 'engine.cut_off', but gas_torque"),
+        ("governed_engine_cut_off", {"coupling.eccentric.table": [["80 mm", "0.5 m"], ["120 mm", 0.2]]}, 'value is a ratio; "0.5 m"'),
+        ("governed_engine_cut_off", {"coupling.eccentric.table": 0.5}, "must be a list of [reading, value]; found 0.5"),
+        ("air_engine", {"dimensions.cut_off": [0.5, 0.2]}, "must be [time, cut_off]; found 0.5; write [0, 0.3]"),
+        ("air_engine", {"dimensions.cut_off": []}, "is an empty list of points; write [[0, 0.3]], or one cut_off"),
+        ("governed_engine", {f"{GEAR}.second": "spindle_angle"}, f'{GEAR}.second "spindle_angle" {PARTS} Write it as PART.spindle_angle'),
+        ("governed_engine", {f"{GEAR}.second": "governer.spindle_angle"}, f"{PARTS} Did you mean 'governor'?"),
+        ("governed_engine", {f"{GEAR}.type": "follow", f"{GEAR}.first": "crank_angle"}, f'{GEAR}.first "crank_angle" {PARTS}'),
+        ("governed_engine", {f"{ROD}.reading": "sleeve_lift"}, f'{ROD}.reading "sleeve_lift" {PARTS}'),
+        ("governed_engine", {f"{ROD}.scales": "throttle"}, f'{ROD}.scales "throttle" {PARTS}'),
+        ("governed_engine", {"load.angle": "crank_angle"}, f'load.angle "crank_angle" {PARTS}'),
+        ("governed_engine", {f"{GEAR}.ratio": "x"}, f"{GEAR}.ratio is a number"),
+    ],
+)
+def test_a_control_or_coupling_that_cannot_be_gets_one_sentence_that_fits(name, values, sentence):
+    message = refusal(gm.load(name).replace, values)
+    assert sentence in message
+    assert "turning spindle" not in message
 
 
 def test_a_title_from_the_name_of_a_file_stays(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import subprocess
 import sys
 from decimal import Decimal
@@ -15,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.units.quantities import QUANTITY_KINDS, USUAL_FACTORS, format_value, parse_quantity
+from governor_mechanism.units.quantities import ACCEPTED_UNITS, QUANTITY_KINDS, USUAL_FACTORS, format_value, parse_quantity
 
 ULP = 2.3e-16  # one rounding, where the test's own reference is rounded too
 
@@ -59,6 +60,54 @@ ULP = 2.3e-16  # one rounding, where the test's own reference is rounded too
 )
 def test_everyday_units_become_exactly_the_si_number(text: str, kind: str, expected: float) -> None:
     assert parse_quantity(text, kind, "x") == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "expected"),
+    [
+        ("10 in", "length", 0.254),
+        ("3 inches", "length", 0.0762),
+        ("2 feet", "length", 0.6096),
+        ("1 yard", "length", 0.9144),
+        ("7 millimetres", "length", 0.007),
+        ("10 lb", "mass", 4.5359237),
+        ("10 lbf", "force", 44.482216152605),
+        ("30 psi", "pressure", 206842.71879505085),
+        ("10 hp", "power", 7456.9987158227022),
+        ("4 ft lbf", "torque", 4 * 0.3048 * 4.4482216152605),
+        ("100 lbf/in", "stiffness", 17512.683524647637),
+        ("20 lb ft^2", "moment_of_inertia", 20 * 0.45359237 * 0.3048**2),
+        ("5 kgf/cm^2", "pressure", 490332.5),
+        ("3 gon", "angle", 0.04712388980384690),
+        ("2 h", "time", 7200.0),
+        ("10 ft/s", "speed", 3.048),
+    ],
+)
+def test_units_of_engineers_are_accepted(text: str, kind: str, expected: float) -> None:
+    assert parse_quantity(text, kind, "x") == pytest.approx(expected, rel=ULP * 4, abs=0)  # the last digit of the literals
+
+
+@pytest.mark.parametrize("unit", [unit for units in ACCEPTED_UNITS.values() for unit in units])
+def test_every_accepted_unit_is_one_of_a_known_quantity(unit: str) -> None:
+    kinds = [name for name in QUANTITY_KINDS if number_or_none(f"2 {unit}", name) is not None]
+    assert kinds, unit
+    assert number_or_none(f"6 {unit}", kinds[0]) == pytest.approx(3 * number_or_none(f"2 {unit}", kinds[0]), rel=4 * ULP)
+
+
+@pytest.mark.parametrize("kind", list(QUANTITY_KINDS))
+def test_every_kind_has_a_largest_magnitude(kind: str) -> None:
+    largest = QUANTITY_KINDS[kind].largest
+    assert parse_quantity(largest, kind, "x") == largest
+    for number in (1.001 * largest, -1e160, 1e200):
+        with pytest.raises(MechanismError, match=rf"^x must lie within {re.escape(f'{largest:g}')}.*; found"):
+            parse_quantity(number, kind, "x")
+
+
+def number_or_none(text: str, kind: str) -> float | None:
+    try:
+        return parse_quantity(text, kind, "x")
+    except MechanismError:
+        return None
 
 
 @pytest.mark.parametrize(
@@ -163,6 +212,12 @@ REFUSED = [
     (Decimal("1"), "mass", "found 1;"),
     ("20 degC", "length", "is a temperature; write it in mm, cm or m"),
     ("20 °C", "ratio", "is a temperature"),
+    ("250 furlong", "length", 'not accepted; write "50292.1005842 m"; units are nm, um, mm, cm, dm, m, km,'),
+    ("2 fortnight", "time", 'write "2419200 s"; units are us, ms, s, min, h'),
+    ("5 mmin", "time", 'write "0.3 s"'),
+    ("3 N/furlong", "stiffness", 'has the unit "furlong", which is not accepted; write "0.0149128787879 N/m"; units are N/mm'),
+    ("7 rad/fortnight", "frequency", 'has the unit "fortnight"'),
+    ("5 stone", "mass", "units are mg, g, kg, t, oz, lb, slug"),
     ("3 m + 2 mm", "length", "has an unknown unit"),
     ("9 m^9^9^9", "length", "has an unknown unit"),
     ("5 m)(", "length", "has an unknown unit"),

@@ -21,11 +21,12 @@ from governor_mechanism.scenes.custom.parser import CustomSceneTable
 from governor_mechanism.scenes.custom.readings import READING_TABLES
 from governor_mechanism.scenes.custom.valve import ReverserTable, ValveTable
 from governor_mechanism.scenes.events import CrossingTable
+from governor_mechanism.scenes.harmonics import angle_harmonic_table, harmonic_table
 from governor_mechanism.scenes.loads import COUPLING_TABLES, LoadTable, ReadingFunctionTable
 from governor_mechanism.scenes.schema import CoupledSceneTable, FreeSpindleTable, RunTable, SceneTable, SpindleTable, dimensions_table_model
 from governor_mechanism.scenes.schema_validator import SchemaValidator, quantity_schema
 from governor_mechanism.scenes.table import SceneFileTable
-from governor_mechanism.units.quantities import QUANTITY_KINDS
+from governor_mechanism.units.quantities import ACCEPTED_UNITS, QUANTITY_KINDS
 
 HEADING = ("key", "values", "default", "meaning")
 
@@ -65,10 +66,15 @@ def _common_sections() -> Iterator[str]:
     yield _section("`[events.NAME]`", "A named crossing of a reading. Runs report it with its time.", keys_table(CrossingTable))
     load = (
         "A torque, a force or a friction is a quantity; a list of `[time, value]`, with straight lines between the points and a jump "
-        "where a time is given twice; a function of a reading, with the keys below; or a list of these, which is their sum. A function has "
-        "one of `table`, `gain` and `harmonics`."
+        "where a time is given twice; sines of the time, `{ harmonics = [{ amplitude, frequency, phase }] }`; a function of a reading, "
+        "with the keys below; or a list of these, which is their sum. A function has one of `table`, `gain` and `harmonics`."
     )
-    yield _section("Functions of time and of readings", load, keys_table(ReadingFunctionTable))
+    harmonic = "A harmonic of the time is amplitude × sin(2π × frequency × t + phase), in loads and in the motions of drives alike."
+    yield _section(
+        "Functions of time and of readings", load, keys_table(ReadingFunctionTable), harmonic, keys_table(harmonic_table("torque"))
+    )
+    angle_harmonic = "A harmonic of an angle is amplitude × sin(order × angle + phase)."
+    yield _section("Harmonics of an angle", angle_harmonic, keys_table(angle_harmonic_table("torque")), level=3)
 
 
 def _dimension_sections() -> Iterator[str]:
@@ -226,5 +232,10 @@ def _kind_section() -> Iterable[str]:
         ]
         for kind in QUANTITY_KINDS.values()
     )
-    text = "Text is a number with a unit. Other units of the same dimension are read too, by pint."
+    text = (
+        "Text is a number with a unit: a customary one, or another of the same kind that is made of the units below, as `lbf/in`. "
+        "Their full names are read too, and `/` and `per`, `^2` and `²`. Other units are refused, with the value in SI."
+    )
     yield _section("Kinds of quantities", text, table(("quantity", "customary units", "bare number in", "example"), rows))
+    accepted = ([kind, ", ".join(map(code, units))] for kind, units in ACCEPTED_UNITS.items())
+    yield _section("Units", "Of these a unit may be made.", table(("of", "units"), accepted), level=3)

@@ -106,7 +106,7 @@ def _plain(key: str) -> str:
     """Return what a key accepts whose validator declares no schema."""
     lists = {"body", "joint", "link", "force"}
     words = {"title": "text", "type": "text", "table": "list of [reading, value]", "gain": "quantity per unit of the reading"}
-    words |= {"about": "quantity", "harmonics": "list of [order, cosine, sine]", "lag": "time (s)", "machine": "text"}
+    words |= {"about": "quantity", "harmonics": "list of { amplitude, order, phase }", "lag": "time (s)", "machine": "text"}
     return words.get(key, "tables" if key in lists else "table")
 
 

@@ -14,7 +14,7 @@ Quantity: TypeAlias = float | str
 """A number in SI, or text with a unit."""
 
 Program: TypeAlias = float | str | Sequence[Any] | Mapping[str, Any]
-"""A quantity, or what scene files write for one that changes: [[time, value], ...], a formula, or a function of a reading."""
+"""A quantity, or what scene files write for one that changes: [[time, value], ...], a formula, harmonics, or a function of a reading."""
 
 OWN_POINTS: Final = ("origin", "centre")
 """Points that every body has: the origin of its axes, and its mass centre."""

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from governor_mechanism.errors import require_positive
 from governor_mechanism.model.effect import Effect, scene_key
+from governor_mechanism.units.quantities import require_plausible
 
 DEFAULT_GRAVITY = 9.81
 """Gravitational acceleration for `gravity = true`, m/s2."""
@@ -26,6 +27,7 @@ class Gravity(Effect):
 
     def __post_init__(self) -> None:
         require_positive(self.acceleration, "m/s2", "gravity")
+        require_plausible(self.acceleration, "acceleration", "gravity")
 
     @property
     def gravity(self) -> float:

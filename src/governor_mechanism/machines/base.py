@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import Effect
@@ -17,9 +17,10 @@ from governor_mechanism.model.part import EQUILIBRIUM, TURNING_PLANE
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.numerics import elementary
 from governor_mechanism.types import Vector2
+from governor_mechanism.units.quantities import QUANTITY_KINDS
 
-MIN_DIMENSION, MAX_DIMENSION = 1e-9, 1e9
-"""Smallest and largest magnitude of a dimension, SI: other values are mistakes of units, and double precision does not suffice."""
+MIN_DIMENSION = 1e-9
+"""Smallest magnitude of a dimension, SI: smaller values are mistakes of units, and double precision does not suffice."""
 
 
 CHOICE_KIND = "choice"
@@ -37,7 +38,6 @@ def dimension_field(
     *,
     default: Any = MISSING,
     signed: bool = False,
-    max_size: float = MAX_DIMENSION,
     omission_word: str = "",
     is_program: bool = False,
     is_load: bool = False,
@@ -45,10 +45,10 @@ def dimension_field(
     """Declare a dimension of a machine: its kind of quantity ('length', 'mass', ...) and its meaning.
 
     A `signed` dimension may be zero or negative; the others are positive. A default makes it optional. `omission_word` stands
-    for "left out" in a scene file. `max_size` (SI) is the largest plausible magnitude. `is_program`: it may change with time.
+    for "left out" in a scene file. `is_program`: it may change with time.
     `is_load`: it may change with time and readings.
     """
-    metadata = {"kind": kind, "meaning": meaning, "signed": signed, "most": max_size, "omission_word": omission_word}
+    metadata = {"kind": kind, "meaning": meaning, "signed": signed, "omission_word": omission_word}
     metadata |= {"is_program": is_program, "is_load": is_load}
     return dataclasses.field(default=default, metadata=metadata)
 
@@ -97,7 +97,7 @@ class Machine(ABC):
                 if value not in words:
                     yield f"{field.name} must be one of {', '.join(map(repr, words))}; got {value!r}"
                 continue
-            signed, max_size = field.metadata["signed"], field.metadata["most"]
+            signed, max_size = field.metadata["signed"], QUANTITY_KINDS[field.metadata["kind"]].largest
             value = max(values_of(value), key=abs)
             if not (MIN_DIMENSION <= (abs(value) or MIN_DIMENSION) <= max_size and (signed or value > 0)):
                 required = "a finite" if signed else "a positive"
@@ -128,6 +128,11 @@ class Machine(ABC):
         """Return sentences about stops that this machine cannot reach."""
         return ()
 
+    def under_gravity(self, gravity: float) -> Self:
+        """Return the machine as it is built for a gravitational acceleration (m/s2): with springs that are designed for it, if any."""
+        del gravity  # most machines are the same under any
+        return self
+
     @property
     def is_driven(self) -> bool:
         """Whether drivers prescribe its motion; if not, [start] sets it in motion."""
@@ -152,7 +157,7 @@ class Machine(ABC):
 
 
 def values_of(dimension: float | PrescribedMotion | InputFunction) -> tuple[float, ...]:
-    """Return the values that a dimension has in the course of time."""
+    """Return the values of a dimension at the points of its program; of one with harmonics without these."""
     return dimension.values if isinstance(dimension, PrescribedMotion | InputFunction) else (dimension,)
 
 

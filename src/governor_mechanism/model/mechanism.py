@@ -100,6 +100,22 @@ class Shaft(Body):
 
 
 @dataclass(frozen=True, kw_only=True)
+class FixedLoad:
+    """A load that no control can move in a mechanism, although others of its kind let it move.
+
+    Attributes
+    ----------
+    name
+        Name of the load, as a control would name it.
+    reason
+        Why it is constant, and the cure.
+    """
+
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class Mechanism:
     """A planar mechanism: bodies, joints and force elements, with one leading coordinate if it has one degree of freedom.
 
@@ -127,6 +143,8 @@ class Mechanism:
         Force elements, in addition to the effects of a scene.
     derived_readings
         Readings that follow from the state, and along which nothing acts.
+    fixed_loads
+        Loads that no control can move here.
     notes
         Sentences for the user about the dimensions.
     reading_scales
@@ -146,6 +164,7 @@ class Mechanism:
     internal_outputs: tuple[Reading, ...] = ()
     force_elements: tuple[ForceElement, ...] = ()
     derived_readings: tuple[DerivedReading, ...] = ()
+    fixed_loads: tuple[FixedLoad, ...] = ()
     notes: tuple[str, ...] = ()
     reading_scales: Mapping[str, float] = field(default_factory=dict, hash=False)
     valve: Valve | None = None

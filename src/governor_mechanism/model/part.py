@@ -9,6 +9,7 @@ from governor_mechanism.errors import MechanismError, require_finite, require_no
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.units.quantities import require_plausible
 from governor_mechanism.units.short_repr import short_repr
 
 EQUILIBRIUM: Final = "equilibrium"
@@ -18,10 +19,6 @@ TURNING_PLANE: Final = "turning"
 """Name of a plane that turns with the spindle."""
 FIXED_PLANE: Final = "fixed"
 """Name of a plane that does not turn."""
-
-
-MAX_SPINDLE_SPEED: Final = 1e6
-"""Largest spindle speed, rad/s: no machine turns faster; a larger value is a mistake of units."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +52,7 @@ class Spindle:
         require_positive(self.cycles_per_turn, "", "cycles per turn of the spindle's speed fluctuation")
         InputFunction(times=self.times, values=self.speeds)  # raises for wrong times and speeds
         for speed in self.speeds:
-            _require_plausible_speed(speed)
+            require_plausible(speed, "angular_speed", "speed of the spindle")
 
     @property
     def speed_function(self) -> InputFunction:
@@ -85,12 +82,7 @@ class FreeSpindle:
         require_not_negative(self.inertia, "kg m2", "inertia of the spindle")
         if self.start_speed is not None:
             require_finite(self.start_speed, "rad/s", "start speed of the spindle")
-            _require_plausible_speed(self.start_speed)
-
-
-def _require_plausible_speed(speed: float) -> None:
-    if abs(speed) > MAX_SPINDLE_SPEED:
-        raise MechanismError(f"speed of the spindle must be at most {MAX_SPINDLE_SPEED:g} rad/s; got {speed:g} rad/s")
+            require_plausible(self.start_speed, "angular_speed", "start speed of the spindle")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,6 +99,10 @@ class Start:
 
     values: Mapping[str, float | str] = field(default_factory=dict)
     rates: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, rate in self.rates.items():
+            require_plausible(rate, "angular_rate", f"start rate of {name!r}")  # that of a length has the same bound
 
 
 @dataclass(frozen=True, kw_only=True)

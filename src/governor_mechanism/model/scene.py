@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from governor_mechanism.errors import MechanismError, require_positive
 from governor_mechanism.model.coupling.coupled_system import CoupledSystem, couple_parts
@@ -16,15 +16,13 @@ from governor_mechanism.model.later_module import LaterModule
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
 from governor_mechanism.model.speeds import check_crossings
+from governor_mechanism.units.quantities import require_plausible
 from governor_mechanism.units.short_repr import summarise
 
 if TYPE_CHECKING:
     from governor_mechanism.scenes import described_scene
 else:
     described_scene = LaterModule("scenes.described_scene")
-
-MAX_DURATION: Final = 1e9
-"""Largest duration, s: no run lasts longer; a larger value is a mistake of units."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,8 +50,7 @@ class RunSettings:
         require_positive(self.duration, "s", "duration of the run")
         require_positive(self.output_interval, "s", "reporting interval `output_interval`")
         require_positive(self.accuracy, "", "accuracy")
-        if self.duration > MAX_DURATION:
-            raise MechanismError(f"duration of the run must be at most {MAX_DURATION:g} s; got {self.duration:g} s")
+        require_plausible(self.duration, "time", "duration of the run")
         if self.output_interval > self.duration:
             raise MechanismError(f"`output_interval` ({self.output_interval:g} s) must not exceed `duration` ({self.duration:g} s)")
         if self.accuracy >= 1:

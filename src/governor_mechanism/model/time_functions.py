@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from enum import Enum
+from itertools import pairwise
 
 from governor_mechanism.errors import MechanismError, require_finite, require_not_negative
 from governor_mechanism.model.measured_fields import measured, require_rising, require_valid_fields
+from governor_mechanism.units.quantities import require_plausible
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,16 +19,23 @@ class ReadingFunction:
     Attributes
     ----------
     reading
-        Name of the reading, of this part or, as "part.reading", of another one. "spindle_speed" is that of a free or coupled spindle.
+        Name of the reading, of this part or, as "part.reading", of another one. "spindle_speed" is that of a free or coupled spindle,
+        "shaft_speed" that of the shaft of an engine.
     lag
         Time constant of a first-order lag between the function and what it acts on, s; 0 for none.
     quantity
         Quantity of the reading that the units of the function imply: "length", "angle" or "angular_speed"; empty without units.
+    source
+        Reading of the coupled mechanism whose value or rate the function takes; empty before the parts of a scene are coupled.
+    is_rate
+        Whether the function takes the rate of its source.
     """
 
     reading: str
     lag: float = 0.0
     quantity: str = ""
+    source: str = ""
+    is_rate: bool = False
 
     def __post_init__(self) -> None:
         require_not_negative(self.lag, "s", f"lag of the function of {self.reading!r}")
@@ -86,28 +96,48 @@ class TableFunction(ReadingFunction):
 
 
 @dataclass(frozen=True, kw_only=True)
+class AngleHarmonic:
+    """A harmonic amplitude * sin(order * angle + phase) of an angle.
+
+    Attributes
+    ----------
+    amplitude
+        Amplitude, SI.
+    order
+        Cycles per turn of the angle; at least 0.
+    phase
+        Phase where the angle is 0, rad.
+    """
+
+    amplitude: float = measured("")
+    order: float = measured("")
+    phase: float = measured("rad", default=0.0)
+
+    def __post_init__(self) -> None:
+        require_valid_fields(self, "a harmonic")
+        require_not_negative(self.order, "", "order of a harmonic")
+
+
+@dataclass(frozen=True, kw_only=True)
 class HarmonicFunction(ReadingFunction):
-    """A sum of harmonics of an angle: cosine * cos(order * angle) + sine * sin(order * angle).
+    """A sum of harmonics of an angle.
 
     Attributes
     ----------
     harmonics
-        Order, cosine and sine coefficient of each harmonic, SI.
+        The harmonics; at least one.
     """
 
-    harmonics: tuple[tuple[float, float, float], ...]
+    harmonics: tuple[AngleHarmonic, ...]
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.harmonics:
-            raise MechanismError(f"the harmonics of {self.reading!r} are missing; give [[order, cosine, sine], ...]")
-        for number in (number for harmonic in self.harmonics for number in harmonic):
-            require_finite(number, "", f"harmonic of {self.reading!r}")
+            raise MechanismError(f"the harmonics of {self.reading!r} are missing; give at least one")
 
     def scaled(self, factor: float) -> HarmonicFunction:
         """Return the function times a factor."""
-        harmonics = tuple((order, cosine * factor, sine * factor) for order, cosine, sine in self.harmonics)
-        return replace(self, harmonics=harmonics)
+        return replace(self, harmonics=tuple(replace(one, amplitude=one.amplitude * factor) for one in self.harmonics))
 
 
 class StrokeHold(Enum):
@@ -119,10 +149,10 @@ class StrokeHold(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class InputFunction:
-    """A value over time, smooth between points and constant before the first and after the last point, and functions of readings.
+    """A value over time, smooth between points and constant before the first and after the last point, with harmonics and functions.
 
-    One point is a constant, two points are a ramp, and two points at one time are a step. The functions are added to the value over
-    time; the sum is multiplied by the factors.
+    One point is a constant, two points are a ramp, and two points at one time are a step. Harmonics of the time and functions of
+    readings are added to the value; the sum is multiplied by the factors.
 
     Attributes
     ----------
@@ -130,6 +160,8 @@ class InputFunction:
         Points of time, s, not falling; at most two at one time.
     values
         Values at these times, SI.
+    harmonics
+        Harmonics of the time to add.
     functions
         Functions of readings to add.
     factors
@@ -140,6 +172,7 @@ class InputFunction:
 
     times: tuple[float, ...] = (0.0,)
     values: tuple[float, ...] = (0.0,)
+    harmonics: tuple[Harmonic, ...] = ()
     functions: tuple[ReadingFunction, ...] = ()
     factors: tuple[ReadingFunction, ...] = ()
     hold: StrokeHold | None = None
@@ -154,7 +187,13 @@ class InputFunction:
     @property
     def is_constant(self) -> bool:
         """Whether all values over time are equal and no reading matters."""
-        return all(value == self.values[0] for value in self.values) and not self.depends_on_readings
+        return all(value == self.values[0] for value in self.values) and not self.harmonics and not self.depends_on_readings
+
+    @property
+    def range_in_time(self) -> tuple[float, float]:
+        """Bounds of the value over time without functions of readings, SI."""
+        amplitude = sum(abs(one.amplitude) for one in self.harmonics)
+        return min(self.values) - amplitude, max(self.values) + amplitude
 
     @property
     def depends_on_readings(self) -> bool:
@@ -164,17 +203,18 @@ class InputFunction:
     def scaled(self, factor: float) -> InputFunction:
         """Return the input times a factor."""
         functions = tuple(function.scaled(factor) for function in self.functions)
-        return replace(self, values=tuple(value * factor for value in self.values), functions=functions)
+        harmonics = tuple(replace(one, amplitude=one.amplitude * factor) for one in self.harmonics)
+        return replace(self, values=tuple(value * factor for value in self.values), harmonics=harmonics, functions=functions)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Harmonic:
-    """A harmonic amplitude * sin(2 pi * frequency * time + phase) of a prescribed motion.
+    """A harmonic amplitude * sin(2 pi * frequency * time + phase) of a prescribed motion or of an input.
 
     Attributes
     ----------
     amplitude
-        Amplitude, rad or m.
+        Amplitude, SI.
     frequency
         Frequency, Hz; positive.
     phase
@@ -219,6 +259,10 @@ class PrescribedMotion:
         if len(self.times) < 2:
             raise MechanismError("a motion needs two points or more; PrescribedMotion.constant_rate gives one of constant rate")
         require_rising(self.times, "times of a motion", " s", hint="; a driver cannot jump")
+        points = list(zip(self.times, self.values, strict=True))
+        rates = [abs((after[1] - before[1]) / (after[0] - before[0])) for before, after in pairwise(points)]
+        rates += [abs(item.amplitude) * math.tau * item.frequency for item in self.harmonics]
+        require_plausible(max(rates), "angular_rate", "rate of a motion, per second,")  # that of a length has the same bound
 
     @classmethod
     def constant_rate(cls, start_value: float, rate: float, harmonics: tuple[Harmonic, ...] = ()) -> PrescribedMotion:

@@ -6,7 +6,7 @@ import numpy as np
 
 from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, gas_pressure
 from governor_mechanism.mechanics.dynamics.forces.force_elements import element_law
-from governor_mechanism.mechanics.dynamics.forces.inputs import NOT_HELD, evaluate_reading_function_along, output_of_reading
+from governor_mechanism.mechanics.dynamics.forces.inputs import NOT_HELD, evaluate_reading_function_along
 from governor_mechanism.mechanics.dynamics.forces.loads import lagged_functions_of
 from governor_mechanism.mechanics.dynamics.forces.output_forces import pad_coefficients
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
@@ -230,7 +230,6 @@ def _reading_function(scene: Scene, function: ReadingFunction, history: StateHis
     """Return a function (n,) of a reading along a motion; one with a lag has its state."""
     if function.lag:
         return _lag_states(scene, function, history)
-    name, is_rate = output_of_reading(function.reading)
-    output = evaluate_output(scene.mechanism, name, history.poses)
-    values = output.rate(history.velocities) if is_rate else output.value
+    output = evaluate_output(scene.mechanism, function.source, history.poses)
+    values = output.rate(history.velocities) if function.is_rate else output.value
     return evaluate_reading_function_along(function, values)

@@ -1,6 +1,6 @@
 """Scenes of a document in which some values are replaced."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean
@@ -32,16 +32,22 @@ def replace_document_value(table: Any, key: str, value: Any, table_key: str = ""
 
 
 def remove_document_key(table: Any, key: str) -> Any:
-    """Return a copy of a document without a dotted key; it may be missing already, but not the table that it belongs to."""
+    """Return a copy of a document without a dotted key; raise MechanismError if it has no such key, or no table that the key belongs to."""
     table_key, _, name = key.rpartition(".")
     owner: Any = table
+    passed = list[str]()
     for part in filter(None, table_key.split(".")):
-        owner = owner[_find_item(owner, part, table_key)] if isinstance(owner, list | tuple) else owner.get(part)
+        owner_key = ".".join(passed)
+        owner = owner[_find_item(owner, part, owner_key)] if isinstance(owner, list | tuple) else owner.get(part)
+        passed.append(part)
         if not isinstance(owner, Mapping | list | tuple):
-            raise MechanismError(f"{key} cannot be left out: this scene has no table {table_key}")
+            raise MechanismError(f"{key} cannot be left out: this scene has no table {'.'.join(passed)}{_nearest_key(table, key)}")
     if isinstance(owner, list | tuple):
         removed = _find_item(owner, name, table_key)
         return replace_document_value(table, table_key, [item for index, item in enumerate(owner) if index != removed])
+    if name not in owner:
+        keys = f"{table_key or 'its top level'} has {', '.join(map(str, owner)) or 'no keys'}"
+        raise MechanismError(f"{key} cannot be left out: this scene does not have it; {keys}{_nearest_key(table, key)}")
     remaining = {one: value for one, value in owner.items() if one != name}
     return replace_document_value(table, table_key, remaining) if table_key else remaining
 
@@ -61,3 +67,18 @@ def _find_item(items: Sequence[Any], name: str, key_path: str) -> int:
         return next(k for k, item in enumerate(items) if isinstance(item, Mapping) and item.get("name") == name)
     known_names = f"named {', '.join(names)}, or " if names else ""
     raise MechanismError(f"{key_path} has no {format_value(name)}; its items are {known_names}1 to {len(items)}{did_you_mean(name, names)}")
+
+
+def _nearest_key(table: Any, key: str) -> str:
+    """Return a hint at the key of the document that is nearest to a dotted key; "" if none is near."""
+    return f".{hint}" if (hint := did_you_mean(key, _keys_of(table))) else ""
+
+
+def _keys_of(table: Any, start: str = "") -> Iterator[str]:
+    """Yield the dotted keys of a document; items of lists are named as `_find_item` finds them."""
+    items: Iterable[tuple[Any, Any]] = table.items() if isinstance(table, Mapping) else ()
+    if isinstance(table, list | tuple):
+        items = [(item["name"], item) for item in table if isinstance(item, Mapping) and "name" in item]
+    for name, item in items:
+        yield f"{start}{name}"
+        yield from _keys_of(item, f"{start}{name}.")

@@ -5,6 +5,8 @@ import math
 from typing import Any
 
 from governor_mechanism.model.time_functions import (
+    AngleHarmonic,
+    Harmonic,
     HarmonicFunction,
     InputFunction,
     LinearFunction,
@@ -138,8 +140,10 @@ def describe_input(function: InputFunction, unit: str) -> str:
     str
         Text such as "300 N m at 0 s, 150 N m at 6 s, times a table of governor.sleeve_lift".
     """
-    has_zero = len(function.times) == 1 and not function.values[0] and bool(function.functions)
+    has_zero = len(function.times) == 1 and not function.values[0] and bool(function.functions or function.harmonics)
     terms = [] if has_zero else [_describe_points(function.times, function.values, unit)]
+    for one in function.harmonics:
+        terms.append(f"{'plus ' if terms else ''}{_describe_harmonic(one, format_number(one.frequency, 'Hz'), unit)}")
     terms += [f"{'plus ' if terms else ''}{describe_reading_function(one, unit)}" for one in function.functions]
     terms += [f"times {describe_reading_function(one, '')}" for one in function.factors]
     return ", ".join(terms)
@@ -156,9 +160,14 @@ def describe_reading_function(function: ReadingFunction, unit: str) -> str:
     if isinstance(function, TableFunction):
         return f"a table of {reading}: {_describe_points(function.positions, function.values, unit, own_unit)}{lag}"
     if isinstance(function, HarmonicFunction):
-        orders = ", ".join(f"{order:g}" for order, _, _ in function.harmonics)
-        return f"harmonics of {reading} of the orders {orders}{lag}"
+        return ", plus ".join(_describe_harmonic(one, f"order {one.order:g}", unit) for one in function.harmonics) + f" in {reading}{lag}"
     return f"a function of {reading}{lag}"
+
+
+def _describe_harmonic(harmonic: Harmonic | AngleHarmonic, frequency: str, unit: str) -> str:
+    """Return a sine in words; `frequency` is its frequency or order."""
+    phase = f" at a phase of {format_number(harmonic.phase, 'rad')}" if harmonic.phase else ""
+    return f"a sine of {format_number(harmonic.amplitude, unit)} and {frequency}{phase}"
 
 
 def _describe_points(positions: tuple[float, ...], values: tuple[float, ...], unit: str, position_unit: str = "s") -> str:

@@ -32,7 +32,7 @@ from governor_mechanism.scenes.described_values import (
     dimension_meaning,
     format_number,
 )
-from governor_mechanism.units.quantities import QUANTITY_KINDS
+from governor_mechanism.units.quantities import QUANTITY_KINDS, parse_quantity
 
 
 def describe_scene(scene: Scene) -> SceneDescription:
@@ -114,6 +114,11 @@ def _describe_dimensions(scene: Scene, part: Part) -> Iterator[DescribedValue]:
         kind, meaning = field.metadata["kind"], dimension_meaning(field)
         if kind == CHOICE_KIND:
             yield describe_value(field.name, given.get(field.name, field.default), "", meaning)
+        elif field.name in given and given[field.name] == field.metadata["omission_word"]:
+            yield describe_value(field.name, given[field.name], "", meaning)
+        elif field.name in given and field.name not in part.dimensions:  # one from which others follow, as the speeds of a spring
+            value = parse_quantity(given[field.name], kind, field.name)
+            yield describe_value(field.name, value, QUANTITY_KINDS[kind].si_unit, meaning)
         elif isinstance(given.get(field.name), list | dict):
             first = f"changes, from {format_number(part.dimensions[field.name], QUANTITY_KINDS[kind].si_unit)}"
             yield describe_value(field.name, first, "", meaning)

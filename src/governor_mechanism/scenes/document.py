@@ -2,17 +2,18 @@
 
 import dataclasses
 import difflib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
-from governor_mechanism.errors import MechanismError
+from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
+from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.base import Machine, unsupported_effect_messages
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.coupling.coupled_system import LOAD_NAME, SPINDLE_ANGLE, SPINDLE_SPEED
-from governor_mechanism.model.coupling.couplings import Coupling, RatioCoupling
+from governor_mechanism.model.coupling.couplings import Coupling
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Reading, ShaftSpeed
@@ -26,6 +27,7 @@ from governor_mechanism.scenes.loads import LoadTable, parse_coupling
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.scenes.quantities import parse_name
 from governor_mechanism.scenes.table import validate
+from governor_mechanism.units.quantities import format_value
 
 _TopLevel = TypeVar("_TopLevel", bound=schema.CommonSceneTable)
 
@@ -62,8 +64,10 @@ def parse_document(document: Mapping[str, Any], source: str) -> Scene:
     run = collector.attempt("[run]", run_table.make_element)
     if collector.problems or not parts or run is None:
         raise MechanismError(*collector.problems)
-    title = title or Path(source).stem or parts[0].machine
     own_document = _copy_document(document)
+    if not title and (name := Path(source).stem):  # changed copies, and their files, keep the title that the name of a file gives
+        title = own_document["title"] = name
+    title = title or parts[0].machine
     return Scene(title=title, parts=parts, couplings=couplings, crossings=crossings, run=run, source=source, document=own_document)
 
 
@@ -81,14 +85,17 @@ def _parse_parts(document: Mapping[str, Any], collector: ProblemCollector) -> _P
     top_level = collector.attempt("", validate, schema.CoupledSceneTable, document)
     tables = given if isinstance(given := document.get("part"), Mapping) else {}
     couplings = collector.parse_tables("coupling", document.get("coupling"), parse_coupling)
-    coupled = {angle for coupling in couplings if isinstance(coupling, RatioCoupling) for angle in (coupling.first, coupling.second)}
+    collector.problems += _couplings_without_part(document, tables)
+    coupled = set(_angles_of_couplings(document.get("coupling")))
     if isinstance(load := document.get("load"), Mapping):
         load_table = collector.attempt("load", validate, LoadTable, load)
         couplings += [load_table.make_element(name=LOAD_NAME)] if load_table else []
     parts, watched = [], dict[str, WatchedReadings | None]()
     for name, table in tables.items():
         part_collector = ProblemCollector()
-        parser = part_collector.attempt(KEY, PartParser, table, part_collector, name, f"{name}.{SPINDLE_ANGLE}" in coupled)
+        # Where a coupling has a mistake, the spindle that it means is not known, and none is reported to be missing.
+        is_coupled = f"{name}.{SPINDLE_ANGLE}" in coupled or (bool(collector.problems) and _needs_spindle(table))
+        parser = part_collector.attempt(KEY, PartParser, table, part_collector, name, is_coupled)
         part = parser and parser.parse()
         parts += [part] if part else []
         prefix = f"{name}." if len(tables) > 1 else ""
@@ -96,6 +103,34 @@ def _parse_parts(document: Mapping[str, Any], collector: ProblemCollector) -> _P
         collector.problems += [problem.at(f"part.{name}:") for problem in part_collector.problems]
     title = (top_level and top_level.title) or ""
     return title, tuple(parts), tuple(couplings), join_watched_readings(watched) if len(parts) == len(tables) else WatchedReadings(None)
+
+
+def _angles_of_couplings(tables: object) -> Iterator[str]:
+    """Yield the angles that couplings name, also those with another mistake: what they couple needs no speed of its own."""
+    for table in tables.values() if isinstance(tables, Mapping) else ():
+        angles = (table.get(key) for key in ("first", "second")) if isinstance(table, Mapping) else ()
+        yield from (angle for angle in angles if isinstance(angle, str))
+
+
+def _needs_spindle(table: object) -> bool:
+    """Return whether a part turns and has no spindle of its own."""
+    effects = table.get("effects") if isinstance(table, Mapping) and "spindle" not in table else None
+    return isinstance(effects, Mapping) and effects.get("centrifugal") is True
+
+
+def _couplings_without_part(document: Mapping[str, Any], parts: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield a problem for each name in a coupling or load of a scene of several parts that begins with the name of no part."""
+    couplings = given if isinstance(given := document.get("coupling"), Mapping) else {}
+    tables = {f"coupling.{name}": table for name, table in couplings.items()} | {"load": document.get("load")}
+    for path, table in tables.items() if len(parts) > 1 else ():
+        for key in ("first", "second", "reading", "sets", "scales", "angle") if isinstance(table, Mapping) else ():
+            name = table.get(key)
+            is_load = key in ("sets", "scales") and name == LOAD_NAME
+            if isinstance(name, str) and name.partition(".")[0] not in parts and not is_load:
+                part, dot, _ = name.partition(".")
+                hint = did_you_mean(part, parts) if dot else f" Write it as PART.{part}, with the name of one of them."
+                text = f"{path}.{key} {format_value(name)} names no part; parts are {', '.join(parts)}.{hint}"
+                yield Problem(text, ProblemCode.UNKNOWN_NAME, f"{path}.{key}")
 
 
 class PartParser:
@@ -202,7 +237,16 @@ class PartParser:
         if machine_class is None or "dimensions" not in self.tables:
             return None
         table = self.collector.attempt("dimensions", validate, schema.dimensions_table_model(machine_class), self.tables["dimensions"])
-        return None if table is None else self.collector.attempt("[dimensions]", lambda: machine_class(**table.given_values()))
+        if table is None:
+            return None
+        gravity = self._find_gravity()
+        return self.collector.attempt("[dimensions]", lambda: machine_class(**table.given_values()).under_gravity(gravity))
+
+    def _find_gravity(self) -> float:
+        """Return the gravitational acceleration of the scene, m/s2; 9.81 if it is written wrongly, which is reported later."""
+        collector, given = ProblemCollector(), self.tables.get("effects", {}).get("gravity", False)
+        effects = parse_effects({"gravity": given}, {}, collector)
+        return DEFAULT_GRAVITY if collector.problems else sum(effect.gravity for effect in effects)
 
     def _parse_start(self, machine: Machine | None, mechanism: Mechanism | None, has_clearance: bool) -> Start:
         """Return values and rates of the coordinate, and of the clearance; it starts in its middle and at rest by default."""

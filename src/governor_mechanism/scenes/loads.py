@@ -1,21 +1,37 @@
 """Loads and couplings of a scene file. Slow to import: pydantic.
 
-A load is a constant, a function of time, a function of a reading, or a sum of these; a coupling of type control adds to one.
+A load is a constant, a function of time, harmonics, a function of a reading, or a sum of these; a coupling of type control adds to one.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import count
 from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
 from pydantic import Field, PlainValidator
 
 from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling, LoadCoupling, RatioCoupling
-from governor_mechanism.model.time_functions import HarmonicFunction, InputFunction, LinearFunction, ReadingFunction, TableFunction
+from governor_mechanism.model.time_functions import (
+    Harmonic,
+    HarmonicFunction,
+    InputFunction,
+    LinearFunction,
+    ReadingFunction,
+    TableFunction,
+)
+from governor_mechanism.scenes.harmonics import angle_harmonic_table, harmonic_table, parse_table_list
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake, parse_each, unknown_name, wrong_value
-from governor_mechanism.scenes.quantities import SIGNS, Label, parse_first_fitting, parse_points, parse_si, parse_time_points, quantity
+from governor_mechanism.scenes.quantities import (
+    SIGNS,
+    Label,
+    built,
+    parse_first_fitting,
+    parse_points,
+    parse_si,
+    parse_time_points,
+    quantity,
+)
 from governor_mechanism.scenes.schema_validator import SchemaValidator, or_load, quantity_schema
 from governor_mechanism.scenes.table import SceneFileTable, SceneFileTables, validate
-from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
+from governor_mechanism.units.quantities import format_value
 
 READING_KINDS: Final = ("length", "angle", "angular_speed")
 """Kinds of quantity of what a load may depend on."""
@@ -27,8 +43,24 @@ GAIN_KINDS: Final[Mapping[str, Mapping[str, str]]] = {
 }
 """Kind of a gain by the kind of the load and that of the reading."""
 
+RATIO_LOADS: Final = ("throttle", "cut_off")
+"""Last words of the names of loads that are ratios."""
+
 FUNCTION_KEYS: Final = ("table", "gain", "harmonics")
 """Keys of which a function of a reading has one."""
+
+
+class TimeHarmonicsTable(SceneFileTable):
+    """Harmonics of the time, a sum of amplitude * sin(2 pi * frequency * t + phase)."""
+
+    example = '{ harmonics = [{ amplitude = "2 N m", frequency = "2 Hz" }] }'
+
+    harmonics: Any = Field(description="a list of { amplitude, frequency, phase }: sines of the time")
+
+    def build(self, load_kind: str) -> tuple[Harmonic, ...]:
+        """Return the harmonics; their amplitudes are of the kind of the load."""
+        tables = parse_table_list(harmonic_table(load_kind), self.harmonics, "harmonic", f"{KEY}.harmonics")
+        return tuple(table.make_element() for table in tables)
 
 
 class ReadingFunctionTable(SceneFileTable):
@@ -40,8 +72,8 @@ class ReadingFunctionTable(SceneFileTable):
     table: Any = Field(None, description="a list of [reading, value], with straight lines between the points")
     gain: Any = Field(None, description='the value per unit of the reading, as "200 N m/m"')
     about: Any = Field(0.0, description="the reading at which a gain gives zero")
-    harmonics: Any = Field(None, description="a list of [order, cosine, sine] over an angle")
-    lag: Annotated[float, quantity("time", "not negative")] = Field(0.0, description="the time constant of a first-order lag")
+    harmonics: Any = Field(None, description="a list of { amplitude, order, phase }: sines of an angle")
+    lag: Annotated[float, built("time", "not negative")] = Field(0.0, description="the time constant of a first-order lag")
 
     @classmethod
     def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
@@ -55,10 +87,11 @@ class ReadingFunctionTable(SceneFileTable):
     def build(self, load_kind: str) -> ReadingFunction:
         """Return the function; its values are of the kind of the load."""
         if self.harmonics is not None:
-            harmonics = _parse_harmonics(self.harmonics, load_kind)
+            tables = parse_table_list(angle_harmonic_table(load_kind), self.harmonics, "harmonic", f"{KEY}.harmonics")
+            harmonics = tuple(table.make_element() for table in tables)
             return HarmonicFunction(reading=self.reading, lag=self.lag, harmonics=harmonics, quantity="angle")
         if self.table is not None:
-            path, names = f"{KEY}.table", ("reading", load_kind)
+            path, names = f"{KEY}.table", ("reading", "value")
             fitting = parse_first_fitting(READING_KINDS, lambda kind: parse_points(self.table, (kind, load_kind), names, path))
             kind, (positions, values) = fitting
             if len(positions) < 2:
@@ -73,28 +106,13 @@ class ReadingFunctionTable(SceneFileTable):
         return LinearFunction(reading=self.reading, lag=self.lag, gain=gain, about=about, quantity=kind if has_unit else "")
 
 
-def _parse_harmonics(value: object, load_kind: str) -> tuple[tuple[float, float, float], ...]:
-    """Return order, cosine and sine coefficient of each harmonic."""
-    example = QUANTITY_KINDS[load_kind].example
-    if not isinstance(value, list | tuple) or not all(isinstance(item, list | tuple) and len(item) == 3 for item in value):
-        requirement, hint = "must be a list of [order, cosine, sine]", f'; write [[1, "{example}", "{example}"]]'
-        raise wrong_value(value, requirement, hint, path=f"{KEY}.harmonics")
-
-    def parse_harmonic(item: Sequence[object], number: int) -> tuple[float, float, float]:
-        path = f"{KEY}.harmonics, harmonic {number}:"
-        cosine, sine = (parse_si(one, load_kind, f"{path} {name}") for one, name in zip(item[1:], ("cosine", "sine"), strict=True))
-        return parse_si(item[0], "number", f"{path} order", sign="not negative"), cosine, sine
-
-    return tuple(parse_each(parse_harmonic, value, count(1)))
-
-
 def input_function(kind: str, name: str) -> PlainValidator:
     """Return the validator of a load, see `parse_load`."""
     return SchemaValidator(lambda value: parse_load(value, kind, name), json_schema=or_load(quantity_schema(kind)))
 
 
 def parse_load(value: Any, kind: str, name: str, sign: str = "any", reason: str = "") -> InputFunction:
-    """Return a load: a quantity, a list of [time, quantity], a function of a reading, or a list of these, which is their sum.
+    """Return a load: a quantity, a list of [time, quantity], harmonics, a function of a reading, or a list of these, which is their sum.
 
     Parameters
     ----------
@@ -119,17 +137,28 @@ def parse_load(value: Any, kind: str, name: str, sign: str = "any", reason: str 
     MechanismError
         With the problems of the value.
     """
+    load = _parse_terms(value, kind, name)
+    has_sign, requirement = SIGNS[sign]
+    is_points = isinstance(value, list | tuple) and not any(isinstance(item, Mapping) for item in value)
+    for i, number in enumerate(load.values if is_points else ()):
+        if not has_sign(number):
+            raise wrong_value(value[i][1], f"{requirement}{reason}", code=ProblemCode.OUT_OF_RANGE, path=f"{KEY}, point {i + 1}:")
+    if not (load.depends_on_readings or all(map(has_sign, load.range_in_time))):
+        found = f"it goes down to {load.range_in_time[0]:g}"
+        raise wrong_value(value, f"{requirement}{reason}", f": {found}" if load.harmonics else "", code=ProblemCode.OUT_OF_RANGE)
+    return load
+
+
+def _parse_terms(value: Any, kind: str, name: str) -> InputFunction:
+    """Return a load of any sign."""
     if isinstance(value, Mapping):
+        if "reading" not in value and "harmonics" in value:
+            return InputFunction(harmonics=validate(TimeHarmonicsTable, value).build(kind))
         return InputFunction(functions=(validate(ReadingFunctionTable, value).build(kind),))
     is_list = isinstance(value, list | tuple)
     if is_list and any(isinstance(item, Mapping) for item in value):
-        return _add_up(parse_each(lambda item: parse_load(item, kind, name), value))
+        return _add_up(parse_each(lambda item: _parse_terms(item, kind, name), value))
     times, values = parse_time_points(value, kind, name)
-    has_sign, requirement = SIGNS[sign]
-    for i, number in enumerate(values):
-        if not has_sign(number):
-            found, path = (value[i][1], f"{KEY}, point {i + 1}:") if is_list else (value, KEY)
-            raise wrong_value(found, f"{requirement}{reason}", code=ProblemCode.OUT_OF_RANGE, path=path)
     return InputFunction(times=times, values=values)
 
 
@@ -137,12 +166,14 @@ def _add_up(loads: Sequence[InputFunction]) -> InputFunction:
     """Return the sum of loads, of which at most one varies with time."""
     varying = [load for load in loads if len(load.values) > 1]
     if len(varying) > 1:
-        text = f"{KEY} is a sum of {len(varying)} functions of time; add them up to one, and list it with the functions of readings"
+        text = f"{KEY} is a sum of {len(varying)} lists of [time, value]; add them up to one, and list it with the functions of readings"
         raise mistake(ProblemCode.CONFLICT, text)
     constant = sum(load.values[0] for load in loads if len(load.values) == 1)
     base = varying[0] if varying else InputFunction()
     functions = tuple(function for load in loads for function in load.functions)
-    return InputFunction(times=base.times, values=tuple(value + constant for value in base.values), functions=functions)
+    harmonics = tuple(harmonic for load in loads for harmonic in load.harmonics)
+    values = tuple(value + constant for value in base.values)
+    return InputFunction(times=base.times, values=values, harmonics=harmonics, functions=functions)
 
 
 RatioCouplingClass: TypeAlias = type[RatioCoupling]
@@ -158,7 +189,7 @@ class FollowTable(SceneFileTable):
     type: str = Field("", description="gear, follow or control")
     first: Label = Field(description='the angle that is followed, as "engine.crank_angle"')
     second: Label = Field(description='the angle of the spindle that follows, as "governor.spindle_angle"')
-    ratio: Annotated[float, quantity("number", "not zero")] = Field(1.0, description="the speed of the second angle relative to the first")
+    ratio: Annotated[float, built("number", "not zero")] = Field(1.0, description="the speed of the second angle relative to the first")
 
 
 class GearTable(FollowTable):
@@ -198,11 +229,13 @@ class ControlTable(SceneFileTable):
     def make_element(self, **arguments: Any) -> Coupling:
         """Return the coupling."""
         given = {key: value for key, value in self.given_values().items() if key in ("reading", "about", "lag", *FUNCTION_KEYS)}
-        kinds = ("ratio",) if self.scales else ("torque", "force", "ratio")
+        target = self.scales or self.sets
+        # Of functions without units the first kind fits, and of wrong ones that one is what the message expects.
+        is_ratio = target.rpartition(".")[2] in RATIO_LOADS
+        kinds = ("ratio",) if self.scales else ("ratio", "torque", "force") if is_ratio else ("torque", "force", "ratio")
         kind, function = parse_first_fitting(kinds, lambda kind: validate(ReadingFunctionTable, given).build(kind))
         values = [self.gain] if self.gain is not None else [value for row in self.table or () for value in row[1:]]
         quantity_name = kind if any(isinstance(value, str) for value in values) else ""
-        target = self.scales or self.sets
         return ControlCoupling(function=function, target=target, scales=bool(self.scales), quantity=quantity_name, **arguments)
 
 

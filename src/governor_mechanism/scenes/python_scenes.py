@@ -1,7 +1,6 @@
 """Scenes written and changed in Python: the same documents, checks and messages as those of scene files."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 from governor_mechanism.engines.initial_state import initial_state
@@ -35,14 +34,12 @@ def replace_values(scene: Scene, values: Mapping[str, Any]) -> Scene:
     document = document_of(scene, "replace")
     for key in [key for key, value in values.items() if value is None]:
         document = remove_document_key(document, key)
-    changed = parse_scene_with(document, [(key, value) for key, value in values.items() if value is not None])
-    return check_start(changed if "title" in changed.document else replace(changed, title=scene.title))
+    return check_start(parse_scene_with(document, [(key, value) for key, value in values.items() if value is not None]))
 
 
 def scene_to_toml(scene: Scene) -> str:
     """Return the text of the scene file of a scene; see `Scene.to_toml`."""
-    document = document_of(scene, "to_toml")
-    return format_scene_toml(document if "title" in document else {"title": scene.title, **document})
+    return format_scene_toml(document_of(scene, "to_toml"))
 
 
 def document_of(scene: Scene, user: str) -> Mapping[str, Any]:
@@ -50,7 +47,6 @@ def document_of(scene: Scene, user: str) -> Mapping[str, Any]:
     cure = "use Scene.from_dict, load or replace"
     if not scene.document:
         raise MechanismError(f"{user} needs the document of the scene, and this scene was composed of objects; {cure}")
-    described = replace(parse_scene_document(scene.document), title=scene.title)
-    if described != scene:
+    if parse_scene_document(scene.document) != scene:
         raise MechanismError(f"{user} needs the document of the scene, and this scene was changed without it, as by with_changes; {cure}")
     return scene.document

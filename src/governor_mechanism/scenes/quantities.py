@@ -1,5 +1,6 @@
 """Values of a scene file: quantities in SI, words, positions and functions of time. Slow to import: pydantic."""
 
+import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from itertools import count
 from types import UnionType
@@ -8,21 +9,17 @@ from typing import Annotated, Final, TypeGuard, TypeVar
 from pydantic import PlainValidator
 
 from governor_mechanism.errors import MechanismError, escape_control_characters
-from governor_mechanism.machines.base import MAX_DIMENSION, MIN_DIMENSION
-from governor_mechanism.model.part import MAX_SPINDLE_SPEED
+from governor_mechanism.machines.base import MIN_DIMENSION
 from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.scenes.schema_validator import TEXT, SchemaValidator, pair_of, quantity_schema
-from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, parse_quantity
+from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, read_quantity, require_plausible
 
-UNITLESS_LIMITS: Final = {"length": (50.0, MAX_DIMENSION), "mass": (1e6, MAX_DIMENSION), "angular_speed": (1e3, MAX_SPINDLE_SPEED)}
-"""Bounds in SI by kind: a bare number between them may be a slip of units; above them any number is refused."""
+UNITLESS_LIMITS: Final = {"length": 50.0, "mass": 1e6, "angular_speed": 1e3}
+"""Magnitudes in SI by kind: a larger bare number may be a slip of units."""
 
 _SQUARED_KINDS = ("moment_of_inertia", "torsion_stiffness", "torsion_damping", "quadratic_torsion_damping", "area")
 MIN_VALUE_BY_KIND: Final = {"modulus": 1.0} | dict.fromkeys(_SQUARED_KINDS, MIN_DIMENSION**2)
 """Smallest values in SI by kind; watches need less than MIN_DIMENSION."""
-
-MAX_VALUE_BY_KIND: Final = {"modulus": 1e13}
-"""Largest values in SI by kind, if not MAX_DIMENSION."""
 
 SIGNS: Final[Mapping[str, tuple[Callable[[float], bool], str]]] = {
     "any": (lambda number: True, ""),
@@ -71,17 +68,20 @@ def parse_si(value: object, kind: str, key: str = KEY, *, sign: str = "any", bou
         With the problem of the value.
     """
     try:
-        number = parse_quantity(value, kind, key)
+        number = read_quantity(value, kind, key)
     except MechanismError as error:
         raise mistake(ProblemCode.WRONG_QUANTITY, *error.problems) from error
     has_sign, requirement = SIGNS[sign]
     if not has_sign(number):
         raise wrong_value(value, requirement, hint, code=ProblemCode.OUT_OF_RANGE, path=key)
-    min_value, max_value = MIN_VALUE_BY_KIND.get(kind, MIN_DIMENSION), MAX_VALUE_BY_KIND.get(kind, MAX_DIMENSION)
+    min_value, max_value = MIN_VALUE_BY_KIND.get(kind, MIN_DIMENSION), QUANTITY_KINDS[kind].largest
     if bounded and number and not min_value <= abs(number) <= max_value:
         raise wrong_value(value, f"must lie between {min_value:g} and {max_value:g} in SI", code=ProblemCode.OUT_OF_RANGE, path=key)
-    suspicious_limit, refused_limit = UNITLESS_LIMITS.get(kind, (MAX_DIMENSION, MAX_DIMENSION))
-    if not isinstance(value, str) and suspicious_limit < abs(number) <= refused_limit:
+    try:
+        require_plausible(number, kind, key, format_value(value))
+    except MechanismError as error:
+        raise mistake(ProblemCode.OUT_OF_RANGE, *error.problems) from error
+    if not isinstance(value, str) and abs(number) > UNITLESS_LIMITS.get(kind, math.inf):
         written, unit_kind = f"{number:.12g}", QUANTITY_KINDS[kind]
         hint = f'write "{written} {unit_kind.units[0]}" if that is meant, or "{written} {unit_kind.si_unit}"'
         raise mistake(ProblemCode.WRONG_QUANTITY, f"{key} = {written} is {written} {unit_kind.si_unit}; {hint}")
@@ -169,18 +169,14 @@ def parse_name(value: object, key: str = KEY) -> str:
 def parse_pair(value: object, kinds: tuple[str, str], names: tuple[str, str], key: str = KEY) -> FloatPair:
     """Return two quantities of a list."""
     if not isinstance(value, list | tuple) or len(value) != 2:
-        raise wrong_value(value, f"must be [{', '.join(names)}]", f'; write [0, "{QUANTITY_KINDS[kinds[1]].example}"]', path=key)
+        raise wrong_value(value, f"must be [{', '.join(names)}]", f"; write [0, {QUANTITY_KINDS[kinds[1]].written_example}]", path=key)
     first, second = parse_each(lambda item, kind, name: parse_si(item, kind, f"{key} {name}"), value, kinds, names)
     return first, second
 
 
 def parse_position(value: object, key: str = KEY) -> FloatPair:
     """Return [x, y] in m."""
-    position = parse_pair(value, ("length", "length"), ("x", "y"), key)
-    for number, name in zip(position, "xy", strict=True):
-        if abs(number) > MAX_DIMENSION:
-            raise mistake(ProblemCode.OUT_OF_RANGE, f"{key} {name} must lie within {MAX_DIMENSION:g} m; found {number:g} m")
-    return position
+    return parse_pair(value, ("length", "length"), ("x", "y"), key)
 
 
 def parse_points(value: object, kinds: tuple[str, str], names: tuple[str, str], key: str = KEY) -> Columns:
@@ -196,8 +192,8 @@ def parse_time_points(value: object, kind: str, name: str) -> Columns:
     if not isinstance(value, list | tuple):
         return (0.0,), (parse_si(value, kind),)
     if not value:
-        example = QUANTITY_KINDS[kind].example
-        raise mistake(ProblemCode.WRONG_TYPE, f'{KEY} is an empty list of points; write [[0, "{example}"]], or one {name}')
+        example = QUANTITY_KINDS[kind].written_example
+        raise mistake(ProblemCode.WRONG_TYPE, f"{KEY} is an empty list of points; write [[0, {example}]], or one {name}")
     return parse_points(value, ("time", kind), ("time", name))
 
 

@@ -61,8 +61,8 @@ def or_points(schema: JsonSchema) -> dict[str, Any]:
 
 
 def or_load(schema: JsonSchema) -> dict[str, Any]:
-    """Return the JSON Schema of a load: a value, a list of [time, value], a function of a reading, or a list of these."""
-    function = {"type": "object", "required": ["reading"]}
+    """Return the JSON Schema of a load: a value, a list of [time, value], harmonics, a function of a reading, or a list of these."""
+    function = {"type": "object", "anyOf": [{"required": ["reading"]}, {"required": ["harmonics"]}]}
     return {"anyOf": [schema, function, {"type": "array", "minItems": 1}]}
 
 

@@ -13,7 +13,6 @@ from governor_mechanism.mechanics.kinematics.range_of_motion import find_runs
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
-from governor_mechanism.model.part import MAX_SPINDLE_SPEED
 from governor_mechanism.model.results.exported_result import ExportedResult
 from governor_mechanism.model.results.named_values import name_values
 from governor_mechanism.model.scene import Scene
@@ -159,8 +158,6 @@ def _requested_speed(scene: Scene, spindle_speed: object) -> float:
     if spindle_speed is None:
         return SpindleSpeedFunction(scene.spindle).start_speed
     speed = parse_quantity(spindle_speed, "angular_speed", "the spindle's speed")
-    if abs(speed) > MAX_SPINDLE_SPEED:
-        raise MechanismError(f"the spindle's speed must be at most {MAX_SPINDLE_SPEED:g} rad/s; got {speed:g} rad/s")
     if speed and not has_spindle_dependent_loads(scene):
         raise MechanismError(
             f"a spindle's speed of {_format_speed(abs(speed))} has no effect on the loads: the scene has a "

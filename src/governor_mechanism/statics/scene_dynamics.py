@@ -15,7 +15,6 @@ from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import 
 from governor_mechanism.mechanics.dynamics.equations.projection import project_state
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, active_forces_of, initial_mode
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
-from governor_mechanism.mechanics.dynamics.forces.inputs import output_of_reading
 from governor_mechanism.mechanics.dynamics.forces.loads import initial_lags, reading_tables_of
 from governor_mechanism.mechanics.dynamics.system.arrays import make_system_workspace
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
@@ -27,6 +26,7 @@ from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUM
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
 from governor_mechanism.model.force_elements import Force, Torque
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.time_functions import ReadingFunction
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray, IntArray
 
@@ -157,16 +157,15 @@ class SceneDynamics:
         previous_mode, poses = self._mode, self.poses(z)
         taut = tuple(self._reading(one.reading, poses) > one.slack_below for one in one_sided_forces_of(self.scene))
         tables = reading_tables_of(self.scene)
-        segments = tuple(int(np.searchsorted(table.positions, self._input_of_function(table.reading, z, rates))) for table in tables)
+        segments = tuple(int(np.searchsorted(table.positions, self._input_of_function(table, z, rates))) for table in tables)
         self._set_mode(replace(previous_mode, taut=taut, segments=segments))
         return self._mode != previous_mode
 
-    def _input_of_function(self, reading: str, z: FloatArray, rates: FloatArray) -> float:
-        """Return the value of the reading, or the speed of the spindle, that a load depends on."""
-        name, is_rate = output_of_reading(reading)
+    def _input_of_function(self, function: ReadingFunction, z: FloatArray, rates: FloatArray) -> float:
+        """Return the value of the reading, or the speed, that a load depends on."""
         poses, velocities = self.mass_centre_motion(z, rates)
-        output = evaluate_output(self._mechanism, name, poses)
-        return float(output.rate(velocities) if is_rate else output.value)
+        output = evaluate_output(self._mechanism, function.source, poses)
+        return float(output.rate(velocities) if function.is_rate else output.value)
 
     def drop_quadratic_damping(self, z: FloatArray, rates: FloatArray) -> bool:
         """Leave out quadratic dashpots at rest, where they have no effect on small motions; return whether there are any."""
@@ -313,7 +312,7 @@ class SceneDynamics:
                     f"the {effect.key} on {effect.reading!r} is just slack at the equilibrium, where its force has no linear law"
                 )
         for table in reading_tables_of(self.scene):
-            value = self._input_of_function(table.reading, z, rates)
+            value = self._input_of_function(table, z, rates)
             if min(abs(value - position) for position in table.positions) <= KINK_TOLERANCE * max(map(abs, table.positions)):
                 raise MechanismError(
                     f"the steady state, {table.reading} = {value:.6g}, is at a kink of a table, where it has no derivative; move its point"

@@ -19,14 +19,31 @@ from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 
+LARGEST_MAGNITUDE, LARGEST_RATE, LARGEST_COEFFICIENT = 1e9, 1e6, 1e30
+"""Largest magnitudes, SI: of most quantities; of what is measured per second; of coefficients, which may be over powers of a length."""
+
 
 @dataclass(frozen=True)
 class QuantityKind:
-    """A kind of quantity: its name with an article, customary units (the last is SI), and an example."""
+    """A kind of quantity.
+
+    Attributes
+    ----------
+    name
+        Its name with an article.
+    units
+        Customary units; the last is SI.
+    example
+        A value as text.
+    largest
+        Largest magnitude, SI. Nothing that is built or moves has a larger one, which is a mistake of units; and the engines multiply
+        quantities and their squares, which beyond such magnitudes lose all digits or overflow.
+    """
 
     name: str
     units: tuple[str, ...]
     example: str
+    largest: float = LARGEST_MAGNITUDE
 
     @property
     def si_unit(self) -> str:
@@ -40,6 +57,11 @@ class QuantityKind:
         return f'write "{self.example}", or the bare number in {self.si_unit}' if self.units else bare
 
     @property
+    def written_example(self) -> str:
+        """Example as a scene file has it: text in quotation marks, or a bare number."""
+        return f'"{self.example}"' if self.units else self.example
+
+    @property
     def units_hint(self) -> str:
         """Sentence with the customary units."""
         *others, last = self.units or ("bare numbers",)
@@ -51,12 +73,12 @@ QUANTITY_KINDS: Mapping[str, QuantityKind] = {
     "mass": QuantityKind("a mass", ("g", "t", "kg"), "5 kg"),
     "force": QuantityKind("a force", ("kgf", "kN", "N"), "40 N"),
     "angle": QuantityKind("an angle", ("deg", "rad"), "40 deg"),
-    "angular_speed": QuantityKind("an angular speed", ("rpm", "deg/s", "rad/s"), "120 rpm"),
-    "angular_rate": QuantityKind("an angular rate", ("deg/s", "rad/s"), "10 deg/s"),
-    "frequency": QuantityKind("a frequency", ("1/min", "rpm", "rad/s", "Hz"), "2 Hz"),
+    "angular_speed": QuantityKind("an angular speed", ("rpm", "deg/s", "rad/s"), "120 rpm", LARGEST_RATE),
+    "angular_rate": QuantityKind("an angular rate", ("deg/s", "rad/s"), "10 deg/s", LARGEST_RATE),
+    "frequency": QuantityKind("a frequency", ("1/min", "rpm", "rad/s", "Hz"), "2 Hz", LARGEST_RATE),
     "time": QuantityKind("a time", ("ms", "min", "s"), "10 s"),
-    "speed": QuantityKind("a speed", ("mm/s", "m/s"), "50 mm/s"),
-    "acceleration": QuantityKind("an acceleration", ("m/s^2",), "9.81 m/s^2"),
+    "speed": QuantityKind("a speed", ("mm/s", "m/s"), "50 mm/s", LARGEST_RATE),
+    "acceleration": QuantityKind("an acceleration", ("m/s^2",), "9.81 m/s^2", LARGEST_RATE),
     "torque": QuantityKind("a torque", ("kgf m", "N m"), "5 N m"),
     "moment_of_inertia": QuantityKind("a moment of inertia", ("kg m^2",), "0.5 kg m^2"),
     "stiffness": QuantityKind("a stiffness", ("N/mm", "kgf/cm", "N/m"), "2 N/mm"),
@@ -74,12 +96,27 @@ QUANTITY_KINDS: Mapping[str, QuantityKind] = {
     "area": QuantityKind("an area", ("mm^2", "cm^2", "m^2"), "20 cm^2"),
     "density": QuantityKind("a density", ("g/cm^3", "kg/m^3"), "900 kg/m^3"),
     "pressure": QuantityKind("a pressure", ("at", "bar", "Pa"), "5 at"),
-    "modulus": QuantityKind("a modulus of shear", ("GPa", "N/mm^2", "Pa"), "80 GPa"),
+    "modulus": QuantityKind("a modulus of shear", ("GPa", "N/mm^2", "Pa"), "80 GPa", 1e13),
     "power": QuantityKind("a power", ("PS", "kW", "W"), "20 PS"),
     "ratio": QuantityKind("a ratio", (), "0.3"),
     "number": QuantityKind("a number", (), "0.3"),
+    "coefficient": QuantityKind("a coefficient", (), "0.3", LARGEST_COEFFICIENT),
 }
 """Kinds of quantity by the names in descriptions."""
+
+ACCEPTED_UNITS: Mapping[str, tuple[str, ...]] = {
+    "length": ("nm", "um", "mm", "cm", "dm", "m", "km", "thou", "in", "ft", "yd", "mile"),
+    "mass": ("mg", "g", "kg", "t", "oz", "lb", "slug"),
+    "time": ("us", "ms", "s", "min", "h"),
+    "angle": ("arcsec", "arcmin", "deg", "°", "mrad", "rad", "gon", "turn", "revolution"),
+    "turning": ("rpm", "Hz", "kHz"),
+    "force": ("mN", "N", "kN", "MN", "dyn", "gf", "kgf", "kp", "ozf", "lbf", "kip", "pdl"),
+    "pressure": ("Pa", "hPa", "kPa", "MPa", "GPa", "mbar", "bar", "at", "atm", "mmHg", "inHg", "psi", "ksi"),
+    "work and torque": ("mJ", "J", "kJ", "MJ", "Nm"),
+    "power": ("mW", "W", "kW", "MW", "PS", "hp"),
+    "ratio": ("%",),
+}
+"""Units that engineers use, by what they measure. A quantity takes them, their full names, and products, powers and quotients of them."""
 
 # Other kinds of quantity with their SI units, for messages about a wrong unit.
 _OTHER_KINDS = (("a volume", "m^3"), ("a temperature", "K"), ("an angular acceleration", "rad/s^2"))
@@ -98,6 +135,7 @@ _NUMBER = re.compile(r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s
 _NOT_A_NUMBER = re.compile(r"[+-]?(nan|inf|infinity)\b", re.IGNORECASE)
 # Only small exponents and no other digits: pint would evaluate 9^9^9^9.
 _UNIT = re.compile(r"(?:[()*/\s]|1(?![0-9])|(?:[^\W\d]|[°%])+(?:\^-?[1-9](?![0-9]))?)+")
+_UNIT_WORD = re.compile(r"(?:[^\W\d]|[°%])+")
 # Turns; r and U only per time, since alone they may be misspelt rad or something else.
 _TURN_UNIT = r"(?:revs?(?![^\W\d_])|[rU](?=\s*/|[\s*]+(?:s|min|h)\^-1))"
 # For suggestions only: beginnings of misspelt turns and angles in lower case, and endings of "per second".
@@ -130,8 +168,23 @@ def parse_quantity(value: object, kind: str, what: str) -> float:
     Raises
     ------
     MechanismError
-        If the value is not a finite quantity of this kind.
+        If the value is not a quantity of this kind within its largest magnitude.
     """
+    number = read_quantity(value, kind, what)
+    require_plausible(number, kind, what, format_value(value))
+    return number
+
+
+def require_plausible(number: float, kind: str, what: str, found: str = "") -> None:
+    """Raise MechanismError if a quantity, SI, exceeds the largest magnitude of its kind; `found` is how it was written."""
+    expected = QUANTITY_KINDS[kind]
+    if not abs(number) <= expected.largest:
+        limit = f"{expected.largest:g} {expected.si_unit}".rstrip()
+        raise MechanismError(f"{what} must lie within {limit}; found {found or f'{number:g} {expected.si_unit}'.rstrip()}")
+
+
+def read_quantity(value: object, kind: str, what: str) -> float:
+    """Return a quantity in SI of any magnitude; the rest is as in `parse_quantity`."""
     if kind not in QUANTITY_KINDS:
         raise MechanismError(f"{what}: no kind of quantity {kind!r}; kinds are {list(QUANTITY_KINDS)}.{did_you_mean(kind, QUANTITY_KINDS)}")
     expected = QUANTITY_KINDS[kind]
@@ -238,12 +291,37 @@ def _unit_factor(unit: str, number: Decimal, expected: QuantityKind, message_sta
         hint = f"{expected.units_hint}{_suggest_unit(unit, expected)}"
         raise MechanismError(f'{message_start} has an unknown unit "{unit}"; {hint}') from error
     if _is_like(base_unit, expected.si_unit) and (expected.units or normalised == "%"):
+        _require_accepted(normalised, number * factor, expected, message_start)
         return factor
     if _is_like(base_unit, "rad/s") and expected.si_unit == "Hz":
-        return factor / _in_base_units("turn")[0]
+        factor /= _in_base_units("turn")[0]
+        _require_accepted(normalised, number * factor, expected, message_start)
+        return factor
     if _is_like(base_unit, "1/s") and expected.si_unit == "rad/s":
         return _per_time_factor(normalised, number * factor, message_start)
     raise MechanismError(f"{message_start} is {_wrong_kind_message(normalised, number, factor, base_unit, expected)}")
+
+
+def _require_accepted(unit: str, si_value: Decimal, expected: QuantityKind, message_start: str) -> None:
+    """Raise MechanismError, with the value in SI, if a unit of the right kind contains one that engineers do not use."""
+    words = (word for word in _UNIT_WORD.findall(unit) if word != "per")
+    refused = [word for word in words if _full_name(word) not in _accepted_names()]
+    if not refused:
+        return
+    own = next((units for kind, units in ACCEPTED_UNITS.items() if QUANTITY_KINDS.get(kind) is expected), expected.units)
+    in_si = f'write "{float(si_value):.12g} {expected.si_unit}"'
+    raise MechanismError(f'{message_start} has the unit "{refused[0]}", which is not accepted; {in_si}; units are {", ".join(own)}')
+
+
+@cache
+def _accepted_names() -> frozenset[str]:
+    """Return the full names of the accepted units."""
+    return frozenset(_full_name(unit) for units in ACCEPTED_UNITS.values() for unit in units)
+
+
+def _full_name(unit: str) -> str:
+    """Return pint's name of a unit; it replaces the signs of degrees and percent before it looks a unit up."""
+    return str(_unit_registry().get_name(unit.replace("°", "degree").replace("%", "percent")))
 
 
 @cache

@@ -19,6 +19,7 @@ from governor_mechanism.mechanics.dynamics.system.event_functions import evaluat
 from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_acceleration, evaluate_static_force
 from governor_mechanism.mechanics.reduction.model_outputs import (
     evaluate_output,
+    evaluate_output_rate,
     evaluate_output_second_derivative,
     evaluate_table_output,
     friction_limit,
@@ -161,14 +162,14 @@ def change_table_segments(model: ReducedModel, event_values: FloatArray) -> None
 
 
 @jit_in_place
-def _evaluate_table_ends(model: ReducedModel, piece: int, t: float, shaft_speed: float, event_values: FloatArray) -> None:
+def _evaluate_table_ends(model: ReducedModel, piece: int, t: float, state: FloatArray, event_values: FloatArray) -> None:
     """Fill the event functions (2 tables,) at the ends of the segments of tables."""
     first = first_table_index(model)
     for k in range(event_values.size // 2):
         segment = model.table_segments[model.mode[first + k]]
-        value, derivative = evaluate_output(model, piece, t, segment.source_index)
+        value = evaluate_output(model, piece, t, segment.source_index)[0]
         if segment.is_rate:
-            value = derivative * shaft_speed
+            value = evaluate_output_rate(model, piece, t, segment.source_index, state[1], state[StateIndex.SHAFT_SPEED])
         if segment.high < math.inf:
             event_values[2 * k] = value - segment.high
         if segment.low > -math.inf:
@@ -224,7 +225,7 @@ def evaluate_reduced_event_functions(
     first_kink = event_values.size - model.kinks.size
     first_table = first_kink - 2 * int(model.parameters[ForceParameter.TABLE_COUNT])
     evaluate_shaft_outputs(model.shaft_outputs, state[StateIndex.SHAFT_ANGLE])
-    _evaluate_table_ends(model, piece, t, state[StateIndex.SHAFT_SPEED], event_values[first_table:first_kink])
+    _evaluate_table_ends(model, piece, t, state, event_values[first_table:first_kink])
     _evaluate_kinks(model, piece, t, event_values[first_kink:])
     if model.mode[MODE_HELD] != 0:
         force, resistance = evaluate_static_force(model, piece, t, state, local_time)

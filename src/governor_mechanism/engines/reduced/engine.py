@@ -23,7 +23,6 @@ from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import divide_intervals, make_time_grid
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
 from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME
-from governor_mechanism.mechanics.dynamics.forces.inputs import output_of_reading
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_functions_of
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
@@ -227,5 +226,5 @@ def _shaft_problems(scene: Scene, train: ShaftTrain, own_readings: set[str]) -> 
     for function in reading_functions_of(scene):
         if function.lag:
             yield f"a load that follows {function.reading!r} with a lag"
-        if output_of_reading(function.reading)[0] not in readings:
+        if function.source not in readings:
             yield f"a load that depends on {function.reading!r}, which is no reading of {train.rotors} nor of the part with the coordinate"

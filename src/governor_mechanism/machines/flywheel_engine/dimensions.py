@@ -9,6 +9,8 @@ from governor_mechanism.model.time_functions import InputFunction, TableFunction
 
 AT_DEAD_CENTRE, WITHIN_STROKE = "at dead centre", "within stroke"
 CYCLIC, MEAN = "cyclic", "mean"
+MEAN_CUT_OFF_REASON = 'gas_torque = "mean" takes a constant one; leave gas_torque out, or let a throttle move'
+"""Why a cut-off cannot move where the torque of the gas is averaged, and the cure."""
 PUMP_DIMENSIONS = ("pump_area", "pump_stroke", "pump_clearance", "pump_connecting_rod")
 
 
@@ -170,7 +172,7 @@ class FlywheelEngineDimensions(Machine):
         if self.gas_torque != MEAN:
             return
         if isinstance(self.cut_off, InputFunction) and not self.cut_off.is_constant:
-            yield 'the cut-off moves, and gas_torque = "mean" takes a constant one; leave gas_torque out, or let a throttle move'
+            yield f"the cut-off moves, and {MEAN_CUT_OFF_REASON}"
         if self.throttle is not None and not self.supply_pressure > self.back_pressure:
             yield "the throttle has no effect, because supply_pressure is not above back_pressure; leave throttle out"
 
@@ -178,5 +180,5 @@ class FlywheelEngineDimensions(Machine):
 def _values_of_control(control: float | InputFunction) -> list[float]:
     """Return the values of a throttle or cut-off over time, or those of the tables of readings that it follows."""
     if not isinstance(control, InputFunction) or not control.functions:
-        return list(values_of(control))
+        return [*values_of(control), *(control.range_in_time if isinstance(control, InputFunction) else ())]
     return [value for function in control.functions if isinstance(function, TableFunction) for value in function.values]

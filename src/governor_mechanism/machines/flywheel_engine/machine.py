@@ -15,11 +15,11 @@ from governor_mechanism.effects.gas_pressure import work_per_stroke
 from governor_mechanism.effects.piston_masses import PistonMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import values_of
-from governor_mechanism.machines.flywheel_engine.dimensions import AT_DEAD_CENTRE, MEAN, FlywheelEngineDimensions
+from governor_mechanism.machines.flywheel_engine.dimensions import AT_DEAD_CENTRE, MEAN, MEAN_CUT_OFF_REASON, FlywheelEngineDimensions
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import CylinderGas, ForceElement, MeanGasTorque, Torque, TorsionDamper
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.mechanism import Body, FixedLoad, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import (
     AppliedTorque,
     BodyAngle,
@@ -93,6 +93,7 @@ class FlywheelEngine(FlywheelEngineDimensions):
             stall_limits=(StallLimit(reading=CRANK_ANGLE.name, body=FLYWHEEL, message=STALL_MESSAGE),),
             force_elements=(*self._loads(gases), *(self._mean_torques(gases) if self.gas_torque == MEAN else gases)),
             derived_readings=tuple(self._derived_readings(gases)),
+            fixed_loads=(FixedLoad(name="cut_off", reason=MEAN_CUT_OFF_REASON),) if self.gas_torque == MEAN else (),
             notes=tuple(self._cycle_notes(gases)),
         )
 

@@ -5,9 +5,9 @@ A spring is described by its rate, by its wire, or by the equilibrium speeds at 
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
-from typing import NamedTuple
+from typing import Any, NamedTuple, Self
 
 from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
 from governor_mechanism.effects.spring import helical_spring_rate
@@ -84,7 +84,7 @@ class HartungDimensions(Machine):
     spring_wire: float | None = optional_field("length", "of each spring's wire, its diameter")
     spring_coil: float | None = optional_field("length", "of each spring's coil, its mean diameter")
     spring_turns: float | None = optional_field("number", "of each spring's active turns")
-    spring_modulus: float | None = optional_field("modulus", "of the springs' wire", max_size=1e13)
+    spring_modulus: float | None = optional_field("modulus", "of the springs' wire")
     spring_stress_limit: float | None = optional_field("pressure", "that the springs' wire may bear")
     inner_speed: float | None = optional_field("angular_speed", "that holds the weights at the inner end of the stroke")
     outer_speed: float | None = optional_field("angular_speed", "that holds the weights at the outer end of the stroke")
@@ -189,10 +189,21 @@ class HartungDimensions(Machine):
                 "inner_angle and outer_angle, or leave it out"
             )
 
+    def under_gravity(self, gravity: float) -> Self:
+        """Return the governor with the springs that hold the ends of the stroke under a gravitational acceleration (m/s2)."""
+        if self.inner_speed is None:
+            return self
+        law = self._spring_law_from_speeds(gravity)
+        speeds: dict[str, Any] = dict.fromkeys(SPEED_DIMENSIONS)
+        return replace(self, spring_rate=law.rate, spring_preload=law.preload, preload_radius=law.radius, **speeds)
+
     def spring_law(self) -> LinearSpringLaw:
-        """Return the force of each spring over the radius of its weight. Raise MechanismError if no spring satisfies the two speeds."""
+        """Return the force of each spring over the radius of its weight, where two speeds determine it under 9.81 m/s2.
+
+        Raise MechanismError if no spring satisfies the two speeds.
+        """
         if self.inner_speed is not None:
-            return self._spring_law_from_speeds()
+            return self._spring_law_from_speeds(DEFAULT_GRAVITY)
         rate = self._wire_rate() if self.spring_rate is None else self.spring_rate
         radius = self.fulcrum_radius if self.preload_radius is None else self.preload_radius
         return LinearSpringLaw(rate=rate, preload=self.spring_preload or 0.0, radius=radius)
@@ -201,12 +212,12 @@ class HartungDimensions(Machine):
         wire, coil, turns, modulus = (float(getattr(self, name)) for name in WIRE_DIMENSIONS)
         return helical_spring_rate(wire=wire, coil=coil, turns=turns, modulus=modulus)
 
-    def _spring_law_from_speeds(self) -> LinearSpringLaw:
+    def _spring_law_from_speeds(self, gravity: float) -> LinearSpringLaw:
         """Return the linear law for equilibrium at both ends of the stroke, each at its speed (Doerfel)."""
         ends = ((self.inner_angle, self.inner_speed), (self.outer_angle, self.outer_speed))
         given_ends = [(angle, speed) for angle, speed in ends if angle is not None and speed is not None]
         inner_radius, outer_radius = (self.weight_radius(angle) for angle, _ in given_ends)
-        inner_force, outer_force = (self._holding_force(angle, speed) for angle, speed in given_ends)
+        inner_force, outer_force = (self._holding_force(angle, speed, gravity) for angle, speed in given_ends)
         if outer_force <= inner_force:
             raise MechanismError(
                 f"inner_speed and outer_speed require spring forces of {inner_force:.6g} N at the inner and {outer_force:.6g} N at the "
@@ -214,12 +225,12 @@ class HartungDimensions(Machine):
             )
         return LinearSpringLaw(rate=(outer_force - inner_force) / (outer_radius - inner_radius), preload=inner_force, radius=inner_radius)
 
-    def _holding_force(self, lever_angle: float, speed: float) -> float:
+    def _holding_force(self, lever_angle: float, speed: float, gravity: float) -> float:
         """Return the spring force (N) for equilibrium of a weight, by virtual work."""
         mass, sleeve_mass = self.weight_mass, self.sleeve_mass
         outward_derivative = -self.weight_arm * elementary.cos(lever_angle)  # displacement of the weight per rad
         upward_derivative = -self.weight_arm * elementary.sin(lever_angle)
-        gravity_work = mass * DEFAULT_GRAVITY * upward_derivative + 0.5 * sleeve_mass * DEFAULT_GRAVITY * self.lift_derivative(lever_angle)
+        gravity_work = gravity * (mass * upward_derivative + 0.5 * sleeve_mass * self.lift_derivative(lever_angle))
         return mass * speed**2 * self.weight_radius(lever_angle) - gravity_work / outward_derivative
 
     def stress_warnings(self) -> tuple[str, ...]:

@@ -6,7 +6,6 @@ from dataclasses import replace
 from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
 from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
-from governor_mechanism.mechanics.dynamics.forces.inputs import output_of_reading
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_tables_of
 from governor_mechanism.model.scene import Scene
 
@@ -26,7 +25,7 @@ class InputModes:
 
     def __init__(self, scene: Scene, time_scale: float, first_index: int) -> None:
         self._tables, self._first_index, self._breaking_gears = reading_tables_of(scene), first_index, scene.system.breaking_gears
-        names, outputs = forced_output_names(scene), [output_of_reading(table.reading) for table in self._tables]
+        names, outputs = forced_output_names(scene), [(table.source, table.is_rate) for table in self._tables]
         self._outputs = [(names.index(name), is_rate) for name, is_rate in outputs]
         scales = [scene.mechanism.output_scale(name) / (time_scale if is_rate else 1.0) for name, is_rate in outputs]
         self._tolerances = [CONTACT_TOLERANCE * scale for scale in scales]

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.loads import loads_of
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
 from governor_mechanism.model.force_elements import CylinderGas, Force, ForceElement, Spring, Torque, TorsionSpring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
@@ -108,6 +109,8 @@ def _max_load_rate(scene: Scene) -> float:
             motion, scale = joint.motion, 1.0 if isinstance(joint, RotationalDriver) else length_scale
             rates.append(float(np.max(np.abs(np.diff(motion.values) / np.diff(motion.times)))) / scale)
             rates += [2 * math.pi * harmonic.frequency for harmonic in motion.harmonics if harmonic.amplitude]
+    # Also of effects and of controls: whatever loads a body may swing with the time.
+    rates += [2 * math.pi * harmonic.frequency for load in loads_of(scene) for harmonic in load.harmonics if harmonic.amplitude]
     return max(rates)
 
 
@@ -123,9 +126,9 @@ def _force_element_rate_squared(mechanism: Mechanism, element: ForceElement) -> 
         case TorsionSpring():
             return element.stiffness / inertia
         case Torque():
-            return max(map(abs, element.moment.values)) / inertia
+            return max(map(abs, element.moment.range_in_time)) / inertia
         case Force():
-            return max(map(abs, (*element.x.values, *element.y.values))) / (mass * mechanism.length_scale)
+            return max(map(abs, (*element.x.range_in_time, *element.y.range_in_time))) / (mass * mechanism.length_scale)
         case CylinderGas():
             return abs(element.area * element.pressure) * element.stroke / (mass * mechanism.length_scale**2)
     return 0.0

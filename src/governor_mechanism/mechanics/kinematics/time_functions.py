@@ -32,7 +32,7 @@ class CubicTimeFunction:
 
     An input is a monotone piecewise cubic through its points; two points at one time are a jump; outside its points it is
     constant. At a jump, the value is the right limit unless the left limit is requested. A prescribed motion is a not-a-knot cubic
-    spline that continues at its end rates, plus harmonics; one with rests is monotone as an input, and its rate never jumps.
+    spline that continues at its end rates; one with rests is monotone as an input, and its rate never jumps. Both add their harmonics.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class CubicTimeFunction:
         if motion is not None and motion.has_rests:  # the curve ends as it rests, with a rate of zero
             times = np.array([2 * times[0] - times[1], *times, 2 * times[-1] - times[-2]])
             values = np.concatenate([values[:1], values, values[-1:]])
-        harmonics = [(item.amplitude, 2 * np.pi * item.frequency, item.phase) for item in motion.harmonics] if motion else []
+        harmonics = [(item.amplitude, 2 * np.pi * item.frequency, item.phase) for item in function.harmonics]
         self._harmonics: FloatArray = np.array(harmonics).reshape(-1, 3)
         self._is_level, self._first_value = all(value == function.values[0] for value in function.values), float(values[0])
         self.is_constant = self._is_level and not harmonics
@@ -75,14 +75,22 @@ class CubicTimeFunction:
         return self._evaluate(times, 2)
 
     def integrals(self, start: float, ends: FloatArray) -> FloatArray:
-        """Return the integrals over time (n,) from a start to each end (s), without harmonics."""
+        """Return the integrals over time (n,) from a start to each end (s)."""
+        integrals = self._cubic_integrals(start, ends)
+        for amplitude, angular_frequency, phase in self._harmonics:
+            # The product of sines has no cancellation over a short time.
+            middles, halves = 0.5 * angular_frequency * (ends + start) + phase, 0.5 * angular_frequency * (ends - start)
+            integrals = integrals + 2 * amplitude / angular_frequency * np.sin(middles) * np.sin(halves)
+        return integrals
+
+    def _cubic_integrals(self, start: float, ends: FloatArray) -> FloatArray:
         return (ends - start) * self._first_value if self._cubic is None else self._cubic.integrals(start, ends)
 
     def local_cubics(self, times: FloatArray) -> FloatArray:
         """Return the function after each time, up to the next breakpoint, in the local time since then; shape (n, columns).
 
         First four coefficients of a cubic, highest power first, then its integral from 0 s to the time; then amplitude, angular
-        frequency (rad/s) and phase of each harmonic at the time.
+        frequency (rad/s) and phase of each harmonic at the time. A spindle, whose integral counts, has no harmonics.
         """
         cubics = np.zeros((len(times), N_CUBIC_COLUMNS))
         if self._cubic is None:
@@ -90,7 +98,7 @@ class CubicTimeFunction:
         else:
             for column, (order, factorial) in enumerate(((3, 6), (2, 2), (1, 1), (0, 1))):
                 cubics[:, column] = self._cubic.derivative(times, order) / factorial
-        cubics[:, 4] = self.integrals(0.0, times)
+        cubics[:, 4] = self._cubic_integrals(0.0, times)
         if not len(self._harmonics):
             return cubics
         harmonics = np.tile(self._harmonics, (len(times), 1, 1))

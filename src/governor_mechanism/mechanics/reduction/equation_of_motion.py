@@ -65,7 +65,7 @@ def evaluate_acceleration(
         Acceleration q''.
     """
     coefficients, parameters, inputs = model.coefficients, model.parameters, model.inputs
-    evaluate_model_inputs(model, piece, t, shaft_angle, shaft_speed, local_time)
+    evaluate_model_inputs(model, piece, t, v, shaft_angle, shaft_speed, local_time)
     inverse_inertia = evaluate_piece(coefficients, piece, TableColumn.INVERSE_INERTIA, t)
     spindle_inertia = evaluate_piece(coefficients, piece, TableColumn.SPINDLE_INERTIA, t)
     damping = evaluate_piece(coefficients, piece, TableColumn.DAMPING, t)

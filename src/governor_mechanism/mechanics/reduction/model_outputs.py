@@ -14,7 +14,9 @@ from governor_mechanism.types import FloatArray
 
 
 @jit_in_place
-def evaluate_model_inputs(model: ReducedModel, piece: int, t: float, shaft_angle: float, shaft_speed: float, local_time: float) -> None:
+def evaluate_model_inputs(
+    model: ReducedModel, piece: int, t: float, v: float, shaft_angle: float, shaft_speed: float, local_time: float
+) -> None:
     """Evaluate the inputs of the model in a state.
 
     Parameters
@@ -25,6 +27,8 @@ def evaluate_model_inputs(model: ReducedModel, piece: int, t: float, shaft_angle
         Index of the table piece.
     t
         Local coordinate in that piece, -1 to 1.
+    v
+        Rate of the coordinate.
     shaft_angle
         Angle of the shaft, rad.
     shaft_speed
@@ -38,7 +42,7 @@ def evaluate_model_inputs(model: ReducedModel, piece: int, t: float, shaft_angle
     for i in range(model.input_terms.size):
         term, source = model.input_terms[i], 0.0
         if term.kind == InputTermKind.RATE:
-            source = evaluate_output(model, piece, t, term.source_index)[1] * shaft_speed
+            source = evaluate_output_rate(model, piece, t, term.source_index, v, shaft_speed)
         elif term.kind != InputTermKind.PRODUCT and term.kind != InputTermKind.NOT_NEGATIVE:
             source = evaluate_output(model, piece, t, term.source_index)[0]
         add_input_term(model.input_terms, i, source, model.inputs)
@@ -152,6 +156,34 @@ def evaluate_output(model: ReducedModel, piece: int, t: float, output_index: flo
     if output_index == COORDINATE:
         return model.intervals[piece, 2] + t / model.intervals[piece, 3], 1.0
     return evaluate_table_output(model, piece, t, output_index)
+
+
+@jit_in_place
+def evaluate_output_rate(model: ReducedModel, piece: int, t: float, output_index: float, v: float, shaft_speed: float) -> float:
+    """Evaluate the rate of an output: of the shaft with its speed, of any other with the rate of the coordinate.
+
+    Parameters
+    ----------
+    model
+        The reduced model.
+    piece
+        Index of the table piece.
+    t
+        Local coordinate in that piece, -1 to 1.
+    output_index
+        Index of the output, as for `evaluate_output`.
+    v
+        Rate of the coordinate.
+    shaft_speed
+        Speed of the shaft, rad/s.
+
+    Returns
+    -------
+    float
+        Rate of the output.
+    """
+    is_of_shaft = output_index >= model.parameters[ForceParameter.OUTPUT_COUNT]
+    return float(evaluate_output(model, piece, t, output_index)[1] * (shaft_speed if is_of_shaft else v))
 
 
 @jit_in_place

@@ -12,7 +12,7 @@ from governor_mechanism.model.coupling.couplings import (
     GearCoupling,
     LoadCoupling,
     check_gears,
-    check_loads,
+    find_load_sources,
 )
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.force_elements import Torque
@@ -50,6 +50,7 @@ _MERGED_FIELDS: Final = (
     "internal_outputs",
     "force_elements",
     "derived_readings",
+    "fixed_loads",
     "notes",
 )
 """Fields of a mechanism that are those of all its parts in turn."""
@@ -152,7 +153,7 @@ def couple_parts(parts: Sequence[Part], couplings: Sequence[Coupling]) -> Couple
     for control in couplings:
         if isinstance(control, ControlCoupling):
             mechanism, effects = control.apply(mechanism, effects)
-    check_loads(mechanism, effects)
+    mechanism, effects = find_load_sources(mechanism, effects)
     gravity = {body.name: part.gravity for part, piece in zip(parts, pieces, strict=True) for body in piece.bodies}
     return CoupledSystem(
         mechanism=mechanism,

@@ -9,6 +9,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean, require_fini
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.force_elements import CylinderGas, Force, ForceElement, MeanGasTorque, Torque
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import ShaftSpeed
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction, ReadingFunction, TableFunction
 
 
@@ -140,22 +141,23 @@ class ControlCoupling(Coupling):
         MechanismError
             If there is no load of that name, or it is of another quantity.
         """
+        what = f"coupling {self.name!r} {'scales' if self.scales else 'sets'} {self.target!r}"
+        if fixed := next((one for one in mechanism.fixed_loads if one.name == self.target), None):
+            raise MechanismError(f"{what}, but {fixed.reason}")
         named = [(name, (owner, field_name)) for name, owner, field_name in _loads(mechanism, effects)]
         loads = dict(named)
         if [name for name, _ in named].count(self.target) > 1:
-            raise MechanismError(
-                f"coupling {self.name!r} sets {self.target!r} of an engine with a throttle; control one of them, and leave the other out"
-            )
+            raise MechanismError(f"{what} of an engine with a throttle; control one of them, and leave the other out")
         if self.target not in loads:
             known = f"the loads are {list(loads)}.{did_you_mean(self.target, loads)}"
-            raise MechanismError(f"coupling {self.name!r} sets {self.target!r}, which is no load; {known}")
+            raise MechanismError(f"{what}, which is no load; {known}")
         owner, field_name = loads[self.target]
         expected = next((quantity for kind, quantity in _LOAD_QUANTITIES.items() if isinstance(owner, kind)), self.quantity)
         if self.quantity not in ("", expected) and not self.scales:
             found = f"is of the kind {expected}, but its function has the units of the kind {self.quantity}"
-            raise MechanismError(f"coupling {self.name!r} sets {self.target!r}, which {found}; change the units")
+            raise MechanismError(f"{what}, which {found}; change the units")
         if expected == "ratio":
-            self._check_direction()
+            self._check_direction(what)
         load: InputFunction = getattr(owner, field_name) or owner.controlled_default()
         if self.scales:
             controlled = replace(load, factors=(*load.factors, self.function))
@@ -166,9 +168,9 @@ class ControlCoupling(Coupling):
         elements = tuple(changed if element is owner else element for element in mechanism.force_elements)
         return replace(mechanism, force_elements=elements), tuple(changed if effect is owner else effect for effect in effects)
 
-    def _check_direction(self) -> None:
+    def _check_direction(self, what: str) -> None:
         """Raise MechanismError if a throttle or cut-off turns back over the travel of a governor, or opens as that speeds up."""
-        what, reading = f"coupling {self.name!r} sets {self.target!r}", self.function.reading
+        reading = self.function.reading
         if isinstance(self.function, TableFunction):
             changes = [later - value for value, later in pairwise(self.function.values)]
             points = list(zip(self.function.positions, self.function.values, strict=True))
@@ -239,8 +241,8 @@ def check_gears(gears: Sequence[GearCoupling], spindle_angles: Sequence[str], me
         trains |= {name: (first_root, ratio * joined) for name, (root, ratio) in trains.items() if root == second_root}
 
 
-def check_loads(mechanism: Mechanism, effects: Sequence[OutputEffect]) -> None:
-    """Raise MechanismError for loads that depend on what is no reading, or on what the loads themselves determine.
+def find_load_sources(mechanism: Mechanism, effects: tuple[OutputEffect, ...]) -> tuple[Mechanism, tuple[OutputEffect, ...]]:
+    """Return a mechanism and effects in which each function of a reading knows the reading whose value or rate it takes.
 
     Parameters
     ----------
@@ -249,30 +251,54 @@ def check_loads(mechanism: Mechanism, effects: Sequence[OutputEffect]) -> None:
     effects
         Effects along readings.
 
+    Returns
+    -------
+    tuple[Mechanism, tuple[OutputEffect, ...]]
+        Both with the sources of their loads.
+
     Raises
     ------
     MechanismError
         With a sentence for each function of an unknown reading, a reaction, a force, or a speed that is given.
     """
-    names = [reading.name for reading in mechanism.readings]
-    speeds = [f"{name.removesuffix('angle')}speed" for name in names if name.rpartition(".")[2] == "spindle_angle"]
-    forces = [output.name for output in mechanism.derived_readings] + [joint.name for joint in mechanism.joints]
-    problems = []
-    for _, owner, field_name in _loads(mechanism, effects):
-        load: InputFunction | None = getattr(owner, field_name)
-        for function in (*load.functions, *load.factors) if load else ():
-            reading, known = function.reading, [*names, *speeds]
-            what, last_word = f"a load depends on {reading!r}", reading.rpartition(".")[2]
-            if reading in known:
-                found = "angular_speed" if reading in speeds else mechanism.reading(reading).quantity
-                if function.quantity not in ("", found):
-                    hint = f"the units of the kind {function.quantity}; change the units"
-                    problems.append(f"{what}, which is of the kind {found}, but its function has {hint}")
-            elif reading in forces or last_word == "spindle_torque":
-                problems.append(f"{what}, a force, which follows from the loads: this is an algebraic loop; use a position or a speed")
-            elif last_word == "spindle_speed":
-                problems.append(f"{what}, but that speed is given or follows another part; use time, or the speed it follows")
-            else:
-                problems.append(f"{what}, which is no reading; readings are {known}.{did_you_mean(reading, known)}")
-    if problems:
+    speeds = {one.name: one.reading for one in mechanism.derived_readings if isinstance(one, ShaftSpeed)}
+    angles = [one.name for one in mechanism.readings if one.name.rpartition(".")[2] == "spindle_angle"]
+    speeds |= {f"{name.removesuffix('angle')}speed": name for name in angles}
+    if problems := [*_function_problems(mechanism, effects, speeds)]:
         raise MechanismError(*problems)
+
+    def find_source(function: ReadingFunction) -> ReadingFunction:
+        return replace(function, source=speeds.get(function.reading, function.reading), is_rate=function.reading in speeds)
+
+    def find_sources(owner: Any) -> Any:
+        loads = {one.name: load for one in fields(owner) if isinstance(load := getattr(owner, one.name), InputFunction)}
+        changed = {
+            name: replace(load, functions=tuple(map(find_source, load.functions)), factors=tuple(map(find_source, load.factors)))
+            for name, load in loads.items()
+            if load.depends_on_readings
+        }
+        return replace(owner, **changed) if changed else owner
+
+    return replace(mechanism, force_elements=tuple(map(find_sources, mechanism.force_elements))), tuple(map(find_sources, effects))
+
+
+def _function_problems(mechanism: Mechanism, effects: Sequence[OutputEffect], speeds: Mapping[str, str]) -> Iterator[str]:
+    """Yield a sentence for each function of a reading that a load cannot depend on; `speeds` are those that it can."""
+    known = [*(reading.name for reading in mechanism.readings), *speeds]
+    results = {output.name: output.unit for output in mechanism.derived_readings} | {joint.name: "N" for joint in mechanism.joints}
+    loads = [getattr(owner, field_name) for _, owner, field_name in _loads(mechanism, effects)]
+    for function in (function for load in loads if load for function in (*load.functions, *load.factors)):
+        reading = function.reading
+        what, last_word = f"a load depends on {reading!r}", reading.rpartition(".")[2]
+        if reading in known:
+            found = "angular_speed" if reading in speeds else mechanism.reading(reading).quantity
+            if function.quantity not in ("", found):
+                hint = f"the units of the kind {function.quantity}; change the units"
+                yield f"{what}, which is of the kind {found}, but its function has {hint}"
+        elif reading in results or last_word == "spindle_torque":
+            kind = " a force," if results.get(reading, "N m") in ("N", "N m") else ""
+            yield f"{what},{kind} which follows from the loads: this is an algebraic loop; use a position or a speed"
+        elif last_word == "spindle_speed":
+            yield f"{what}, but that speed is given or follows another part; use time, or the speed it follows"
+        else:
+            yield f"{what}, which is no reading; readings are {known}.{did_you_mean(reading, known)}"

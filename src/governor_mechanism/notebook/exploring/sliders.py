@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.machines.base import CHOICE_KIND, MAX_DIMENSION
+from governor_mechanism.machines.base import CHOICE_KIND
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.part import Part
 from governor_mechanism.render.geometry.primitives import round_step
 from governor_mechanism.studies.sweep.parameters import SweepAxis, parse_axes
-from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value, number_or_text, parse_quantity
+from governor_mechanism.units.quantities import DISPLAY_UNITS, QUANTITY_KINDS, format_value, number_or_text, parse_quantity
 
 MAX_DEFAULT_SLIDERS = 4
 """Number of dimensions that have a slider if none is named: more do not fit beside the pictures."""
@@ -236,13 +236,12 @@ def _default_range(value: float, kind: str, part: Part, dimension: str) -> tuple
     metadata: Mapping[str, Any] = {}
     if machine and dimension:
         metadata = next(field.metadata for field in dataclasses.fields(machine) if field.name == dimension)
-    most = metadata.get("most", MAX_DIMENSION)
     if kind == "ratio" and metadata.get("signed"):  # as a reversing lever, which goes from 1 to -1; other limits are found by trial
         return -2.0 * (abs(value) or 1.0), 2.0 * (abs(value) or 1.0)
     if value == 0.0:
         half = {"length": 0.5 * part.mechanism.length_scale, "angle": ZERO_ANGLE_RANGE}.get(kind, 1.0)
         return -half, half
-    return min(0.5 * value, 2.0 * value), min(max(0.5 * value, 2.0 * value), most)
+    return min(0.5 * value, 2.0 * value), min(max(0.5 * value, 2.0 * value), QUANTITY_KINDS[kind].largest)
 
 
 def _shrink(slider: Slider, probe: Probe) -> Slider:

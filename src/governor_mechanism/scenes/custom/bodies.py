@@ -11,7 +11,8 @@ from governor_mechanism.machines import custom
 from governor_mechanism.machines.mass_elements import MassElement
 from governor_mechanism.model.mechanism import SecondMoments
 from governor_mechanism.model.part import TURNING_PLANE
-from governor_mechanism.scenes.custom.field_types import NamedPoints, NewBodyName, PointRegistry, table_list
+from governor_mechanism.scenes.custom.field_types import NamedPoints, NewBodyName, PointRegistry
+from governor_mechanism.scenes.harmonics import table_list
 from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.scenes.quantities import Angle, Bool, Length, Mass, Position, PositiveLength, built
 from governor_mechanism.scenes.table import SceneFileTable

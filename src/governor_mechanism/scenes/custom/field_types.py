@@ -7,7 +7,7 @@ from itertools import chain, count
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field, PlainValidator, ValidationInfo
+from pydantic import ValidationInfo
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.custom import BodyShape, InitialConfiguration, SketchedBody
@@ -15,10 +15,11 @@ from governor_mechanism.machines.mass_elements import MassElement
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalDriver
-from governor_mechanism.model.time_functions import Harmonic, PrescribedMotion
+from governor_mechanism.model.time_functions import PrescribedMotion
+from governor_mechanism.scenes.harmonics import harmonic_table, table_list
 from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
-from governor_mechanism.scenes.quantities import Angle, FloatPair, check_label, parse_name, parse_points, parse_position, parse_si, quantity
-from governor_mechanism.scenes.schema_validator import MOTION, POINT, TABLE, TEXT, SchemaValidator, list_of, pair_of
+from governor_mechanism.scenes.quantities import FloatPair, check_label, parse_name, parse_points, parse_position, parse_si, quantity
+from governor_mechanism.scenes.schema_validator import MOTION, POINT, TABLE, TEXT, SchemaValidator, pair_of
 from governor_mechanism.scenes.table import SceneFileTable, validate
 from governor_mechanism.units.quantities import format_value
 
@@ -152,43 +153,23 @@ def _parse_spline(value: object) -> Curve:
 def _parse_polynomial(value: object) -> Curve:
     if not isinstance(value, list | tuple):
         raise wrong_value(value, "must be a list of numbers")
-    numbers = (parse_si(item, "number" if power else "length", f"{KEY}, c{power}") for power, item in enumerate(value))
+    numbers = (parse_si(item, "coefficient" if power else "length", f"{KEY}, c{power}") for power, item in enumerate(value))
     return PolynomialCurve(coefficients=tuple(numbers))
-
-
-def table_list(model: type[SceneFileTable], noun: str) -> PlainValidator:
-    """Return the validator of a list of tables; `noun` is what one of them is."""
-
-    def check(value: object) -> tuple[SceneFileTable, ...]:
-        if not isinstance(value, list | tuple):
-            raise wrong_value(value, f"must be a list, as [{model.example}]")
-        return tuple(parse_each(lambda item, number: validate(model, item, f"{KEY}, {noun} {number}:"), value, count(1)))
-
-    return SchemaValidator(check, json_schema=list_of(TABLE))
 
 
 MotionBuilder = Callable[[float], PrescribedMotion]
 """Return the motion, for its value at 0 s (rad or m) where the file leaves the start out."""
 
 
-def _motion_parser(kind: str, rate_kind: str, name: str, amplitude_example: str) -> Callable[[object], MotionBuilder]:
+def _motion_parser(kind: str, rate_kind: str, name: str) -> Callable[[object], MotionBuilder]:
     """Return the parser of a motion of a kind of quantity, given by points of [time, value] or by a formula."""
-
-    class HarmonicTable(SceneFileTable):
-        element = Harmonic
-        example = f'{{ amplitude = "{amplitude_example}", frequency = "2 Hz" }}'
-        amplitude: Annotated[float, quantity(kind)] = Field(description=f'the amplitude, as "{amplitude_example}"')
-        frequency: Annotated[float, quantity("frequency", "positive")] = Field(
-            description='the frequency in cycles, as "2 Hz" or "120 rpm", or the angular frequency, as "3 rad/s"'
-        )
-        phase: Angle = 0.0
 
     class FormulaTable(SceneFileTable):
         """A motion start + rate * t + the sum of amplitude * sin(2 pi * frequency * t + phase)."""
 
         start: Annotated[float | None, quantity(kind)] = None
         rate: Annotated[float, quantity(rate_kind)] = 0.0
-        harmonics: Annotated[tuple[Any, ...], table_list(HarmonicTable, "harmonic")] = ()
+        harmonics: Annotated[tuple[Any, ...], table_list(harmonic_table(kind), "harmonic")] = ()
 
         def build(self, value_at_zero: float) -> PrescribedMotion:
             """Return the motion; without a start it has the given value at 0 s."""
@@ -208,7 +189,7 @@ def _motion_parser(kind: str, rate_kind: str, name: str, amplitude_example: str)
     return parse
 
 
-parse_displacement_motion = _motion_parser("length", "speed", "displacement", "10 mm")
+parse_displacement_motion = _motion_parser("length", "speed", "displacement")
 
 
 def is_moving(position: object) -> bool:
@@ -259,6 +240,6 @@ BodyRef = Annotated[str, SchemaValidator(_parse_body, json_schema=TEXT)]
 NewBodyName = Annotated[str, SchemaValidator(_parse_body_name, json_schema=TEXT)]
 NamedPoints = Annotated[dict[str, FloatPair], SchemaValidator(parse_named_points, json_schema=TABLE)]
 CurveValue = Annotated[Any, SchemaValidator(_parse_curve, json_schema=TABLE)]
-AngleMotion = Annotated[Any, SchemaValidator(_motion_parser("angle", "angular_speed", "angle", "10 deg"), json_schema=MOTION)]
+AngleMotion = Annotated[Any, SchemaValidator(_motion_parser("angle", "angular_speed", "angle"), json_schema=MOTION)]
 DisplacementMotion = Annotated[Any, SchemaValidator(parse_displacement_motion, json_schema=MOTION)]
 """Types of fields; the values of motions are `MotionBuilder`. The validation context of references is the `PointRegistry`."""

@@ -228,7 +228,7 @@ def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFin
     if request.range_count is not None:
         (low, high), count = values, request.range_count
         values = [high if 0 < k == count - 1 else _round_grid_value(low + (high - low) * k / max(count - 1, 1)) for k in range(count)]
-    suspicious_limit, _ = UNITLESS_LIMITS.get(kind or "", (math.inf, math.inf))
+    suspicious_limit = UNITLESS_LIMITS.get(kind or "", math.inf)
 
     def to_document_value(value: Any) -> Any:
         """Return the value to write: a number above the limit for bare numbers gets its unit."""

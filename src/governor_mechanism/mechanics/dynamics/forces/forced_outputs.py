@@ -5,7 +5,6 @@ import numpy as np
 from governor_mechanism.mechanics.dynamics.forces import output_forces
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, active_forces_of
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
-from governor_mechanism.mechanics.dynamics.forces.inputs import output_of_reading
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_functions_of
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.once_per_object import once_per_object
@@ -27,9 +26,7 @@ def forced_output_names(scene: Scene) -> list[str]:
         Names in the order of the output rows of a system.
     """
     functions = reading_functions_of(scene)
-    return list(
-        dict.fromkeys([effect.reading for effect in scene.output_effects] + [output_of_reading(one.reading)[0] for one in functions])
-    )
+    return list(dict.fromkeys([effect.reading for effect in scene.output_effects] + [one.source for one in functions]))
 
 
 def make_output_forces(scene: Scene, mode: ContactMode, friction_input: int) -> RecordArray:

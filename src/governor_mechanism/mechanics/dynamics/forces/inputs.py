@@ -9,8 +9,8 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input
-from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
 from governor_mechanism.model.time_functions import (
+    AngleHarmonic,
     HarmonicFunction,
     InputFunction,
     LinearFunction,
@@ -18,6 +18,7 @@ from governor_mechanism.model.time_functions import (
     StrokeHold,
     TableFunction,
 )
+from governor_mechanism.numerics import elementary
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, RecordArray, record_dtype
 
@@ -135,11 +136,10 @@ def make_table_segments(output_names: Sequence[str], scales: Sequence[float], ti
     records, term_index = [], 0
     for function in (one for load in loads for one in (*load.functions, *load.factors)):
         if isinstance(function, TableFunction):
-            name, is_rate = output_of_reading(function.reading)
-            source, ends = output_names.index(name), (-math.inf, *function.positions, math.inf)
-            tolerance = EVENT_ROUNDING_RATIO * scales[source] / (time if is_rate else 1.0)
+            source, ends = output_names.index(function.source), (-math.inf, *function.positions, math.inf)
+            tolerance = EVENT_ROUNDING_RATIO * scales[source] / (time if function.is_rate else 1.0)
             for segment, interval in enumerate(pairwise(ends)):
-                records.append((term_index, source, is_rate, *interval, tolerance, *_table_segment(function, segment)))
+                records.append((term_index, source, function.is_rate, *interval, tolerance, *_table_segment(function, segment)))
         term_index += len(list(_function_terms(function, 0, output_names, 0)))
     return np.array(records, dtype=TABLE_SEGMENT_DTYPE)
 
@@ -148,33 +148,20 @@ def _function_terms(
     function: ReadingFunction, target: int, output_names: Sequence[str], segment: int
 ) -> Iterator[tuple[int, int, int, float, float, float]]:
     """Yield the terms of a function of a reading, on a segment if it is a table."""
-    name, is_rate = output_of_reading(function.reading)
-    source, kind = output_names.index(name), InputTermKind.RATE if is_rate else InputTermKind.VALUE
+    source, kind = output_names.index(function.source), InputTermKind.RATE if function.is_rate else InputTermKind.VALUE
     match function:
         case LinearFunction():
             yield kind, target, source, function.gain, function.about, 0.0
         case TableFunction():
             yield kind, target, source, *_table_segment(function, segment)
         case HarmonicFunction():
-            for order, cosine, sine in function.harmonics:
-                yield InputTermKind.HARMONIC, target, source, cosine, sine, order
+            for one in function.harmonics:
+                yield InputTermKind.HARMONIC, target, source, *_cosine_and_sine(one), one.order
 
 
-def output_of_reading(reading: str) -> tuple[str, bool]:
-    """Return the output that a function of a reading takes, and whether it takes its rate, as for the speed of a spindle.
-
-    Parameters
-    ----------
-    reading
-        Name of the reading.
-
-    Returns
-    -------
-    tuple[str, bool]
-        Name of the output, and whether its rate is meant.
-    """
-    part, dot, name = reading.rpartition(".")
-    return (f"{part}{dot}{SPINDLE_ANGLE}", True) if name == SPINDLE_SPEED else (reading, False)
+def _cosine_and_sine(harmonic: AngleHarmonic) -> tuple[float, float]:
+    """Return the coefficients of the cosine and the sine of order times angle."""
+    return harmonic.amplitude * elementary.sin(harmonic.phase), harmonic.amplitude * elementary.cos(harmonic.phase)
 
 
 def _table_segment(table: TableFunction, segment: int) -> tuple[float, float, float]:
@@ -236,7 +223,7 @@ def evaluate_reading_function_along(function: ReadingFunction, values: FloatArra
         case TableFunction():
             return np.interp(values, function.positions, function.values)
         case HarmonicFunction():
-            orders, cosines, sines = np.array(function.harmonics).T
+            orders, cosines, sines = np.array([(one.order, *_cosine_and_sine(one)) for one in function.harmonics]).T
             angles = np.multiply.outer(values, orders)
             harmonics: FloatArray = np.cos(angles) @ cosines + np.sin(angles) @ sines
             return harmonics

@@ -6,7 +6,7 @@ import numpy as np
 
 from governor_mechanism.effects.gas_pressure import travel_in_stroke
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
-from governor_mechanism.mechanics.dynamics.forces.inputs import NOT_HELD, evaluate_reading_function, output_of_reading
+from governor_mechanism.mechanics.dynamics.forces.inputs import NOT_HELD, evaluate_reading_function
 from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
@@ -113,9 +113,8 @@ def initial_lags(scene: Scene, poses: FloatArray, velocities: FloatArray) -> Flo
     """
 
     def evaluate(function: ReadingFunction) -> float:
-        name, is_rate = output_of_reading(function.reading)
-        output = evaluate_output(scene.mechanism, name, poses)
-        value = np.sum(output.gradient * velocities) if is_rate else output.value
+        output = evaluate_output(scene.mechanism, function.source, poses)
+        value = np.sum(output.gradient * velocities) if function.is_rate else output.value
         return evaluate_reading_function(function, float(value))
 
     def evaluate_held(load: InputFunction) -> float:

@@ -13,7 +13,7 @@ from governor_mechanism.mechanics.dynamics.characteristic_scales import time_sca
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
 from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
-from governor_mechanism.mechanics.dynamics.forces.inputs import EVENT_ROUNDING_RATIO, output_of_reading, output_rate
+from governor_mechanism.mechanics.dynamics.forces.inputs import EVENT_ROUNDING_RATIO, output_rate
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_tables_of
 from governor_mechanism.mechanics.dynamics.forces.output_forces import evaluate_travel_in_stroke
 from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace
@@ -156,10 +156,9 @@ def _table_event_functions(scene: Scene, mode: ContactMode, first_index: int, to
     """Yield the event functions at the ends of the segment of each table of a reading; `first_index` is the contact index of the first."""
     output_names = forced_output_names(scene)
     for contact_index, (table, segment) in enumerate(zip(reading_tables_of(scene), mode.segments, strict=True), start=first_index):
-        name, is_rate = output_of_reading(table.reading)
-        output, tolerance = output_names.index(name), tolerances.outputs[name]
-        kind = EventFunctionKind.RATE if is_rate else EventFunctionKind.VALUE
-        tolerance = tolerance / tolerances.time if is_rate else tolerance
+        output, tolerance = output_names.index(table.source), tolerances.outputs[table.source]
+        kind = EventFunctionKind.RATE if table.is_rate else EventFunctionKind.VALUE
+        tolerance = tolerance / tolerances.time if table.is_rate else tolerance
         if segment > 0:
             yield kind, output, -1, -1.0, -table.positions[segment - 1], tolerance, -1, contact_index
         if segment < len(table.positions):

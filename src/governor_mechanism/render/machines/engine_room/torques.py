@@ -1,5 +1,6 @@
 """Torque of an engine and of its load over a run, and the times at which the load jumps."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -96,4 +97,4 @@ def _given_torque(run: Trajectory, governed: EngineRoomParts, load: InputFunctio
     own_functions = tuple(function for function in load.functions if function not in followed)
     if not own_functions and not load.factors:
         return np.asarray(CubicTimeFunction(load)(run.times))
-    return sample_input(run, InputFunction(times=load.times, values=load.values, functions=own_functions, factors=load.factors))
+    return sample_input(run, replace(load, functions=own_functions))
