@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from governor_mechanism.types import FloatValues as FloatValues
     from governor_mechanism.types import InputValues as InputValues
     from governor_mechanism.types import Progress as Progress
+    from governor_mechanism.types import QuantityValues as QuantityValues
     from governor_mechanism.verification.report import CheckReport as CheckReport
     from governor_mechanism.verification.user_kernel.report import KernelReport as KernelReport
 
@@ -82,6 +83,7 @@ _MODULES = {
     "PaperRules": "studies.regulation.paper_rules",
     "PendulumDesign": "studies.pendulum.results",
     "Progress": "types",
+    "QuantityValues": "types",
     "Reaction": "model.results.reaction",
     "Scene": "model.scene",
     "SceneDescription": "scenes.described_scene",

@@ -13,6 +13,9 @@ FloatOrArray = float | FloatArray
 FloatValues = Sequence[float] | FloatArray
 """Numbers as a list, tuple or array."""
 
+QuantityValues = Sequence[float | str] | FloatArray
+"""Quantities as a list, tuple or array: numbers in SI, or texts with a unit."""
+
 InputValues = float | str | Sequence[float | str] | FloatArray
 """Values of an input: SI numbers, or text with a unit."""
 

@@ -309,10 +309,9 @@ def _evaluate_working_range(
 
 
 def _validate_speed_change(value: object) -> float:
-    number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else 0.0
-    if not 0.0 < number <= MAX_SPEED_CHANGE:
+    if not (isinstance(value, Real) and not isinstance(value, bool) and 0.0 < value <= MAX_SPEED_CHANGE):
         raise MechanismError(
             f"speed_change is a relative change of speed above 0 and at most {MAX_SPEED_CHANGE:g}, such as 0.01 for 1 %; "
             f"got {format_value(value)}"
         )
-    return number
+    return float(value)
