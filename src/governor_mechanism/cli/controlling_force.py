@@ -143,7 +143,7 @@ def _format_working_range(scene: Scene, curve: ControllingForce) -> str:
     """Return the sensitiveness over the working range in a sentence."""
     ends = curve.working_range
     if ends is None:
-        return 'no sensitiveness: the ends of the travel bound no working range; give one, as in --range "sleeve_lift=20 mm:60 mm"'
+        return 'for the sensitiveness give a working range, as in --range "sleeve_lift=20 mm:60 mm": the scene has no stops'
     places = " to ".join(format_coordinate(scene, float(value)) for value in ends.coordinate)
     low, high = (format_quantity(float(speed), "rad/s") for speed in ends.speed)
     text = f"working range {places}: {low} to {high}"

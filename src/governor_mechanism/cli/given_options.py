@@ -30,12 +30,10 @@ def is_given(name: str) -> bool:
 
 
 def refuse_idle_options(*names: str, condition: str) -> None:
-    """Raise MechanismError if options are given that do nothing.
+    """Raise MechanismError if options, by the names of their parameters, are given that do nothing; call it where they have no effect.
 
     Parameters
     ----------
-    names
-        Names of the parameters of the options; call it where they have no effect.
     condition
         Why, as "without --kernel".
 

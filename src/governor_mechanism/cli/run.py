@@ -56,7 +56,7 @@ def run(
     no_film: Annotated[bool, typer.Option("--no-film", help="Write no film.")] = False,
     fps: Annotated[float | None, typer.Option(help="Frames per second of film, 1 to 50. [25; 12.5 for an engine room]")] = None,
     size: Annotated[
-        str | None, typer.Option(help="Height of the film in pixels, as 720 or 720x720; its width follows from what it shows. [480]")
+        str | None, typer.Option(help="Height of the film in pixels, as 720 (720p with --layout wide); its width follows. [480]")
     ] = None,
     layout: film_options.LayoutOption = FilmLayout.MACHINE_AND_PLOTS,
     readings: film_options.ReadingsOption = None,

@@ -62,7 +62,7 @@ def whole_number(least: int) -> _Requirement:
     """Return the requirement of a whole number of at least `least`."""
     return (
         f"a whole number of at least {least}",
-        lambda value: isinstance(value, Integral) and not isinstance(value, bool) and value >= least,
+        lambda value: isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= least,
     )
 
 
