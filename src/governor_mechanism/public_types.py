@@ -45,7 +45,6 @@ if TYPE_CHECKING:
     from governor_mechanism.studies.valve_timing import ValveTiming as ValveTiming
     from governor_mechanism.studies.work_precision.results import AccuracyStudy as AccuracyStudy
     from governor_mechanism.types import FloatArray as FloatArray
-    from governor_mechanism.types import FloatValues as FloatValues
     from governor_mechanism.types import InputValues as InputValues
     from governor_mechanism.types import Progress as Progress
     from governor_mechanism.types import QuantityValues as QuantityValues
@@ -65,7 +64,6 @@ _MODULES = {
     "Errata": "studies.errata.results",
     "Exploration": "notebook.exploring.exploration",
     "FloatArray": "types",
-    "FloatValues": "types",
     "FlywheelDesign": "studies.flywheel.design",
     "GovernedEngineDesign": "studies.governed_engine.results",
     "HardCasesReport": "studies.hard_cases.results",
