@@ -130,6 +130,26 @@ def test_a_number_out_of_range_is_refused_on_entry(call, sentence):
     assert sentence in refusal(call)
 
 
+RESULT_METHODS = {
+    "save figures": (lambda run: lambda wrong: run.save("folder", figure_formats=wrong), "the formats of figures must be a list"),
+    "body": (lambda run: run.scene.mechanism.body_index, "no body"),
+    "joint": (lambda run: run.scene.mechanism.joint_index, "no joint"),
+    "reading": (lambda run: run.scene.mechanism.reading, "no reading"),
+    "CSV": (lambda run: gm.kinematics(run.scene, "time", [0.0, 0.1]).save_csv, "path must be a path"),
+    "JSON": (lambda run: gm.valve_timing("slide_valve_30").save_json, "path must be a path"),
+    "state space": (lambda run: gm.linearise("porter_dashpot").state_space, "inputs must be a list of names"),
+    "errata": (lambda run: gm.errata("dubois").count, "category must be one of"),
+}
+
+
+@pytest.mark.parametrize("name", RESULT_METHODS)
+def test_methods_of_results_refuse_wrong_arguments(run, name):
+    make, sentence = RESULT_METHODS[name]
+    method = make(run)
+    for wrong in (None, 3, {}, object(), 1j):
+        assert sentence in refusal(method, wrong)
+
+
 TAKES_TEXTS = [
     (lambda angle: gm.insensitivity_band("porter", [angle, 0.5], "40 N").falling_speed, "20 deg", "20 mm"),
     (lambda angle: gm.controlling_force("porter", [angle, 0.5]).force, "20 deg", "20 mm"),

@@ -7,6 +7,7 @@ from typing import Any
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.studies.printed_numbers import PrintedNumber
+from governor_mechanism.units.quantities import format_value
 
 N_MORE_DIGITS = 2
 """Digits that a recomputed number shows beyond those of the printed one."""
@@ -216,8 +217,10 @@ def check_paper(paper: str) -> Paper:
     MechanismError
         If there is no such paper.
     """
-    if paper not in set(Paper):
-        raise MechanismError(f"paper must be one of {', '.join(Paper)}; got {paper!r}.{did_you_mean(paper, [one.value for one in Paper])}")
+    if not isinstance(paper, str) or paper not in set(Paper):
+        raise MechanismError(
+            f"paper must be one of {', '.join(Paper)}; got {format_value(paper)}.{did_you_mean(paper, [one.value for one in Paper])}"
+        )
     return Paper(paper)
 
 
@@ -239,7 +242,7 @@ def check_category(category: str) -> Category:
     MechanismError
         If there is no such category.
     """
-    if category not in set(Category):
+    if not isinstance(category, str) or category not in set(Category):
         hint = did_you_mean(category, [one.value for one in Category])
-        raise MechanismError(f"category must be one of {', '.join(Category)}; got {category!r}.{hint}")
+        raise MechanismError(f"category must be one of {', '.join(Category)}; got {format_value(category)}.{hint}")
     return Category(category)
