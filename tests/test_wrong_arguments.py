@@ -137,7 +137,7 @@ RESULT_METHODS = {
     "reading": (lambda run: run.scene.mechanism.reading, "no reading"),
     "CSV": (lambda run: gm.kinematics(run.scene, "time", [0.0, 0.1]).save_csv, "path must be a path"),
     "JSON": (lambda run: gm.valve_timing("slide_valve_30").save_json, "path must be a path"),
-    "state space": (lambda run: gm.linearise("porter_dashpot").state_space, "inputs must be a list of names"),
+    "state space": (lambda run: lambda wrong: gm.linearise("porter_dashpot").state_space(wrong, []), "inputs must be a list of names"),
     "errata": (lambda run: gm.errata("dubois").count, "category must be one of"),
 }
 
