@@ -334,7 +334,7 @@ def _suggest_unit(unit: str, expected: QuantityKind) -> str:
     if expected.si_unit == "rad/s":
         if _TURN_SPELLING.match(word):
             return f". Did you mean {'rev/s' if _PER_SECOND.search(word) else 'rpm'!r}?"
-        misleading = {"deg", "rad", "°", "deg/s", "rad/s", "Hz"}
+        misleading = {"deg", "rad", "°", "deg/s", "rad/s", "deg/s^2", "rad/s^2", "Hz"}
         candidates = ["deg/s", "rad/s"] if _ANGLE_SPELLING.match(word) else [name for name in candidates if name not in misleading]
     lowered = {name.lower(): name for name in reversed(candidates)}
     matches = difflib.get_close_matches(word, list(lowered), n=1)
