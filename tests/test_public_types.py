@@ -174,3 +174,7 @@ def test_results_are_shown_in_a_few_lines(run):
         assert len(repr(result)) <= MAX_REPR_LENGTH
         assert "\n" not in repr(result)
         assert "array(" not in repr(result)
+
+
+def test_a_shell_completes_what_is_public():
+    assert set(dir(gm)) == {*gm.__all__, "__version__"}

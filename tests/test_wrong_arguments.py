@@ -85,6 +85,21 @@ CALLS: dict[str, tuple[Any, dict[str, Any], list[Any]]] = {
         {"scene": "slider_crank", "vary": {"dimensions.crank": [0.1]}, "quantities": ["final crank_angle"]},
         ["vary", "quantities", "engine", "out", "progress"],
     ),
+    "valve_gears": (gm.valve_gears, {"scenes": ["gooch"], "count": 2}, ["scenes", "count"]),
+    "load_change_study": (gm.load_change_study, {"scene": "governed_engine"}, ["scene", "load_step", "at", "ramp", "engine"]),
+    "stability_map": (gm.stability_map, {"scene": "governed_engine"}, ["scene", "vary", "border_points", "workers", "progress"]),
+    "paper_rules": (gm.paper_rules, {}, ["progress"]),
+    "hard_cases": (gm.hard_cases, {"names": ["limits"]}, ["names", "short", "progress"]),
+    "insensitivity_band": (gm.insensitivity_band, {"scene": "porter", "over": [0.5], "resistance": 1.0}, ["over", "resistance", "against"]),
+    "random samples": (
+        gm.crosscheck,
+        {"scene": "porter", "kernel": lambda arm: 1.0, "over": {"arm_angle": [0.5]}, "quantity": "sleeve_lift"},
+        ["vary", "unit", "random", "seed"],
+    ),
+    "errata": (gm.errata, {}, ["paper", "simulate"]),
+    "explore": (lambda scene, key: gm.explore(scene, key), {"scene": "porter", "key": "arm"}, ["key"]),
+    "open_run": (gm.open_run, {"path": "x"}, ["path"]),
+    "compare": (gm.compare, {"engine": "auto", "accuracy": None}, ["engine", "accuracy", "resistance", "against", "between"]),
 }
 WRONG_FOR_ALL = [b"x", {}, [None], object(), 1j, np.array([[1.0, 2.0]])]
 
@@ -94,6 +109,69 @@ def test_arguments_of_wrong_types_are_refused(name, argument):
     function, arguments, _ = CALLS[name]
     for wrong in WRONG_FOR_ALL:
         refusal(function, **{**arguments, argument: wrong})
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: gm.valve_gears(-1), "a scene is a path or the name of a shipped scene"),
+        (lambda: gm.valve_gears("gooch", -1), "count must be a whole number of at least 2; found -1"),
+        (lambda: gm.valve_gears("gooch", 2.5), "count must be a whole number of at least 2; found 2.5"),
+        (lambda: gm.stability_map("governed_engine", vary=float("inf")), "vary must be a list of texts; found inf"),
+        (lambda: gm.stability_map("governed_engine", border_points=-1), "border_points must be a whole number of at least 0"),
+        (lambda: gm.crosscheck("porter", lambda arm: 1.0, over={"arm_angle": [0.5]}, vary=3), "vary must be values by key"),
+        (lambda: gm.crosscheck("porter", lambda arm: 1.0, over={"arm_angle": [0.5]}, random=-1), "random must be a whole number"),
+        (lambda: gm.kinematics("slider_crank", "crank_angle", [0.1], rate=1e300), "rate of crank_angle must be at most 1e+100"),
+        (lambda: gm.design_pendulum(arm=1e300), "arm must be at most 1e+30 in SI"),
+        (lambda: gm.controlling_force("porter", speed_change=10**400), "speed_change is a relative change"),
+    ],
+)
+def test_a_number_out_of_range_is_refused_on_entry(call, sentence):
+    assert sentence in refusal(call)
+
+
+RESULT_METHODS = {
+    "save figures": (lambda run: lambda wrong: run.save("folder", figure_formats=wrong), "the formats of figures must be a list"),
+    "body": (lambda run: run.scene.mechanism.body_index, "no body"),
+    "joint": (lambda run: run.scene.mechanism.joint_index, "no joint"),
+    "reading": (lambda run: run.scene.mechanism.reading, "no reading"),
+    "CSV": (lambda run: gm.kinematics(run.scene, "time", [0.0, 0.1]).save_csv, "path must be a path"),
+    "JSON": (lambda run: gm.valve_timing("slide_valve_30").save_json, "path must be a path"),
+    "state space": (lambda run: lambda wrong: gm.linearise("porter_dashpot").state_space(wrong, []), "inputs must be a list of names"),
+    "errata": (lambda run: gm.errata("dubois").count, "category must be one of"),
+}
+
+
+@pytest.mark.parametrize("name", RESULT_METHODS)
+def test_methods_of_results_refuse_wrong_arguments(run, name):
+    make, sentence = RESULT_METHODS[name]
+    method = make(run)
+    for wrong in (None, 3, {}, object(), 1j):
+        assert sentence in refusal(method, wrong)
+
+
+TAKES_TEXTS = [
+    (lambda angle: gm.insensitivity_band("porter", [angle, 0.5], "40 N").falling_speed, "20 deg", "20 mm"),
+    (lambda angle: gm.controlling_force("porter", [angle, 0.5]).force, "20 deg", "20 mm"),
+    (lambda angle: gm.kinematics("slider_crank_torque", "crank_angle", [angle, 0.5]).poses, "20 deg", "20 mm"),
+    (lambda rate: gm.kinematics("slider_crank_torque", "crank_angle", [0.5], rate=rate).velocities, "20 deg/s", "20 mm/s"),
+    (lambda rate: gm.kinematics("slider_crank_torque", "crank_angle", [0.5], 1.0, rate).accelerations, "20 deg/s^2", "20 mm/s^2"),
+    (lambda time: gm.kinematics("slider_crank", "time", [0.0, time]).poses, "20 ms", "20 mm"),
+    (lambda time: gm.run("slider_crank", times=[0.0, time], accuracy=1e-3).times, "20 ms", "20 mm"),
+]
+
+
+@pytest.mark.parametrize(("function", "text", "other"), TAKES_TEXTS)
+def test_a_text_with_a_unit_is_taken_where_a_quantity_is(function, text, other):
+    number, unit = text.split()
+    in_si = float(number) * {"deg": np.pi / 180, "ms": 1e-3}[unit.partition("/")[0]]
+    np.testing.assert_allclose(function(text), function(in_si), rtol=1e-14, atol=1e-300)
+    assert f'"{other}" is ' in refusal(function, other)
+
+
+def test_a_film_takes_texts_for_its_times(run, tmp_path):
+    gm.film(run, tmp_path / "film.gif", start="100 ms", stop="0.2 s", layout="machine", size=320)
+    assert 'stop is a time; "2 mm" is a length' in refusal(lambda: gm.film(run, tmp_path / "other.gif", stop="2 mm"))
 
 
 @pytest.mark.parametrize("accuracy", ["x", float("nan"), True, 0, -1.0, 1.0])
@@ -112,7 +190,7 @@ def test_a_speed_curve_of_endless_points_is_refused():
         ({"size": "large"}, 'size must be a finite number; found "large"'),
         ({"size": 10**10}, "320 to 4320 pixels"),
         ({"part": 3}, "part must be text; found 3"),
-        ({"start": "x"}, 'start must be a finite number; found "x"'),
+        ({"start": "x"}, 'start is a time; "x" has no number'),
         ({"slow_down": []}, "slow_down must be a finite number; found []"),
         ({"run": [None, None]}, "a film shows a run"),
         ({"path": Path("film.avi")}, "must end in .gif or .mp4"),

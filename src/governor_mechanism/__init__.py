@@ -61,7 +61,6 @@ if TYPE_CHECKING:
         Errata,
         Exploration,
         FloatArray,
-        FloatValues,
         FlywheelDesign,
         GovernedEngineDesign,
         HardCasesReport,
@@ -79,6 +78,7 @@ if TYPE_CHECKING:
         PaperRules,
         PendulumDesign,
         Progress,
+        QuantityValues,
         Reaction,
         Scene,
         SceneDescription,
@@ -107,7 +107,6 @@ __all__ = [
     "Errata",
     "Exploration",
     "FloatArray",
-    "FloatValues",
     "FlywheelDesign",
     "GovernedEngineDesign",
     "GovernorMechanismError",
@@ -127,6 +126,7 @@ __all__ = [
     "PaperRules",
     "PendulumDesign",
     "Progress",
+    "QuantityValues",
     "Reaction",
     "RunFailed",
     "Scene",
@@ -181,4 +181,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted([*__all__, "__version__"])

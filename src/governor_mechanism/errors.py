@@ -8,6 +8,9 @@ import math
 import re
 from collections.abc import Iterable
 
+_LONG_WORD = re.compile(r"\S{301,}")
+"""What no name of a key is, and nearly no path of a file: shortened, since a message of pages is not read."""
+
 _CONTROL_CHARACTER = re.compile("[\x01-\x1f\x7f-\x9f]")
 
 
@@ -27,6 +30,25 @@ def escape_control_characters(text: str) -> str:
     return _CONTROL_CHARACTER.sub(lambda match: f"\\x{ord(match[0]):02x}", text) if _CONTROL_CHARACTER.search(text) else text
 
 
+def make_legible(text: str) -> str:
+    """Return a message in one line, without control characters, and with very long words shortened in their middle.
+
+    Parameters
+    ----------
+    text
+        Any text.
+
+    Returns
+    -------
+    str
+        The message.
+    """
+    escaped = escape_control_characters(text)
+    if len(escaped) <= 300:
+        return escaped
+    return _LONG_WORD.sub(lambda match: f"{match[0][:60]}...{match[0][-20:]}", escaped)
+
+
 class GovernorMechanismError(Exception):
     """Base class of all exceptions that this package raises on purpose."""
 
@@ -41,7 +63,7 @@ class MechanismError(GovernorMechanismError, ValueError):
     """
 
     def __init__(self, *problems: str) -> None:
-        self.problems: tuple[str, ...] = tuple(map(escape_control_characters, problems))
+        self.problems: tuple[str, ...] = tuple(map(make_legible, problems))
         super().__init__("\n".join(self.problems))
 
 

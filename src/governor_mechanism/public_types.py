@@ -45,9 +45,9 @@ if TYPE_CHECKING:
     from governor_mechanism.studies.valve_timing import ValveTiming as ValveTiming
     from governor_mechanism.studies.work_precision.results import AccuracyStudy as AccuracyStudy
     from governor_mechanism.types import FloatArray as FloatArray
-    from governor_mechanism.types import FloatValues as FloatValues
     from governor_mechanism.types import InputValues as InputValues
     from governor_mechanism.types import Progress as Progress
+    from governor_mechanism.types import QuantityValues as QuantityValues
     from governor_mechanism.verification.report import CheckReport as CheckReport
     from governor_mechanism.verification.user_kernel.report import KernelReport as KernelReport
 
@@ -64,7 +64,6 @@ _MODULES = {
     "Errata": "studies.errata.results",
     "Exploration": "notebook.exploring.exploration",
     "FloatArray": "types",
-    "FloatValues": "types",
     "FlywheelDesign": "studies.flywheel.design",
     "GovernedEngineDesign": "studies.governed_engine.results",
     "HardCasesReport": "studies.hard_cases.results",
@@ -82,6 +81,7 @@ _MODULES = {
     "PaperRules": "studies.regulation.paper_rules",
     "PendulumDesign": "studies.pendulum.results",
     "Progress": "types",
+    "QuantityValues": "types",
     "Reaction": "model.results.reaction",
     "Scene": "model.scene",
     "SceneDescription": "scenes.described_scene",

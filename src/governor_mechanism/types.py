@@ -10,8 +10,8 @@ FloatArray = NDArray[np.float64]
 FloatOrArray = float | FloatArray
 """A number, or an array of numbers that broadcasts with the other arguments."""
 
-FloatValues = Sequence[float] | FloatArray
-"""Numbers as a list, tuple or array."""
+QuantityValues = Sequence[float | str] | FloatArray
+"""Quantities as a list, tuple or array: numbers in SI, or texts with a unit."""
 
 InputValues = float | str | Sequence[float | str] | FloatArray
 """Values of an input: SI numbers, or text with a unit."""

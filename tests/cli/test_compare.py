@@ -56,3 +56,13 @@ def test_mistakes_are_told(words, sentence, tmp_path: Path) -> None:
     result = call(*words, "--no-film", "--no-figure", "--out", str(tmp_path))
     assert result.exit_code == 2, result.output
     assert sentence in result.stderr
+
+
+def test_a_change_of_one_scene_shows_before_and_after(tmp_path: Path) -> None:
+    words = ("--set", "2:dimensions.arm=320 mm", "--seconds", "0.05 s", "--no-film", "--no-figure", "--accuracy", "1e-4")
+    result = call("porter", "porter", *words, "--out", str(tmp_path))
+    assert result.exit_code == 0, result.output
+    assert "porter (2): dimensions.arm=320 mm" in result.stdout.splitlines()
+    told = json.loads(call("porter", "porter", *words, "--out", str(tmp_path), "--json").stdout)
+    before, after = next(row["values"] for row in told["rows"] if "lowest" in row["quantity"])
+    assert before != after

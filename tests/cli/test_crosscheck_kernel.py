@@ -98,7 +98,7 @@ def test_a_kernel_that_raises_at_some_points_is_told_in_a_sentence(kernels: Path
         (["--kernel", "{wrong}:speed"], "cannot be executed: SyntaxError"),
         (["--kernel", "{mine}:speed", "--map", "alpha"], "--map 'alpha' is not understood"),
         (["--kernel", "{mine}:speed", "--over", "arm_angle=1"], "--over gives 'arm_angle' twice"),
-        (["--unit", "rpm"], "belong to a kernel"),
+        (["--unit", "rpm"], "--unit and --out do nothing without --kernel FILE.py:FUNCTION"),
     ],
 )
 def test_what_cannot_be_compared_ends_with_2_and_a_sentence(words, sentence, kernels: Path, tmp_path: Path):

@@ -261,23 +261,62 @@ def test_an_angle_that_the_mechanism_cannot_have_is_named():
     assert "stays open by 0.1 m" in message
 
 
-def test_mistakes_are_those_of_the_file():
+WRONG_CALLS = [
+    (lambda m, rod: m.rod("a", length=-1.0, mass=1.0), 'rod "a": length must be positive; found -1'),
+    (lambda m, rod: m.rod("a", length=1.0, mass="1 m", angle=[]), 'rod "a": mass is a mass; "1 m" is a length'),
+    (lambda m, rod: m.rod("a", length=1.0, mass="1 m", angle=[]), 'rod "a": angle is an angle; found []'),
+    (lambda m, rod: m.rod([], length=1.0, mass=1.0), "name must be one line of text"),
+    (lambda m, rod: m.rod("rod", length=1.0, mass=1.0), "there already is a body 'rod'; choose another name"),
+    (lambda m, rod: m.rod("a", length=1.0, mass=1.0, at=3), 'rod "a": at must be [x, y]'),
+    (lambda m, rod: m.disc("a", radius=None, mass=1.0), 'disc "a": radius is a length; found None'),
+    (lambda m, rod: m.body("a", mass=1.0), 'body "a": inertia is missing'),
+    (lambda m, rod: m.motor(rod, rate="fast"), 'motor: rate is an angular speed; "fast" has no number'),
+    (lambda m, rod: m.motor(rod), "motor: rate or motion is missing"),
+    (lambda m, rod: m.motor(rod, rate=1.0, name=[]), "motor: name must be"),
+    (lambda m, rod: m.slider(m.ground(0, 0), rod.end, angle="10 mm", name="guide"), "slider 'guide': angle is an angle"),
+    (
+        lambda m, rod: m.curve(m.ground(0, 0), rod.end, points=[[0, 0], [1, "x"]]),
+        'curve: points, point 2: y is a length; "x" has no number',
+    ),
+    (lambda m, rod: m.pin(rod.start, rod.end), 'pin: both ends are of "rod"'),
+    (lambda m, rod: m.link(m.ground(0, 0), rod.end, length=0.0), "link: length must be positive"),
+    (lambda m, rod: m.spring(m.ground(0, 0), rod.end, stiffness=-1.0), "spring: stiffness must"),
+    (lambda m, rod: m.torque(rod, moment="3 N"), "torque: moment is a torque"),
+    (lambda m, rod: m.force(rod.end), "force: x or y is missing"),
+    (lambda m, rod: rod.point("mid", 0.1, 0.2), "the name of a point of body 'rod' must be one line of text"),
+    (lambda m, rod: rod.point("middle", 0.1), "point of body 'rod': x is a length; \"middle\" has no number"),
+    (lambda m, rod: rod.add_mass(1.0, at=3), "mass on body 'rod': at must be [x, y]"),
+    (lambda m, rod: rod.add_mass(-1.0, at=[0, 0]), "mass on body 'rod': mass must"),
+    (lambda m, rod: m.ground("x", 0), "ground point 'A': x is a length"),
+    (lambda m, rod: m.ground([[0, 0], [1, "x"]], 0), "ground point 'A' x, point 2: displacement is a length"),
+    (lambda m, rod: m.ground(0, 0, name=[]), "the name of a point of the ground must be one line of text"),
+    (lambda m, rod: m.reading("two words", angle=rod), "letters, digits and _"),
+    (lambda m, rod: m.reading("nothing"), "one of angle, line, distance, x and y"),
+    (lambda m, rod: m.effect([], True), "key must be text; found []"),
+    (lambda m, rod: m.event("a", "rod_angle", 1.0, direction="sideways"), 'direction must be "up" or "down"'),
+    (lambda m, rod: gm.Mechanism.build("t", plane="round"), "plane must be 'fixed' or 'turning'; found \"round\""),
+    (lambda m, rod: gm.Mechanism.build("t", size="big"), "size is a length"),
+    (lambda m, rod: gm.Mechanism.build(3), "title must be text; found 3"),
+]
+
+
+@pytest.mark.parametrize(("call", "sentence"), WRONG_CALLS)
+def test_a_mistake_is_refused_where_it_is_made(call, sentence):
+    """The message names the method and its arguments, and nothing is added."""
     m = gm.Mechanism.build("Wrong")
-    rod = m.rod("rod", length=-1.0, mass=1.0)
-    m.pin(m.ground(0, 0), rod.start)
-    m.motor(rod, rate="fast")
-    message = refusal(m.scene)
-    assert "rod.length must be positive" in message
-    assert "rate is an angular speed" in message
-    m = gm.Mechanism.build("Twice")
-    m.pin(m.ground(0, 0), m.rod("rod", length=1.0, mass=1.0, at=3).start, m.rod("rod", length=1.0, mass=1.0).start)
-    assert "at must be [x, y]" in refusal(m.scene)
+    rod = m.rod("rod", length=1.0, mass=1.0)
+    before = repr(m), repr(rod), repr(rod.table)
+    assert sentence in refusal(call, m, rod)
+    assert (repr(m), repr(rod), repr(rod.table)) == before
+
+
+def test_what_holds_for_the_whole_is_refused_by_the_scene():
     assert "body is missing" in refusal(gm.Mechanism.build("Empty").scene)
 
 
 def test_wrong_arguments_are_refused_in_sentences():
     m = gm.Mechanism.build("Wrong")
-    rod, other = m.rod("rod", length=1.0, mass=1.0), BuiltRod("other", {})
+    rod, other = m.rod("rod", length=1.0, mass=1.0), BuiltRod("other", {}, lambda table: None)
     m.ground(0, 0, "O")
     m.reading("angle", angle=rod)
     for function, arguments, sentence in (

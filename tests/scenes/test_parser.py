@@ -6,6 +6,7 @@ import copy
 import datetime
 import math
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -423,3 +424,14 @@ def test_a_pipe_a_device_and_a_large_file_are_refused_without_being_read(tmp_pat
     (tmp_path / "binary.toml").write_bytes(bytes(range(256)) * 100)
     with pytest.raises(MechanismError, match="is not UTF-8 text"):
         read_scene_file(tmp_path / "binary.toml")
+
+
+def test_many_unknown_keys_are_summed_up_and_long_ones_shortened(tmp_path):
+    long_key = "x" * 10_000
+    lines = [*(f"k{number} = 1" for number in range(500)), f"{long_key} = 1", "[dimensions]", f"{long_key} = 1"]
+    problems = problems_of('title = "t"\nmachine = "pendulum_governor"\n' + "\n".join(lines), tmp_path)
+    unknown = [problem for problem in problems if "unknown" in problem]
+    assert sum("is unknown" in problem for problem in unknown) == 11  # ten of the file, and that of [dimensions]
+    assert any(problem.endswith("491 more keys are unknown") for problem in unknown)
+    assert any(re.search(r"dimensions\.x{40,60}\.\.\.x{20} is unknown; known keys are arm", problem) for problem in unknown)
+    assert max(map(len, problems)) < 400

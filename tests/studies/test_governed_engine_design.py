@@ -189,7 +189,7 @@ def test_options_of_inputs_are_those_of_with_and_misspelt_ones_are_answered(tmp_
     by_with = json.loads(call("hartung", "--with", "wire=10 mm", "--with", "weight_mass=50 kg", *common).stdout)
     assert by_option["design"] == by_with["design"]
     for words, message in (
-        (("--pwoer", "20 PS"), "--pwoer is not an input; .* Did you mean 'power'"),
+        (("--pwoer", "20 PS"), "--pwoer is not an input; .* Did you mean '--power'"),
         (("--power", "20", "PS"), "'PS' belongs to no option"),
         (("--no-figur",), "Did you mean '--no-figure'"),
         (("--droop", "4%", "--droop", "5%"), "--droop is given twice"),

@@ -13,8 +13,8 @@ FOLDERS = {"functions": "Functions", "classes": "Classes and types", "errors": "
 
 ALIASES = {
     "FloatArray": "array of floats",
-    "FloatValues": "numbers, or an array of them",
     "InputValues": "values of an input: numbers, or text with units",
+    "QuantityValues": "quantities in a list or an array: numbers in SI, or texts with units",
     "Progress": "function that is called with the progress",
     "SceneSource": "scene, path of a scene file, or name of a shipped scene",
 }

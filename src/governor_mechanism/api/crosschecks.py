@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, overload
 from governor_mechanism import public_types as gm  # annotations read as users write them
 from governor_mechanism.api.scenes import as_rotating_part, as_scene
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.units.arguments import BY_NAME, FLAG, FUNCTION, NUMBER, TEXT, TEXTS_BY_NAME, check_arguments
+from governor_mechanism.units.arguments import BY_NAME, FLAG, FUNCTION, NUMBER, TEXT, TEXTS_BY_NAME, VARIED, check_arguments, whole_number
 
 if TYPE_CHECKING:
     from governor_mechanism.verification.user_kernel.samples import VariedKey
@@ -34,7 +34,17 @@ def crosscheck(
 ) -> gm.KernelReport: ...
 
 
-@check_arguments(kernel=FUNCTION, quantity=TEXT, over=BY_NAME, allowed=NUMBER, names=TEXTS_BY_NAME, unit=TEXT)
+@check_arguments(
+    kernel=FUNCTION,
+    quantity=TEXT,
+    over=BY_NAME,
+    allowed=NUMBER,
+    names=TEXTS_BY_NAME,
+    unit=TEXT,
+    vary=VARIED,
+    random=whole_number(1),
+    seed=whole_number(0),
+)
 def crosscheck(
     scene: gm.SceneSource,
     kernel: Callable[..., Any] | None = None,

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
+from typing import cast
 
 from governor_mechanism import public_types as gm  # annotations read as users write them
 from governor_mechanism.api.scenes import as_scene
-from governor_mechanism.units.arguments import NUMBER, NUMBERS, TEXT, check_arguments
+from governor_mechanism.units.arguments import QUANTITIES, QUANTITY, TEXT, check_arguments, whole_number
 
 
-@check_arguments(over=TEXT, values=NUMBERS, rate=NUMBER, acceleration=NUMBER)
-def kinematics(scene: gm.SceneSource, over: str, values: gm.FloatValues, rate: float = 1.0, acceleration: float = 0.0) -> gm.Kinematics:
+@check_arguments(over=TEXT, values=QUANTITIES, rate=QUANTITY, acceleration=QUANTITY)
+def kinematics(
+    scene: gm.SceneSource, over: str, values: gm.QuantityValues, rate: float | str = 1.0, acceleration: float | str = 0.0
+) -> gm.Kinematics:
     """Return positions, velocities and accelerations of a mechanism without integration.
 
     The readings include forces of springs and weights, pressures and shaft speeds where positions and rates alone determine them.
@@ -23,11 +25,11 @@ def kinematics(scene: gm.SceneSource, over: str, values: gm.FloatValues, rate: f
     over
         Name of the reading that drives the mechanism in place of the scene's drivers, or "time" for the drivers themselves.
     values
-        Values of the reading, SI, or times, s; shape (n,).
+        Values of the reading, SI, or times, s, or texts with a unit such as "20 deg"; shape (n,).
     rate
-        First time derivative of the reading at each value, SI/s.
+        First time derivative of the reading at each value, SI/s, or text with a unit.
     acceleration
-        Second time derivative of the reading at each value, SI/s2.
+        Second time derivative of the reading at each value, SI/s2, or text with a unit.
 
     Returns
     -------
@@ -85,7 +87,7 @@ def valve_timing(scene: gm.SceneSource) -> gm.ValveTiming:
     return tabulate_valve_timing(as_scene(scene))
 
 
-@check_arguments(count=NUMBER)
+@check_arguments(count=whole_number(2))
 def valve_gears(scenes: gm.SceneSource | Sequence[gm.SceneSource] = (), count: int = 41) -> gm.ValveGears:
     """Compare valve gears: lead, cut-off and travel of the valve from full forward to full back gear.
 
@@ -115,8 +117,7 @@ def valve_gears(scenes: gm.SceneSource | Sequence[gm.SceneSource] = (), count: i
     gear ...
     Gooch's gear     +1.00 ...
     """
-    from governor_mechanism.model.scene import Scene
     from governor_mechanism.studies.valve_gears import SHIPPED_GEARS, compare_valve_gears
 
-    sources: Sequence[gm.SceneSource] = [scenes] if isinstance(scenes, str | Path | Scene) else scenes
+    sources = scenes if isinstance(scenes, list | tuple) else [cast("gm.SceneSource", scenes)]
     return compare_valve_gears([as_scene(scene) for scene in sources or SHIPPED_GEARS], count)

@@ -6,8 +6,10 @@ from collections.abc import Callable, Sequence
 
 from governor_mechanism import public_types as gm  # annotations read as users write them
 from governor_mechanism.api.scenes import as_scene
+from governor_mechanism.units.arguments import FUNCTION, TEXT, TEXTS, check_arguments, whole_number
 
 
+@check_arguments(engine=TEXT)
 def load_change_study(
     scene: gm.SceneSource,
     load_step: str | Sequence[float] = (1.0, 0.5),
@@ -61,6 +63,7 @@ def load_change_study(
     return study_load_change(as_scene(scene), fractions, at=begin, ramp=duration, engine=engine, accuracy=accuracy)
 
 
+@check_arguments(vary=TEXTS, border_points=whole_number(0), workers=whole_number(1), progress=FUNCTION)
 def stability_map(
     scene: gm.SceneSource,
     vary: Sequence[str] = (),
@@ -109,6 +112,7 @@ def stability_map(
     return map_stability(as_scene(scene), vary, n_border_columns=border_points, n_workers=workers, progress=progress)
 
 
+@check_arguments(progress=FUNCTION)
 def paper_rules(progress: Callable[[int, int], None] | None = None) -> gm.PaperRules:
     """Test the rules of the papers about governing on the simulated engine.
 

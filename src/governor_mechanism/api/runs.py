@@ -35,7 +35,7 @@ def run(
     scene: gm.SceneSource,
     engine: str | gm.Engine = "auto",
     accuracy: float | None = None,
-    times: gm.FloatValues | None = None,
+    times: gm.QuantityValues | None = None,
     certify: bool = True,
 ) -> gm.Trajectory:
     """Simulate a scene.
@@ -51,7 +51,7 @@ def run(
     accuracy
         Largest error relative to the scale of each reading; that of the scene if None.
     times
-        Reported times, s; shape (n,). Those of the scene if None.
+        Reported times, s, or texts with a unit; shape (n,). Those of the scene if None.
     certify
         Whether to estimate the error by further runs, and to refine until the accuracy is met.
 
@@ -77,11 +77,13 @@ def run(
     0.6981
     """
     from governor_mechanism.engines import select_engine
+    from governor_mechanism.units.quantities import convert_texts
 
     resolved_scene = as_scene(scene)
     name = resolved_scene.run.engine if isinstance(engine, str) and engine == "auto" else engine
     selected_engine, reason = select_engine(name, resolved_scene, accuracy)
-    return selected_engine.run(resolved_scene, times=times, accuracy=accuracy, certify=certify, reason=reason)
+    reported_times = convert_texts(times, "time", "times")
+    return selected_engine.run(resolved_scene, times=reported_times, accuracy=accuracy, certify=certify, reason=reason)
 
 
 @check_arguments(path=PATH)
@@ -125,8 +127,8 @@ def film(
     size: int = 480,
     frames_per_second: float | None = None,
     part: str | None = None,
-    start: float | None = None,
-    stop: float | None = None,
+    start: float | str | None = None,
+    stop: float | str | None = None,
     slow_down: float | None = None,
     layout: str = "machine+plots",
     readings: Sequence[str] | None = None,
@@ -162,11 +164,12 @@ def film(
         Name of the part to show. None shows all parts, each in a panel of its own; an engine and the governor that it drives, and that
         controls it, are shown as one elevation of an engine room.
     start
-        Start of the shown part of the runs, s. None is the first reported time.
+        Start of the shown part of the runs, s, or text with a unit. None is the first reported time.
     stop
-        End of the shown part of the runs, s. None is the last reported time of any. By default, the film of a run that is periodic to its
-        end closes on its last whole turn or period, so that it repeats without a jump; without a start, the film of an engine room ends
-        soon after the governor has settled, and says so. A page shows the whole run.
+        End of the shown part of the runs, s, or text with a unit. None is the last reported time of any. By
+        default, the film of a run that is periodic to its end closes on its last whole turn or period, so that
+        it repeats without a jump; without a start, the film of an engine room ends soon after the governor has
+        settled, and says so. A page shows the whole run.
     slow_down
         Seconds of film per second of the run; 1 is true time. None is true time for runs of 1 to 60 s; shorter runs are slowed and longer
         ones sped up to a film of 4 to 20 s. A crank that would make a turn in fewer than 20 frames is slowed further, and of a long run the

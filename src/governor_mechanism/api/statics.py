@@ -51,7 +51,7 @@ def speed_curve(
 
 def controlling_force(
     scene: gm.SceneSource,
-    over: gm.FloatValues | None = None,
+    over: gm.QuantityValues | None = None,
     *,
     points: int = 500,
     between: Mapping[str, Sequence[float | str]] | None = None,
@@ -73,7 +73,7 @@ def controlling_force(
     scene
         A scene, the path of a file, or the name of a shipped scene; of several parts, the one that turns with a spindle, alone.
     over
-        Values of the leading coordinate, SI; shape (n,). None for the whole travel.
+        Values of the leading coordinate, SI, or texts with a unit such as "20 deg"; shape (n,). None for the whole travel.
     points
         Number of points over the whole travel; at least 2.
     between
@@ -119,7 +119,7 @@ def controlling_force(
 
 
 def insensitivity_band(
-    scene: gm.SceneSource, over: gm.FloatValues, resistance: float | str, against: str = "sleeve_lift"
+    scene: gm.SceneSource, over: gm.QuantityValues, resistance: float | str, against: str = "sleeve_lift"
 ) -> gm.InsensitivityBand:
     """Return the spindle speeds between which a resistance keeps a mechanism in equilibrium.
 
@@ -128,7 +128,7 @@ def insensitivity_band(
     scene
         A scene, the path of a file, or the name of a shipped scene; of several parts, the one that turns with a spindle, alone.
     over
-        Values of the leading coordinate, SI; shape (n,).
+        Values of the leading coordinate, SI, or texts with a unit such as "20 deg"; shape (n,).
     resistance
         Resistance, N or N m, or text with a unit such as "40 N"; at least 0.
     against

@@ -8,7 +8,7 @@ from typing import Any
 
 from governor_mechanism import public_types as gm  # annotations read as users write them
 from governor_mechanism.api.scenes import as_scene
-from governor_mechanism.units.arguments import BY_NAME, FLAG, FUNCTION, NUMBER, PATH, TEXT, check_arguments
+from governor_mechanism.units.arguments import BY_NAME, FLAG, FUNCTION, NUMBER, PATH, QUANTITY, TEXT, TEXTS, check_arguments
 
 
 @check_arguments(accuracy=NUMBER, against=TEXT, between=BY_NAME)
@@ -131,8 +131,8 @@ def sweep(
         return run_sweep(resolved_scene, task, compute, out, progress)
 
 
-@check_arguments(longest=NUMBER, progress=FUNCTION)
-def accuracy_study(scene: gm.SceneSource, longest: float = 1.0, progress: gm.Progress | None = None) -> gm.AccuracyStudy:
+@check_arguments(longest=QUANTITY, progress=FUNCTION)
+def accuracy_study(scene: gm.SceneSource, longest: float | str = 1.0, progress: gm.Progress | None = None) -> gm.AccuracyStudy:
     """Measure error and time of every engine at every setting, against a reference that a second engine confirms.
 
     Parameters
@@ -140,7 +140,7 @@ def accuracy_study(scene: gm.SceneSource, longest: float = 1.0, progress: gm.Pro
     scene
         A scene, the path of a file, or the name of a shipped scene.
     longest
-        Time limit of a setting, s; slower settings are omitted.
+        Time limit of a setting, s, or text with a unit; slower settings are omitted.
     progress
         Function of the number of finished and of all settings.
 
@@ -164,8 +164,9 @@ def accuracy_study(scene: gm.SceneSource, longest: float = 1.0, progress: gm.Pro
     >>> advice = study.advice(1e-6)  # the fastest of them, and the times of the others
     """
     from governor_mechanism.studies.work_precision.study import run_accuracy_study
+    from governor_mechanism.units.quantities import parse_quantity
 
-    return run_accuracy_study(as_scene(scene), longest, progress)
+    return run_accuracy_study(as_scene(scene), parse_quantity(longest, "time", "longest"), progress)
 
 
 @check_arguments(engine=TEXT, progress=FUNCTION)
@@ -208,7 +209,7 @@ def effects_study(
     return run_effects_study(as_scene(scene), engine, accuracy, progress)
 
 
-@check_arguments(short=FLAG, progress=FUNCTION)
+@check_arguments(names=TEXTS, short=FLAG, progress=FUNCTION)
 def hard_cases(names: Sequence[str] = (), short: bool = False, progress: gm.Progress | None = None) -> gm.HardCasesReport:
     """Run the hard cases by every engine and judge each run.
 

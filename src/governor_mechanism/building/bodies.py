@@ -36,7 +36,7 @@ class BodyBuilder(DocumentTables):
         BuiltRod
             The rod.
         """
-        return BuiltRod(name, self._add_body(name, mass, angle, at, rod={"length": length}))
+        return BuiltRod(name, *self._add_body("rod", name, mass, angle, at, rod={"length": length}))
 
     def disc(
         self,
@@ -70,7 +70,7 @@ class BodyBuilder(DocumentTables):
         BuiltBody
             The disc.
         """
-        return BuiltBody(name, self._add_body(name, mass, angle, at, disc={"radius": radius, **given_values(thickness=thickness)}))
+        return BuiltBody(name, *self._add_body("disc", name, mass, angle, at, disc={"radius": radius, **given_values(thickness=thickness)}))
 
     def plate(
         self,
@@ -108,7 +108,7 @@ class BodyBuilder(DocumentTables):
             The plate.
         """
         plate = {"width": width, "height": height, **given_values(thickness=thickness)}
-        return BuiltBody(name, self._add_body(name, mass, angle, at, plate=plate))
+        return BuiltBody(name, *self._add_body("plate", name, mass, angle, at, plate=plate))
 
     def body(
         self,
@@ -146,7 +146,7 @@ class BodyBuilder(DocumentTables):
             The body.
         """
         shape = given_values(inertia=inertia, moments=moments, centre=plain_list(centre))
-        return BuiltBody(name, self._add_body(name, mass, angle, at, **shape))
+        return BuiltBody(name, *self._add_body("body", name, mass, angle, at, **shape))
 
     def point_mass(self, name: str, *, mass: Quantity, at: Sequence[Quantity] | None = None) -> BuiltBody:
         """Add a mass in a point.
@@ -165,7 +165,7 @@ class BodyBuilder(DocumentTables):
         BuiltBody
             The point mass.
         """
-        return BuiltBody(name, self._add_body(name, mass, None, at, point=True))
+        return BuiltBody(name, *self._add_body("point_mass", name, mass, None, at, point=True))
 
     def block(self, name: str, *, mass: Quantity, at: Sequence[Quantity] | None = None) -> BuiltBody:
         """Add a body that never rotates, as a crosshead in its guide or a sleeve.
@@ -184,7 +184,7 @@ class BodyBuilder(DocumentTables):
         BuiltBody
             The block.
         """
-        return BuiltBody(name, self._add_body(name, mass, None, at, turns=False))
+        return BuiltBody(name, *self._add_body("block", name, mass, None, at, turns=False))
 
     def ground(self, x: Program, y: Program, name: str = "") -> BuiltPoint:
         """Add a point of the ground.
@@ -206,13 +206,19 @@ class BodyBuilder(DocumentTables):
         Raises
         ------
         MechanismError
-            If there is a point of this name.
+            If there is a point of this name, or a coordinate is wrong.
         """
+        from governor_mechanism.building.call_checks import check_name  # slow to import: pydantic
+
         points = self._tables.setdefault(GROUND, {})
-        name = name or next(letter for letter in _letters() if letter not in points)
+        if isinstance(name, str) and not name:
+            name = next(letter for letter in _letters() if letter not in points)
+        check_name("a point of the ground", name)
         if name in points:
             raise MechanismError(f"the ground already has a point {name!r}; choose another name")
-        points[name] = [x, y]
+        position = [plain_list(x), plain_list(y)]
+        self._checks.check_ground(name, position)
+        points[name] = position
         return BuiltPoint(GROUND, f"{GROUND}.{name}")
 
 

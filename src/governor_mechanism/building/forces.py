@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from governor_mechanism.building.handles import BuiltBody, BuiltPoint, Program, Quantity, body_reference, point_reference
-from governor_mechanism.building.tables import DocumentTables, given_values, name_of
+from governor_mechanism.building.tables import DocumentTables, given_values, plain_list
 
 
 class ForceBuilder(DocumentTables):
@@ -64,7 +64,9 @@ class ForceBuilder(DocumentTables):
             Name of the spring.
         """
         ends = {"first": body_reference("torsion_spring", against), "second": body_reference("torsion_spring", body)}
-        self._add("force", type="torsion_spring", **name_of(name), **ends, **given_values(stiffness=stiffness, free_angle=free_angle))
+        self._add(
+            "force", "torsion_spring", name, type="torsion_spring", **ends, **given_values(stiffness=stiffness, free_angle=free_angle)
+        )
 
     def torsion_damper(self, body: BuiltBody, *, damping: Quantity, against: BuiltBody | None = None, name: str = "") -> None:
         """Add a linear damper of a rotation.
@@ -81,7 +83,7 @@ class ForceBuilder(DocumentTables):
             Name of the damper.
         """
         ends = {"first": body_reference("torsion_damper", against), "second": body_reference("torsion_damper", body)}
-        self._add("force", type="torsion_damper", **name_of(name), **ends, damping=damping)
+        self._add("force", "torsion_damper", name, type="torsion_damper", **ends, damping=damping)
 
     def torque(self, body: BuiltBody, moment: Program, against: BuiltBody | None = None, name: str = "") -> None:
         """Add a torque on a body.
@@ -97,8 +99,11 @@ class ForceBuilder(DocumentTables):
         name
             Name of the torque.
         """
-        bodies = {"body": body_reference("torque", body), **given_values(against=against and body_reference("torque", against))}
-        self._add("force", type="torque", **name_of(name), **bodies, moment=moment)
+        bodies = {
+            "body": body_reference("torque", body),
+            **given_values(against=None if against is None else body_reference("torque", against)),
+        }
+        self._add("force", "torque", name, type="torque", **bodies, moment=plain_list(moment))
 
     def force(self, point: BuiltPoint, *, x: Program | None = None, y: Program | None = None, name: str = "") -> None:
         """Add a force on a point, along the axes of the plane.
@@ -114,4 +119,6 @@ class ForceBuilder(DocumentTables):
         name
             Name of the force.
         """
-        self._add("force", type="force", **name_of(name), point=point_reference("force", point), **given_values(x=x, y=y))
+        self._add(
+            "force", "force", name, type="force", point=point_reference("force", point), **given_values(x=plain_list(x), y=plain_list(y))
+        )

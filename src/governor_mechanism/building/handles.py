@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, TypeAlias
 
@@ -50,12 +50,15 @@ class BuiltBody:
         Name of the body.
     table
         Its table in the document.
+    check
+        Check of a table that shall take the place of its own.
     shape_points
         Names of the points that its shape brings.
     """
 
     name: str
     table: dict[str, Any]
+    check: Callable[[Mapping[str, Any]], None]
     shape_points: tuple[str, ...] = ()
 
     @property
@@ -93,13 +96,20 @@ class BuiltBody:
         Raises
         ------
         MechanismError
-            If the body has a point of this name.
+            If a coordinate is no length, the name is none, or the body has a point of this name.
         """
+        from governor_mechanism.building.call_checks import check_name, check_point  # slow to import: pydantic
+
+        if not isinstance(name, str) or name:
+            check_name(f"a point of body {self.name!r}", name)
+        check_point(f"point of body {self.name!r}", x, y)
         if not name:
             return BuiltPoint(self.name, (self.name, x, y))
         if name in self.point_names:
             raise MechanismError(f"body {self.name!r} already has a point {name!r}; choose another name")
-        self.table.setdefault("points", {})[name] = [x, y]
+        points = {**self.table.get("points", {}), name: [x, y]}
+        self.check({**self.table, "points": points})
+        self.table["points"] = points
         return BuiltPoint(self.name, f"{self.name}.{name}")
 
     def add_mass(self, mass: Quantity, at: BuiltPoint | Sequence[Quantity], radius: Quantity | None = None) -> None:
@@ -117,11 +127,16 @@ class BuiltBody:
         Raises
         ------
         MechanismError
-            If the position is none of this body.
+            If the position is none of this body, or a quantity is wrong.
         """
-        position = self._position_of(at) if isinstance(at, BuiltPoint) else list(at)
+        from governor_mechanism.building.call_checks import check_mass  # slow to import: pydantic
+
+        position = self._position_of(at) if isinstance(at, BuiltPoint) else list(at) if isinstance(at, Iterable) else at
         ball = {"mass": mass, "at": position} | ({} if radius is None else {"radius": radius})
-        self.table.setdefault("point_masses", []).append(ball)
+        check_mass(f"mass on body {self.name!r}", ball)
+        balls = [*self.table.get("point_masses", ()), ball]
+        self.check({**self.table, "point_masses": balls})
+        self.table["point_masses"] = balls
 
     def _position_of(self, point: BuiltPoint) -> list[Any]:
         """Return the coordinates of a point of this body."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from governor_mechanism.building.handles import BuiltBody, BuiltPoint, Program, Quantity, point_reference
-from governor_mechanism.building.tables import DocumentTables, given_values, name_of, plain_list
+from governor_mechanism.building.tables import DocumentTables, given_values, plain_list
 from governor_mechanism.errors import MechanismError
 
 
@@ -143,7 +143,7 @@ class JointBuilder(DocumentTables):
             Name of the link in results.
         """
         ends = {"first": point_reference("link", first), "second": point_reference("link", second)}
-        self._add("link", **name_of(name), **ends, **given_values(length=length))
+        self._add("link", "link", name, **ends, **given_values(length=length))
 
     def gear(
         self, first: BuiltBody | BuiltPoint, second: BuiltBody | BuiltPoint, ratio: float, offset: Quantity | None = None, name: str = ""
@@ -212,7 +212,7 @@ class JointBuilder(DocumentTables):
         name
             Name of the driver in results.
         """
-        self._couple("driven_turn", against, body, name, rate=rate, motion=motion, start=start)
+        self._couple("driven_turn", against, body, name, rate=rate, motion=plain_list(motion), start=start)
 
     def actuator(
         self,
@@ -244,4 +244,4 @@ class JointBuilder(DocumentTables):
         name
             Name of the driver in results.
         """
-        self._join("driven_slide", first, second, name, angle=angle, rate=rate, motion=motion, start=start)
+        self._join("driven_slide", first, second, name, angle=angle, rate=rate, motion=plain_list(motion), start=start)

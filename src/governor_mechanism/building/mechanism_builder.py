@@ -80,13 +80,17 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
         MechanismError
             If there is a reading of this name, or a body or point is none.
         """
-        what, readings = f"reading {name!r}", self._tables.setdefault("readings", {})
+        _require_text("name", name)
+        what = f"reading {name!r}"
+        readings = self._tables.setdefault("readings", {})
         if name in readings:
             raise MechanismError(f"there already is a {what}; choose another name")
         pairs = {key: _pair_references(what, pair) for key, pair in given_values(line=line, distance=distance).items()}
         points = {key: point_reference(what, point) for key, point in given_values(x=x, y=y, **{"from": origin}).items()}
         bodies = {key: body_reference(what, body) for key, body in given_values(angle=angle, against=against).items()}
-        readings[name] = bodies | pairs | points
+        table = bodies | pairs | points
+        self._checks.check_reading(name, table)
+        readings[name] = table
 
     def gravity(self, value: bool | Quantity = True) -> None:
         """Let gravity act along -y.
@@ -107,7 +111,13 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
             Key of the effect, as "dry_friction" or "centrifugal".
         value
             Its value or table, as {"rocker_angle": "2 N m"}.
+
+        Raises
+        ------
+        MechanismError
+            If the key is no text.
         """
+        _require_text("key", key)
         self._tables.setdefault("effects", {})[key] = value
 
     def spindle(
@@ -163,7 +173,16 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
             Value that it passes, SI or text with a unit.
         direction
             "up" or "down"; None for both.
+
+        Raises
+        ------
+        MechanismError
+            If the name or the reading is no text, or the direction is another.
         """
+        for argument, text in (("name", name), ("reading", reading)):
+            _require_text(argument, text)
+        if direction not in (None, "up", "down"):
+            raise MechanismError(f'direction must be "up" or "down"; found {format_value(direction)}')
         self._tables.setdefault("events", {})[name] = {"reading": reading, "value": value, **given_values(direction=direction)}
 
     def document(self) -> dict[str, Any]:
@@ -217,6 +236,12 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
         run = given_values(duration=duration, accuracy=accuracy, output_interval=output_interval, engine=engine)
         document = self.document()
         return Scene.from_dict({**document, "run": run} if run else document)
+
+
+def _require_text(argument: str, value: object) -> None:
+    """Raise MechanismError for an argument that is no text."""
+    if not isinstance(value, str) or not value.strip():
+        raise MechanismError(f"{argument} must be text; found {format_value(value)}")
 
 
 def _pair_references(what: str, pair: object) -> list[Any]:

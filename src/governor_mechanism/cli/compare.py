@@ -5,7 +5,8 @@ Heavy imports are made when the command needs them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,7 +15,7 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console, film_options
-from governor_mechanism.cli.changed_scene import Changes, load_changed
+from governor_mechanism.cli.changed_scene import load_changed
 from governor_mechanism.cli.completion import complete_scene
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figure_files import FigureFiles
@@ -23,6 +24,9 @@ from governor_mechanism.units.quantities import number_or_text
 
 if TYPE_CHECKING:
     from governor_mechanism.studies.comparison.comparison import Comparison
+
+_OF_ONE_SCENE = re.compile(r"\s*([0-9]{1,9}):(.*)", re.DOTALL)
+"""An assignment for one scene, with its number from 1."""
 
 STEM = "comparison"
 """Start of the names of the files."""
@@ -41,7 +45,15 @@ def compare(
         list[str],
         typer.Argument(metavar="SCENE...", help="Two to six scene files, or names of shipped scenes.", autocompletion=complete_scene),
     ],
-    changes: Changes = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="[N:]KEY=VALUE",
+            help='Another value of a key of all scenes, as "run.duration=2 s", or of the N-th alone, as '
+            '"2:dimensions.arm=320 mm"; nothing after = leaves the key out. Repeatable.',
+        ),
+    ] = None,
     engine: Annotated[str, typer.Option(help="Name of an engine; auto uses the engine of each scene.")] = "auto",
     accuracy: console.Accuracy = None,
     seconds: Annotated[str | None, typer.Option(help='Duration of all runs, for example "2 s"; by default that of each scene.')] = None,
@@ -74,6 +86,7 @@ def compare(
     Of governors the table has the equilibrium at the speed of the spindle, its frequency and damping, effort, insensitivity, sensitiveness
     and work capacity; of all scenes, the last, lowest and highest values of the readings that at least two share.
     """
+    film_options.refuse_without_film(no_film=no_film, has_figure=bool(figures.formats))
     chosen = film_options.gather_film_options(
         layout=layout,
         readings=readings,
@@ -93,7 +106,10 @@ def compare(
 
         require_video_writer(f".{film}")
     duration = None if seconds is None else number_or_text(seconds)
-    loaded = [_load(scene, changes, duration) for scene in scenes]
+    changes_of_each = split_changes(changes or (), len(scenes))
+    loaded = [_load(scene, own, duration) for scene, own in zip(scenes, changes_of_each, strict=True)]
+    if changes:
+        _require_different(scenes, loaded)
     if not no_film:
         film_options.check_film_options(loaded, chosen, file_format=film.value)
     console.prepare_folder(figures.folder)
@@ -103,10 +119,62 @@ def compare(
     files = _write_figure(comparison, figures)
     files += [] if no_film else _write_film(comparison, figures.folder / f"{STEM}.{film.value}", chosen)
     is_ok = all(run.outcome.ok for run in comparison.runs)
-    return console.CommandResult(text=[comparison], values=comparison.as_json(), files=files, ok=is_ok)
+    text = [comparison, *_describe_changes(comparison.names, changes_of_each)]
+    return console.CommandResult(text=text, values=comparison.as_json(), files=files, ok=is_ok)
 
 
-def _load(scene: str, changes: list[str] | None, duration: float | str | None) -> gm.Scene:
+def split_changes(changes: Sequence[str], n_scenes: int) -> list[list[str]]:
+    """Return the assignments KEY=VALUE for each scene: "2:KEY=VALUE" is for the second alone, and one without a number for all.
+
+    Parameters
+    ----------
+    changes
+        Texts of the option --set.
+    n_scenes
+        Number of scenes.
+
+    Returns
+    -------
+    list of list of str
+        Assignments by scene.
+
+    Raises
+    ------
+    MechanismError
+        If there is no scene of a number.
+    """
+    of_each: list[list[str]] = [[] for _ in range(n_scenes)]
+    for change in changes:
+        numbered = _OF_ONE_SCENE.fullmatch(change)
+        if numbered and not 1 <= int(numbered[1]) <= n_scenes:
+            raise MechanismError(f"--set {change} is for scene {numbered[1]}, and the scenes are numbered from 1 to {n_scenes}")
+        for number, own in enumerate(of_each, start=1):
+            if not numbered:
+                own.append(change)
+            elif number == int(numbered[1]):
+                own.append(numbered[2])
+    return of_each
+
+
+def _require_different(names: Sequence[str], scenes: Sequence[gm.Scene]) -> None:
+    """Raise MechanismError if two scenes are equal, so that changes of them show nothing."""
+    for second, scene in enumerate(scenes):
+        if scene in scenes[:second]:
+            first = scenes.index(scene)
+            raise MechanismError(
+                f"scenes {first + 1} and {second + 1} are both {names[second]} with the same changes, so that their columns "
+                f'would be equal; change one of them alone, as in --set "{second + 1}:dimensions.arm=320 mm"'
+            )
+
+
+def _describe_changes(names: Sequence[str], changes_of_each: Sequence[Sequence[str]]) -> list[str]:
+    """Return a line for each scene whose changes not all scenes have."""
+    if all(own == changes_of_each[0] for own in changes_of_each):
+        return []
+    return [f"{name}: {', '.join(own)}" for name, own in zip(names, changes_of_each, strict=True) if own]
+
+
+def _load(scene: str, changes: Sequence[str], duration: float | str | None) -> gm.Scene:
     """Load a scene with its changes; a problem says which of the scenes has it."""
     try:
         return load_changed(scene, changes, run__duration=duration)

@@ -16,6 +16,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from governor_mechanism.cli.completion import complete_scene
+from governor_mechanism.cli.given_options import in_typed_words, refuse_idle_options
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.files.plain_values import format_json
 from governor_mechanism.render.figure_files import FigureFiles, FigureFormat, Theme
@@ -91,11 +92,11 @@ def guarded_command(command: Callable[..., CommandResult]) -> Callable[..., None
     def guarded(*args: Any, **options: Any) -> None:
         """Run the command, print its result and end with its exit status."""
         as_json = bool(options.get("as_json"))
-        if has_figures:
-            options = _gather_figure_options(options)
         interrupt_handler = InterruptHandler()
         try:
             with interrupt_handler:
+                if has_figures:
+                    options = _gather_figure_options(options)
                 status = _print_result(command(*args, **options), as_json=as_json)
         except (Exception, KeyboardInterrupt) as error:
             status = interrupt_handler.report() if interrupt_handler.was_interrupted else _report_failure(error, as_json=as_json)
@@ -126,6 +127,9 @@ def _declare_figure_options(command: Any, parameters: Mapping[str, inspect.Param
 
 def _gather_figure_options(options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options of a command with `figures` in the place of theirs."""
+    if options["no_figure"]:
+        draws_film = "no_film" in options and not options["no_film"]
+        refuse_idle_options("figure_formats", *(() if draws_film else ("theme",)), condition="with --no-figure")
     formats = () if options["no_figure"] else tuple(options["figure_formats"] or (FigureFormat.PNG,))
     figures = FigureFiles(folder=options["out"], formats=formats, theme=options["theme"])
     names = {name for name, *_ in _FIGURE_OPTIONS}
@@ -143,9 +147,10 @@ def _print_result(result: CommandResult, *, as_json: bool) -> int:
 def _report_failure(error: BaseException, *, as_json: bool) -> int:
     """Print what the user can correct and return the exit status; raise any other error again."""
     if isinstance(error, GovernorMechanismError):
-        return _report_problems(error.problems if isinstance(error, MechanismError) else [str(error)], as_json=as_json)
+        problems = error.problems if isinstance(error, MechanismError) else [str(error)]
+        return report_problems([*map(in_typed_words, problems)], as_json=as_json)
     if isinstance(error, OSError):
-        return _report_problems([f"cannot read or write {error.filename}: {error.strerror or error}"], as_json=as_json)
+        return report_problems([f"cannot read or write {error.filename}: {error.strerror or error}"], as_json=as_json)
     raise error
 
 
@@ -234,7 +239,8 @@ def show_progress_bar(label: str) -> Iterator[Callable[[int, int], None] | None]
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def _report_problems(problems: Sequence[str], *, as_json: bool) -> int:
+def report_problems(problems: Sequence[str], *, as_json: bool) -> int:
+    """Print the user's mistakes, one sentence each, and return the exit status."""
     for problem in problems:
         print_to_stderr(problem)
     if as_json:

@@ -51,6 +51,7 @@ def report_controlling_force(
     speed_change: float | None,
     resistance: float | None,
     against: str,
+    is_wanted: bool,
 ) -> ControllingForceReport:
     """Return the controlling force of a scene of one part.
 
@@ -68,6 +69,8 @@ def report_controlling_force(
         Resistance at the sleeve, N or N m; None for none.
     against
         Name of the reading of the sleeve.
+    is_wanted
+        Whether the user gave an option that needs a controlling force.
 
     Returns
     -------
@@ -77,9 +80,8 @@ def report_controlling_force(
     Raises
     ------
     MechanismError
-        If a working range or change of speed is given and there is no controlling force, or it is wrong.
+        If a controlling force is wanted and there is none, or an option is wrong.
     """
-    is_asked_for = working_range is not None or speed_change is not None
     options: dict[str, Any] = {
         "between": None if working_range is None else parse_range(working_range),
         "speed_change": DEFAULT_SPEED_CHANGE if speed_change is None else speed_change,
@@ -91,7 +93,7 @@ def report_controlling_force(
         curve = api.controlling_force(scene, **options)
         points = api.controlling_force(scene, places, **options) if places else None
     except MechanismError as error:
-        if is_asked_for:
+        if is_wanted:
             raise
         return ControllingForceReport(scene=scene, curve=None, at_equilibria=None, reason=error.problems[0])
     return ControllingForceReport(scene=scene, curve=curve, at_equilibria=points)
@@ -141,7 +143,7 @@ def _format_working_range(scene: Scene, curve: ControllingForce) -> str:
     """Return the sensitiveness over the working range in a sentence."""
     ends = curve.working_range
     if ends is None:
-        return 'no sensitiveness: the ends of the travel bound no working range; give one, as in --range "sleeve_lift=20 mm:60 mm"'
+        return 'for the sensitiveness give a working range, as in --range "sleeve_lift=20 mm:60 mm": the scene has no stops'
     places = " to ".join(format_coordinate(scene, float(value)) for value in ends.coordinate)
     low, high = (format_quantity(float(speed), "rad/s") for speed in ends.speed)
     text = f"working range {places}: {low} to {high}"

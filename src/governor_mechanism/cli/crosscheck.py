@@ -12,12 +12,17 @@ import typer
 import governor_mechanism as gm
 from governor_mechanism.cli import console
 from governor_mechanism.cli.changed_scene import Changes, load_changed
+from governor_mechanism.cli.given_options import refuse_idle_options
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figure_files import FigureFiles
 
 if TYPE_CHECKING:
     from governor_mechanism.verification.report import CheckReport
     from governor_mechanism.verification.user_kernel.report import KernelReport
+
+
+_FIGURE_OPTIONS = ("out", "figure_formats", "theme")
+"""Options that say where and how the record and the figure of a kernel are written."""
 
 
 def crosscheck(
@@ -54,6 +59,7 @@ def crosscheck(
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Compare a scene with its closed forms, or with a kernel of your own. The exit status is 1 if one disagrees."""
+    _refuse_idle(has_kernel=kernel is not None, is_random=random is not None, shows_list=show_list)
     loaded_scene = load_changed(scene, changes)
     if show_list:
         from governor_mechanism.verification.user_kernel.listing import list_quantities
@@ -61,10 +67,6 @@ def crosscheck(
         listing = list_quantities(loaded_scene)
         return console.CommandResult(text=[listing], values=listing.as_json())
     if kernel is None:
-        if over or vary or names or random is not None or unit is not None or allowed is not None:
-            raise MechanismError(
-                "--over, --vary, --random, --map, --unit and --allowed belong to a kernel; name it by --kernel FILE.py:FUNCTION"
-            )
         with console.show_status("simulating"):
             report = gm.crosscheck(loaded_scene)
         return console.CommandResult(text=[report], values=report.as_json(), files=_write_junit(report, junit) or None, ok=report.passed)
@@ -89,6 +91,17 @@ def crosscheck(
     stem = f"{Path(loaded_scene.source).stem or 'scene'}_{name}"
     files = _write_record(kernel_report, figures, stem) + _write_junit(kernel_report, junit)
     return console.CommandResult(text=[kernel_report], values=kernel_report.as_json(), files=files, ok=kernel_report.passed)
+
+
+def _refuse_idle(*, has_kernel: bool, is_random: bool, shows_list: bool) -> None:
+    """Raise MechanismError for options that do nothing beside others, or without them."""
+    kernel_options = ("quantity", "over", "vary", "random", "seed", "names", "unit", "allowed", *_FIGURE_OPTIONS)
+    if shows_list:
+        refuse_idle_options("kernel", *kernel_options, "junit", condition="with --list")
+    elif not has_kernel:
+        refuse_idle_options(*kernel_options, condition="without --kernel FILE.py:FUNCTION")
+    elif not is_random:
+        refuse_idle_options("seed", condition="without --random")
 
 
 def _parse_pairs(pairs: Sequence[str] | None, option: str, example: str) -> dict[str, str]:

@@ -10,11 +10,12 @@ import math
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
 
 import typer
 
 from governor_mechanism.cli import console
+from governor_mechanism.cli.given_options import remember_options
 from governor_mechanism.render.figure_files import FigureFiles
 
 if TYPE_CHECKING:
@@ -47,8 +48,10 @@ class GivenInputs:
 
     def replace(self, defaults: _Inputs) -> _Inputs:
         """Return the default inputs with the given ones in their place."""
-        from governor_mechanism.studies.design_inputs import parse_assignments
+        from governor_mechanism.studies.design_inputs import option_of, parse_assignments
 
+        names = self.options if self.assignments else [one.name for one in dataclasses.fields(cast("Any", defaults))]
+        remember_options({name: option_of(name) for name in names})
         return parse_assignments(defaults, self.assignments, self.options)
 
 

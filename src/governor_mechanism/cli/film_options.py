@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from governor_mechanism.cli.given_options import refuse_idle_options
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.render.figure_files import Theme
 from governor_mechanism.render.film.options import (
@@ -49,6 +50,19 @@ StopOption = Annotated[str | None, typer.Option(help="End of the film; by defaul
 SlowDownOption = Annotated[
     float | None, typer.Option(help="Seconds of film per second of the run; by default 1, and more for short runs and fast cranks.")
 ]
+
+
+_OF_FILMS = (
+    *("film", "fps", "size", "layout", "readings", "no_footer", "labels", "forces", "traces", "view", "exaggerate", "part"),
+    *("start", "stop", "slow_down"),
+)
+"""Parameters of a command whose options say how its film looks."""
+
+
+def refuse_without_film(*, no_film: bool, has_figure: bool) -> None:
+    """Raise MechanismError if there is no film, and options of films are given; a figure has a theme too."""
+    if no_film:
+        refuse_idle_options(*_OF_FILMS, *(() if has_figure else ("theme",)), condition="with --no-film")
 
 
 COMMAND_WORDS: Mapping[str, str] = {

@@ -6,6 +6,7 @@ Heavy imports are made when a command needs them.
 from __future__ import annotations
 
 import gc
+import io
 import os
 import sys
 from pathlib import Path
@@ -20,9 +21,11 @@ from governor_mechanism.cli.compare import compare
 from governor_mechanism.cli.crosscheck import crosscheck
 from governor_mechanism.cli.design import design
 from governor_mechanism.cli.errata import errata
+from governor_mechanism.cli.given_options import refuse_idle_options
 from governor_mechanism.cli.regulation import regulation_app
 from governor_mechanism.cli.run import run
 from governor_mechanism.cli.scenes import describe, init, models, schema
+from governor_mechanism.cli.strict_command import add_command
 from governor_mechanism.cli.studies import accuracy, effects, hard_cases, sweep, valve_gears
 from governor_mechanism.render.figure_files import FigureFiles
 
@@ -40,8 +43,11 @@ app = typer.Typer(name="governor-mechanism", help=HELP, no_args_is_help=True, ri
 def main() -> None:
     """Run the command line."""
     for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:  # closed; without this, a file of results would get its number
+        stream = getattr(sys, name)
+        if stream is None:  # closed; without this, a file of results would get its number
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
+        elif isinstance(stream, io.TextIOWrapper):  # its encoding may lack a character; results and messages matter more than that
+            stream.reconfigure(errors="replace")
     gc.set_threshold(COLLECTION_THRESHOLD)
     try:
         app()
@@ -86,7 +92,9 @@ def equilibria(
     resistance: Annotated[
         str | None, typer.Option(help='Friction at a reading, for example "40 N": compute and draw the insensitivity band.')
     ] = None,
-    against: Annotated[str, typer.Option(help="The reading of the sleeve, along which resistance and effort act.")] = "sleeve_lift",
+    against: Annotated[
+        str | None, typer.Option(help="The reading of the sleeve, along which resistance and effort act. [sleeve_lift]")
+    ] = None,
     working_range: Annotated[
         str | None,
         typer.Option(
@@ -105,10 +113,11 @@ def equilibria(
 ) -> console.CommandResult:
     """Find all equilibria at a speed and their stability; draw the speed curve and the controlling force."""
     from governor_mechanism.cli.summary import report_equilibria, report_linearisation
-    from governor_mechanism.units.quantities import parse_quantity
+    from governor_mechanism.units.quantities import number_or_text, parse_quantity
 
+    _refuse_idle(linearise=linearise, limit=limit)
     loaded_scene = load_changed(scene, changes)
-    spindle_speed = None if speed is None else parse_quantity(speed, "angular_speed", "--speed")
+    spindle_speed = None if speed is None else parse_quantity(number_or_text(speed), "angular_speed", "--speed")
     if linearise or limit is not None:
         with console.show_status("linearising"):
             return report_linearisation(loaded_scene, spindle_speed, limit)
@@ -116,6 +125,14 @@ def equilibria(
     report = report_equilibria(loaded_scene, spindle_speed, resistance, against, working_range, speed_change)
     files = _write_speed_curve_figures(report, report.curve, figures) if figures.formats and report.curve else []
     return console.CommandResult(text=[report.scene.title, *report.lines()], values=report.as_json(), files=files)
+
+
+def _refuse_idle(*, linearise: bool, limit: str | None) -> None:
+    """Raise MechanismError for options that do nothing beside others."""
+    if linearise or limit is not None:
+        mode = "--limit" if limit is not None else "--linearise"
+        idle = ("resistance", "against", "working_range", "speed_change", "out", "figure_formats", "theme")
+        refuse_idle_options(*(("speed", "linearise") if limit is not None else ()), *idle, condition=f"with {mode}")
 
 
 def _write_speed_curve_figures(report: EquilibriaReport, curve: SpeedCurve, figures: FigureFiles) -> list[Path]:
@@ -152,11 +169,11 @@ for command in (
     valve_gears,
     errata,
 ):
-    app.command(short_help=console.first_sentence(command))(console.guarded_command(command))
+    add_command(app, command)
 # Inputs of a design may be options of their own; `design` answers a misspelt one.
 _ANY_OPTIONS = {"allow_extra_args": True, "ignore_unknown_options": True}
-app.command(short_help=console.first_sentence(design), context_settings=_ANY_OPTIONS)(console.guarded_command(design))
-app.command("compile", short_help=console.first_sentence(compile_kernels))(console.guarded_command(compile_kernels))
+add_command(app, design, context_settings=_ANY_OPTIONS)
+add_command(app, compile_kernels, "compile")
 app.add_typer(regulation_app, name="regulation")
 
 

@@ -14,7 +14,9 @@ import typer
 import governor_mechanism as gm
 from governor_mechanism.cli import console
 from governor_mechanism.cli.changed_scene import Changes, load_changed
+from governor_mechanism.cli.strict_command import add_command
 from governor_mechanism.render.figure_files import FigureFiles
+from governor_mechanism.units.quantities import number_or_text
 
 if TYPE_CHECKING:
     from governor_mechanism.types import FloatArray
@@ -102,7 +104,8 @@ def loop(
     console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)
     with console.show_status("simulating"):
-        study = gm.load_change_study(loaded, load_step, at=at, ramp=ramp, engine=engine, accuracy=accuracy)
+        times: dict[str, Any] = {"at": None if at is None else number_or_text(at), "ramp": number_or_text(ramp)}
+        study = gm.load_change_study(loaded, load_step, **times, engine=engine, accuracy=accuracy)
     stem = f"{Path(loaded.source).stem or 'scene'}_loop"
     files = [study.save_json(figures.folder / f"{stem}.json")]
     if figures.formats:
@@ -157,5 +160,5 @@ def rules(*, figures: FigureFiles, as_json: console.AsJson = False) -> console.C
 
 regulation_app = typer.Typer(help="Study how a governor regulates.", no_args_is_help=True, rich_markup_mode=None)
 for command in (loop, rules, cyclic, clearance, settling, jump):
-    regulation_app.command(short_help=console.first_sentence(command))(console.guarded_command(command))
-regulation_app.command("map", short_help=console.first_sentence(stability_map))(console.guarded_command(stability_map))
+    add_command(regulation_app, command)
+add_command(regulation_app, stability_map, "map")

@@ -17,6 +17,7 @@ import typer
 import governor_mechanism as gm
 from governor_mechanism.cli import console, film_options
 from governor_mechanism.cli.changed_scene import Changes, load_changed
+from governor_mechanism.cli.given_options import refuse_idle_options
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.film.options import FilmLayout, FilmView
@@ -55,7 +56,7 @@ def run(
     no_film: Annotated[bool, typer.Option("--no-film", help="Write no film.")] = False,
     fps: Annotated[float | None, typer.Option(help="Frames per second of film, 1 to 50. [25; 12.5 for an engine room]")] = None,
     size: Annotated[
-        str | None, typer.Option(help="Height of the film in pixels, as 720 or 720x720; its width follows from what it shows. [480]")
+        str | None, typer.Option(help="Height of the film in pixels, as 720 (720p with --layout wide); its width follows. [480]")
     ] = None,
     layout: film_options.LayoutOption = FilmLayout.MACHINE_AND_PLOTS,
     readings: film_options.ReadingsOption = None,
@@ -76,6 +77,9 @@ def run(
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Simulate a scene; write its film, figure, readings (CSV), arrays (netCDF) and a record (JSON)."""
+    film_options.refuse_without_film(no_film=no_film, has_figure=bool(figures.formats))
+    if as_json:
+        refuse_idle_options("verbose", condition="with --json")
     chosen = film_options.gather_film_options(
         layout=layout,
         readings=readings,

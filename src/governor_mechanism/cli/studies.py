@@ -143,6 +143,8 @@ def hard_cases(
 ) -> console.CommandResult:
     """Run the hard cases by every engine over their hard parameters; write a figure per case, a table (CSV) and a record (JSON).
 
+    It takes some ten minutes, and some minutes with --short.
+
     A run passes if its true error is within its error estimate, or if it ends with an outcome that the case names.
     """
     console.prepare_folder(figures.folder)
@@ -165,7 +167,7 @@ def valve_gears(
     figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
-    """Compare valve gears: lead, cut-off and travel over the range of the reversing gear; write a figure and a record (JSON)."""
+    """Compare valve gears: lead, cut-off and travel over the range of the gear; print a table, write a figure and a record (JSON)."""
     console.prepare_folder(figures.folder)
     with console.show_status("reversing"):
         study = gm.valve_gears(scenes or (), count)

@@ -65,27 +65,36 @@ def report_equilibria(
     scene: Scene,
     spindle_speed: float | None,
     resistance: str | None,
-    against: str,
+    against: str | None,
     working_range: str | None = None,
     speed_change: float | None = None,
 ) -> EquilibriaReport:
     """Find the equilibria of the part that turns with a spindle, and their insensitivity bands with a resistance at a reading.
 
-    A working range "READING=LOW:HIGH" and a relative change of speed are those of sensitiveness, effort and power.
+    A working range "READING=LOW:HIGH" and a relative change of speed are those of sensitiveness, effort and power, which act along the
+    reading `against`, by default the lift of the sleeve. What is given and cannot be used is refused.
     """
     scene = rotating_part_alone(scene)
-    force = None if resistance is None else _parse_resistance(scene, resistance, against)
+    sleeve = DEFAULT_SLEEVE if against is None else against
+    force = None if resistance is None else _parse_resistance(scene, resistance, sleeve)
     points = api.equilibria(scene, spindle_speed)
     curve, controlling_force = None, None
-    if working_range is not None or speed_change is not None:
+    is_force_wanted = working_range is not None or speed_change is not None or (against is not None and resistance is None)
+    if is_force_wanted:
         require_equilibrium_speed(scene)
     if has_equilibrium_speed(scene):
-        curve = api.speed_curve(scene, resistance=force, against=against)
+        curve = api.speed_curve(scene, resistance=force, against=sleeve)
         controlling_force = report_controlling_force(
-            scene, points, working_range=working_range, speed_change=speed_change, resistance=force, against=against
+            scene,
+            points,
+            working_range=working_range,
+            speed_change=speed_change,
+            resistance=force,
+            against=sleeve,
+            is_wanted=is_force_wanted,
         )
     bands = [
-        None if force is None else _result_or_reason(api.insensitivity_band, scene, [point.coordinate], force, against) for point in points
+        None if force is None else _result_or_reason(api.insensitivity_band, scene, [point.coordinate], force, sleeve) for point in points
     ]
     rows = list(zip(points, bands, strict=True))
     return EquilibriaReport(scene=scene, points=rows, curve=curve, controlling_force=controlling_force)
@@ -108,6 +117,9 @@ def _result_or_reason(function: Callable[_Arguments, _Result], *arguments: _Argu
     except MechanismError as error:
         return error.problems[0]
 
+
+DEFAULT_SLEEVE = "sleeve_lift"
+"""The reading of the sleeve of most governors."""
 
 EQUILIBRIUM_KEYS = ("coordinate", "extent", "stable", "stiffness", "frequency", "divergence_rate", "uncertainty", "sensitivity", "readings")
 BAND_KEYS = ("falling_speed", "rising_speed", "insensitivity")

@@ -13,6 +13,7 @@ from governor_mechanism.files.plain_values import finite_or_none, plain_value, s
 from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.model.results.exported_result import ExportedResult
 from governor_mechanism.types import DataFrame
+from governor_mechanism.units.arguments import PATH, check_arguments
 
 
 def record_result(result: ExportedResult) -> dict[str, Any]:
@@ -64,6 +65,7 @@ def tabulate_record(result: ExportedResult) -> DataFrame:
     return table
 
 
+@check_arguments(path=PATH)
 def save_record(result: ExportedResult, path: str | os.PathLike[str]) -> Path:
     """Write the plain values of a result as a JSON file.
 
@@ -78,10 +80,16 @@ def save_record(result: ExportedResult, path: str | os.PathLike[str]) -> Path:
     -------
     Path
         The path.
+
+    Raises
+    ------
+    MechanismError
+        If the path is none.
     """
     return save_json(result.as_json(), Path(path))
 
 
+@check_arguments(path=PATH)
 def save_columns(result: ExportedResult, path: str | os.PathLike[str]) -> Path:
     """Write the table of a result as a CSV file: a comment with the units, if they are known, a header, and the rows.
 
@@ -100,7 +108,7 @@ def save_columns(result: ExportedResult, path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     MechanismError
-        If pandas is not installed.
+        If the path is none, or pandas is not installed.
     """
     table = result.to_dataframe()
     units = "; ".join(f"{name} {unit}" for name, unit in table.attrs.get("units", {}).items())

@@ -12,6 +12,7 @@ from governor_mechanism.model.joints import GROUND, Joint, RotationalDriver, Tra
 from governor_mechanism.model.later_module import LaterModule
 from governor_mechanism.model.output_variables import DerivedReading, Limit, Reading, StallLimit
 from governor_mechanism.model.valve import Valve
+from governor_mechanism.units.quantities import format_value
 from governor_mechanism.units.short_repr import summarise
 
 if TYPE_CHECKING:
@@ -235,12 +236,19 @@ class Mechanism:
         return MechanismBuilder(title, plane=plane, size=size)
 
     def body_index(self, name: str) -> int:
-        """Return the position of a body in `bodies`; -1 for the ground."""
-        return -1 if name == GROUND else self._body_indices[name]
+        """Return the position of a body in `bodies`; -1 for the ground. Raise MechanismError if there is none of this name."""
+        if isinstance(name, str) and name in self._body_indices:
+            return self._body_indices[name]
+        if isinstance(name, str) and name == GROUND:
+            return -1
+        raise _unknown_name("body", name, list(self._body_indices), "bodies")
 
     def joint_index(self, name: str) -> int:
-        """Return the position of a joint in `joints`."""
-        return [joint.name for joint in self.joints].index(name)
+        """Return the position of a joint in `joints`. Raise MechanismError if there is none of this name."""
+        names = [joint.name for joint in self.joints]
+        if not isinstance(name, str) or name not in names:
+            raise _unknown_name("joint", name, names, "joints")
+        return names.index(name)
 
     def count_drivers(self) -> int:
         """Return the number of drivers."""
@@ -259,10 +267,15 @@ class Mechanism:
         """Return the reading of a name. Raise MechanismError if there is none."""
         found = next((reading for reading in (*self.readings, *self.internal_outputs) if reading.name == name), None)
         if found is None:
-            names = [reading.name for reading in self.readings]
-            raise MechanismError(f"no reading {name!r}; readings are {names}.{did_you_mean(name, names)}")
+            raise _unknown_name("reading", name, [reading.name for reading in self.readings], "readings")
         return found
 
     def output_scale(self, name: str) -> float:
         """Return the scale of a reading: 1 rad, 1 for a ratio, or the length scale in m."""
         return 1.0 if self.reading(name).quantity != "length" else self.reading_scales.get(name, self.length_scale)
+
+
+def _unknown_name(noun: str, name: object, known: list[str], nouns: str) -> MechanismError:
+    """Return the error of a name that the mechanism does not have."""
+    found = repr(name) if isinstance(name, str) else format_value(name)
+    return MechanismError(f"no {noun} {found}; {nouns} are {known}.{did_you_mean(name, known)}")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.pictures import Figure
+from governor_mechanism.units.quantities import format_value
 
 
 class FigureFormat(StrEnum):
@@ -83,9 +84,11 @@ def make_figure_files(folder: Path, formats: Sequence[str], theme: str) -> Figur
     MechanismError
         If there is no such format or theme.
     """
+    if not isinstance(formats, list | tuple):
+        raise MechanismError(f"the formats of figures must be a list, as ['png']; got {format_value(formats)}")
     for one in formats:
-        if one not in set(FigureFormat):
-            raise MechanismError(f"a figure's format must be one of {', '.join(FigureFormat)}; got {one!r}")
-    if theme not in set(Theme):
-        raise MechanismError(f"a figure's theme must be one of {', '.join(Theme)}; got {theme!r}")
+        if not isinstance(one, str) or one not in set(FigureFormat):
+            raise MechanismError(f"a figure's format must be one of {', '.join(FigureFormat)}; got {format_value(one)}")
+    if not isinstance(theme, str) or theme not in set(Theme):
+        raise MechanismError(f"a figure's theme must be one of {', '.join(Theme)}; got {format_value(theme)}")
     return FigureFiles(folder=folder, formats=tuple(map(FigureFormat, formats)), theme=Theme(theme))

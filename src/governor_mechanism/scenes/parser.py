@@ -3,6 +3,7 @@
 import difflib
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
@@ -17,6 +18,9 @@ from governor_mechanism.units.quantities import format_value
 _unreadable = partial(mistake, ProblemCode.UNREADABLE)
 
 _LONG_KEY = re.compile(r"""(?<![\w"'-])(?:[\w"'-]++\s*\.\s*){100}""")  # tomllib takes minutes for thousands of dots
+
+MAX_UNKNOWN_KEYS = 10
+"""Number of unknown keys of a table that have a sentence each."""
 
 MAX_SCENE_FILE_SIZE = 1_000_000
 """Largest scene file, bytes; a scene is a page of text, and a larger file is not a scene."""
@@ -83,8 +87,24 @@ def _named(source: str) -> Iterator[None]:
         yield
     except MechanismError as error:
         start = f"{source}: " if source else ""
-        problems = map(Problem, error.problems)
+        problems = _sum_up([*map(Problem, error.problems)])
         raise MechanismError(*(Problem(f"{start}{text}", text.code, text.key.replace(KEY, "")) for text in problems)) from error
+
+
+def _sum_up(problems: list[Problem]) -> list[Problem]:
+    """Return the problems with one sentence in the place of the unknown keys of a table beyond the first few."""
+    summed: list[Problem] = []
+    tables = [one.key.rpartition(".")[0] if one.code is ProblemCode.UNKNOWN_KEY else None for one in problems]
+    counts = Counter(tables)
+    for number, (problem, table) in enumerate(zip(problems, tables, strict=True)):
+        n_before = 0 if table is None else tables[:number].count(table)
+        if n_before < MAX_UNKNOWN_KEYS:
+            summed.append(problem)
+        elif n_before == MAX_UNKNOWN_KEYS:
+            where = f" in {table}" if table else ""
+            text = f"{counts[table] - n_before} more keys{where} are unknown"
+            summed.append(Problem(text, ProblemCode.UNKNOWN_KEY, problem.key))
+    return summed
 
 
 def _read_document(path: Path, known_names: Iterable[str]) -> dict[str, Any]:

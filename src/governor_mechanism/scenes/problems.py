@@ -9,7 +9,7 @@ from enum import StrEnum
 from itertools import repeat
 from typing import Any, Final, TypeVar
 
-from governor_mechanism.errors import MechanismError, did_you_mean, escape_control_characters
+from governor_mechanism.errors import MechanismError, did_you_mean, make_legible
 from governor_mechanism.units.quantities import format_value
 
 _Parsed = TypeVar("_Parsed")
@@ -49,7 +49,7 @@ class Problem(str):
 
     def __new__(cls, text: str, code: ProblemCode = ProblemCode.INCONSISTENT, key: str = KEY) -> Problem:
         """Return the sentence; a `Problem` keeps its own code and key."""
-        problem = super().__new__(cls, escape_control_characters(text))
+        problem = super().__new__(cls, make_legible(text))
         problem.code, problem.key = (text.code, text.key) if isinstance(text, Problem) else (code, key)
         return problem
 

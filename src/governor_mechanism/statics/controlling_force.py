@@ -21,6 +21,7 @@ References: M. Tolle, Regelung der Kraftmaschinen (C-Kurven); Th. Bevan, The The
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral, Real
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,7 @@ from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squar
 from governor_mechanism.statics.governor_effort import GovernorEffort, evaluate_effort
 from governor_mechanism.statics.speed_curve import MAX_CURVE_POINTS, compute_insensitivity_band
 from governor_mechanism.statics.working_range import WorkingRange, locate_working_range
-from governor_mechanism.types import DataFrame, FloatArray
+from governor_mechanism.types import DataFrame, FloatArray, QuantityValues
 from governor_mechanism.units.quantities import format_value
 from governor_mechanism.units.short_repr import short_repr
 
@@ -154,7 +155,7 @@ class ControllingForce(ExportedResult):
 
 def compute_controlling_force(
     scene: Scene,
-    over: Sequence[float] | FloatArray | None = None,
+    over: QuantityValues | None = None,
     *,
     points: int = 500,
     between: Mapping[str, Sequence[float | str]] | None = None,
@@ -309,10 +310,9 @@ def _evaluate_working_range(
 
 
 def _validate_speed_change(value: object) -> float:
-    number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else 0.0
-    if not 0.0 < number <= MAX_SPEED_CHANGE:
+    if not (isinstance(value, Real) and not isinstance(value, bool) and 0.0 < cast("float", value) <= MAX_SPEED_CHANGE):
         raise MechanismError(
             f"speed_change is a relative change of speed above 0 and at most {MAX_SPEED_CHANGE:g}, such as 0.01 for 1 %; "
             f"got {format_value(value)}"
         )
-    return number
+    return float(value)

@@ -14,7 +14,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, equilibrium_speed_slope_numerator
 from governor_mechanism.types import BoolArray, FloatArray
-from governor_mechanism.units.quantities import format_quantity, format_value, parse_quantity
+from governor_mechanism.units.quantities import convert_texts, format_quantity, format_value, parse_quantity
 
 REMOVABLE_SINGULARITY_TOLERANCE = 1e-8
 """Distance from a common zero of V' and J', relative to the scale of the coordinate, within which the limit V'' / J'' is used."""
@@ -175,8 +175,9 @@ def _sign_changes(values: FloatArray) -> Iterator[tuple[int, int]]:
 def validate_coordinate_values(reduction: SingleDofReduction, values: object) -> FloatArray:
     """Return values (n,) of the leading coordinate within its travel. Raise MechanismError for anything else."""
     mechanism, travel = reduction.mechanism, reduction.range_of_motion
+    numbers = convert_texts(values, mechanism.reading(mechanism.coordinate).quantity, mechanism.coordinate)
     try:
-        given = np.asarray(values)
+        given = np.asarray(numbers)
     except ValueError:  # rows of different lengths
         given = np.array([], dtype=object)
     coordinate_values = np.atleast_1d(given).astype(np.float64) if given.dtype.kind in "iuf" else np.array([np.nan])

@@ -17,7 +17,7 @@ from governor_mechanism.statics.scene_dynamics import SceneDynamics
 from governor_mechanism.statics.state_space import StateSpace
 from governor_mechanism.statics.steady_state import SteadyState
 from governor_mechanism.types import DataFrame, FloatArray
-from governor_mechanism.units.quantities import format_quantity, format_reading_name
+from governor_mechanism.units.quantities import format_quantity, format_reading_name, format_value
 from governor_mechanism.units.short_repr import short_repr
 
 RATE_PREFIX = "rate of "
@@ -184,6 +184,9 @@ class Linearisation(FirstOrderSystem, ExportedResult):
         MechanismError
             If a name is unknown.
         """
+        for argument, names in (("inputs", inputs), ("outputs", outputs)):
+            if not isinstance(names, list | tuple):
+                raise MechanismError(f"{argument} must be a list of names; found {format_value(names)}")
         for name, known, noun in [(n, self.input_names, "input") for n in inputs] + [(n, self.output_names, "output") for n in outputs]:
             if name not in known:
                 raise MechanismError(f"no {noun} {name!r}; {noun}s are {list(known)}.{did_you_mean(name, known)}")

@@ -21,7 +21,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics import equilibrium_speed
 from governor_mechanism.statics.adaptive_grid import sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared, evaluate_stability
-from governor_mechanism.types import DataFrame, FloatArray
+from governor_mechanism.types import DataFrame, FloatArray, QuantityValues
 from governor_mechanism.units.quantities import format_value
 from governor_mechanism.units.short_repr import short_repr
 
@@ -241,7 +241,7 @@ def compute_speed_curve(
 
 
 def compute_insensitivity_band(
-    scene: Scene, values: Sequence[float] | FloatArray, resistance: float | str, against: str = "sleeve_lift"
+    scene: Scene, values: QuantityValues, resistance: float | str, against: str = "sleeve_lift"
 ) -> InsensitivityBand:
     """Return the insensitivity band at given positions.
 

@@ -1,12 +1,15 @@
 """Inputs of a design: a frozen dataclass whose fields have kinds of quantity, and its changes by text such as "wire=14 mm"."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import field, fields, replace
 from typing import Any, TypeVar
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.scenes.problems import ProblemCollector
 from governor_mechanism.units.quantities import format_value, number_or_text, parse_quantity
+
+MAX_INPUT = 1e30
+"""Largest input of a design, SI: its powers are still numbers."""
 
 _Value = TypeVar("_Value")
 _Inputs = TypeVar("_Inputs", bound=Any)
@@ -67,7 +70,7 @@ def input_kinds(inputs: Any) -> dict[str, str]:
     return {one.name: one.metadata["kind"] for one in fields(inputs) if one.metadata["kind"]}
 
 
-def change_inputs(defaults: _Inputs, changes: Mapping[str, object], prefix: str = "") -> _Inputs:
+def change_inputs(defaults: _Inputs, changes: Mapping[str, object], prefix: str = "", spell: Callable[[str], str] = str) -> _Inputs:
     """Return inputs with some replaced.
 
     Parameters
@@ -78,6 +81,8 @@ def change_inputs(defaults: _Inputs, changes: Mapping[str, object], prefix: str 
         New values by name: numbers in SI, or texts with units.
     prefix
         What stands before the name of an input in messages.
+    spell
+        Function of the name of an input that returns it as the user writes it, for messages.
 
     Returns
     -------
@@ -95,15 +100,30 @@ def change_inputs(defaults: _Inputs, changes: Mapping[str, object], prefix: str 
     for name, value in changes.items():
         with collector.at(""):
             if name not in known:
-                raise MechanismError(f"{prefix}{name} is not an input; inputs: {', '.join(known)}.{did_you_mean(name, known)}")
+                names = [*map(spell, known)]
+                hint = did_you_mean(spell(name), names)
+                raise MechanismError(f"{prefix}{spell(name)} is not an input; inputs: {', '.join(names)}.{hint}")
             if "words" in known[name]:
-                values[name] = _choose_word(value, known[name]["words"], f"{prefix}{name}")
+                values[name] = _choose_word(value, known[name]["words"], f"{prefix}{spell(name)}")
                 continue
             is_none = isinstance(value, str) and bool(value) and value == known[name]["word_for_none"]
-            values[name] = None if is_none else parse_quantity(value, known[name]["kind"], f"{prefix}{name}")
+            values[name] = None if is_none else _parse_input(value, known[name]["kind"], f"{prefix}{spell(name)}")
     collector.raise_if_failed()
     changed: _Inputs = replace(defaults, **values)
     return changed
+
+
+def _parse_input(value: object, kind: str, what: str) -> float:
+    """Return a quantity in SI; raise MechanismError for one beyond all machines, with which a procedure cannot calculate."""
+    number = parse_quantity(value, kind, what)
+    if abs(number) > MAX_INPUT:
+        raise MechanismError(f"{what} must be at most {MAX_INPUT:g} in SI; found {format_value(value)}")
+    return number
+
+
+def option_of(name: str) -> str:
+    """Return the option of the command line that gives an input."""
+    return f"--{name.replace('_', '-')}"
 
 
 def _choose_word(value: object, words: Sequence[str], what: str) -> str:
@@ -144,12 +164,14 @@ def parse_assignments(defaults: _Inputs, assignments: Iterable[str], options: Ma
             if not sign:
                 raise MechanismError(f"--with {format_value(assignment)} is not an assignment to an input, such as NAME=14 mm")
             if name in given:
-                raise MechanismError(f"{name} is given by --with {name} and by --{name}; give it once")
+                raise MechanismError(f"{name} is given by --with {name} and by {option_of(name)}; give it once")
+            if name in changes:
+                raise MechanismError(f"--with {name} is given twice; give it once")
             changes[name] = number_or_text(value)
     inputs = defaults
     with collector.at(""):
         inputs = change_inputs(inputs, changes, "--with ")
     with collector.at(""):
-        inputs = change_inputs(inputs, {name: number_or_text(value) for name, value in given.items()}, "--")
+        inputs = change_inputs(inputs, {name: number_or_text(value) for name, value in given.items()}, spell=option_of)
     collector.raise_if_failed()
     return inputs

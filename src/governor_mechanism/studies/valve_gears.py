@@ -174,8 +174,6 @@ def compare_valve_gears(scenes: Sequence[Scene], count: int = DEFAULT_COUNT) -> 
     MechanismError
         If a valve has no reverser, or if a gear cannot be assembled.
     """
-    if not isinstance(count, int) or count < 2:
-        raise MechanismError(f"count is the number of positions of the reversing gear, a whole number of at least 2; found {count}")
     return ValveGears(gears=tuple(_follow_gear(scene, count) for scene in scenes))
 
 

@@ -6,7 +6,7 @@ import functools
 import os
 import sys
 from collections.abc import Callable, Mapping
-from numbers import Real
+from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any, Final, ParamSpec, TypeVar
 
 from governor_mechanism.errors import MechanismError
@@ -36,6 +36,19 @@ NUMBER: Final[_Requirement] = (
     lambda value: isinstance(value, Real) and not isinstance(value, bool) and bool(abs(value) <= sys.float_info.max),  # type: ignore[operator]
 )
 NUMBERS: Final[_Requirement] = "a list of finite numbers", _is_numeric
+QUANTITY: Final[_Requirement] = "a finite number, or text with a unit", lambda value: isinstance(value, str) or NUMBER[1](value)
+QUANTITIES: Final[_Requirement] = (
+    "a list of finite numbers, or of texts with units",
+    lambda value: _is_numeric([0.0 if isinstance(one, str) else one for one in value] if isinstance(value, list | tuple) else value),
+)
+TEXTS: Final[_Requirement] = (
+    "a list of texts",
+    lambda value: isinstance(value, list | tuple) and all(isinstance(one, str) for one in value),
+)
+VARIED: Final[_Requirement] = (
+    'values by key, as {"dimensions.arm": ["200 mm", "300 mm"]}, or a list of texts',
+    lambda value: isinstance(value, Mapping | str) or TEXTS[1](value),
+)
 FUNCTION: Final[_Requirement] = "a function", callable
 PATH: Final[_Requirement] = "a path", lambda value: isinstance(value, str | os.PathLike)
 BY_NAME: Final[_Requirement] = "values by name, as a mapping", lambda value: isinstance(value, Mapping)
@@ -43,6 +56,14 @@ TEXTS_BY_NAME: Final[_Requirement] = (
     "texts by name, as a mapping",
     lambda value: isinstance(value, Mapping) and all(isinstance(text, str) for pair in value.items() for text in pair),
 )
+
+
+def whole_number(least: int) -> _Requirement:
+    """Return the requirement of a whole number of at least `least`."""
+    return (
+        f"a whole number of at least {least}",
+        lambda value: isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= least,
+    )
 
 
 def check_arguments(**requirements: _Requirement) -> Callable[[Callable[_Parameters, _Result]], Callable[_Parameters, _Result]]:

@@ -79,6 +79,7 @@ QUANTITY_KINDS: Mapping[str, QuantityKind] = {
     "time": QuantityKind("a time", ("ms", "min", "s"), "10 s"),
     "speed": QuantityKind("a speed", ("mm/s", "m/s"), "50 mm/s", LARGEST_RATE),
     "acceleration": QuantityKind("an acceleration", ("m/s^2",), "9.81 m/s^2", LARGEST_RATE),
+    "angular_acceleration": QuantityKind("an angular acceleration", ("deg/s^2", "rad/s^2"), "10 rad/s^2", LARGEST_RATE),
     "torque": QuantityKind("a torque", ("kgf m", "N m"), "5 N m"),
     "moment_of_inertia": QuantityKind("a moment of inertia", ("kg m^2",), "0.5 kg m^2"),
     "stiffness": QuantityKind("a stiffness", ("N/mm", "kgf/cm", "N/m"), "2 N/mm"),
@@ -119,7 +120,7 @@ ACCEPTED_UNITS: Mapping[str, tuple[str, ...]] = {
 """Units that engineers use, by what they measure. A quantity takes them, their full names, and products, powers and quotients of them."""
 
 # Other kinds of quantity with their SI units, for messages about a wrong unit.
-_OTHER_KINDS = (("a volume", "m^3"), ("a temperature", "K"), ("an angular acceleration", "rad/s^2"))
+_OTHER_KINDS = (("a volume", "m^3"), ("a temperature", "K"))
 
 _THOUSANDTH, _DEGREE, _RPM = Decimal("0.001"), Decimal("0.01745329251994329576923690768"), Decimal("0.1047197551196597746154214461")
 USUAL_FACTORS = {
@@ -200,6 +201,36 @@ def read_quantity(value: object, kind: str, what: str) -> float:
     if not math.isfinite(number):
         raise MechanismError(f"{what} must be a finite number; found {format_value(value)}; {expected.hint}")
     return number
+
+
+def convert_texts(values: Any, kind: str, what: str) -> Any:
+    """Return a quantity, or a list of quantities, with the texts in SI; what is no text stays as it is, for others to check.
+
+    Parameters
+    ----------
+    values
+        Numbers in SI and texts with a unit: one, or a list, tuple or array.
+    kind
+        Key of QUANTITY_KINDS.
+    what
+        Name of the quantity for messages.
+
+    Returns
+    -------
+    Any
+        The values, a list where there were texts in a sequence.
+
+    Raises
+    ------
+    MechanismError
+        If a text is no finite quantity of this kind.
+    """
+    if isinstance(values, str):
+        return parse_quantity(values, kind, what)
+    items = values.tolist() if getattr(getattr(values, "dtype", None), "kind", "") in ("U", "O") else values
+    if not isinstance(items, list | tuple) or not any(isinstance(item, str) for item in items):
+        return values
+    return [parse_quantity(item, kind, what) if isinstance(item, str) else item for item in items]
 
 
 def number_or_text(text: str) -> float | str:
@@ -381,7 +412,7 @@ def _suggest_unit(unit: str, expected: QuantityKind) -> str:
     if expected.si_unit == "rad/s":
         if _TURN_SPELLING.match(word):
             return f". Did you mean {'rev/s' if _PER_SECOND.search(word) else 'rpm'!r}?"
-        misleading = {"deg", "rad", "°", "deg/s", "rad/s", "Hz"}
+        misleading = {"deg", "rad", "°", "deg/s", "rad/s", "deg/s^2", "rad/s^2", "Hz"}
         candidates = ["deg/s", "rad/s"] if _ANGLE_SPELLING.match(word) else [name for name in candidates if name not in misleading]
     lowered = {name.lower(): name for name in reversed(candidates)}
     matches = difflib.get_close_matches(word, list(lowered), n=1)

@@ -15,6 +15,8 @@ MIN_FILM_DURATION, MAX_FILM_DURATION = 4.0, 20.0
 """Range of film durations (s) for all other runs."""
 MAX_SLOWED_FILM_DURATION = 3600.0
 """Longest film (s) with a requested slow-down."""
+MIN_SPED_FILM_DURATION = 0.1
+"""Shortest film (s) of a run that is sped up on request: two or three frames."""
 ENGINE_ROOM_FILM_DURATION = 10.0
 """Longest default duration (s) of the film of an engine room, for a file of less than 700 kB."""
 MIN_SHARE_OF_FRAMES = 0.5
@@ -130,6 +132,15 @@ def select_slow_down(limits: Vec2, time_span: Vec2, requested: float | None, lon
             found=requested,
             length=(end - begin) * requested,
             most=MAX_SLOWED_FILM_DURATION,
+        )
+    is_sped_up = begin < end and requested < 1.0
+    if is_sped_up and (end - begin) * requested < MIN_SPED_FILM_DURATION:
+        raise FilmOptionError(
+            "{slow_down} {found:g} makes a film of {length:.3g} s; at least {least:g} s: take {slow_down} {factor:.3g} or more",
+            found=requested,
+            length=(end - begin) * requested,
+            least=MIN_SPED_FILM_DURATION,
+            factor=min(1.0, MIN_SPED_FILM_DURATION / (end - begin)),
         )
     return requested
 

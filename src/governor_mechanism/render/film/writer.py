@@ -31,8 +31,8 @@ from governor_mechanism.render.film.painters import find_engine_room, make_paint
 from governor_mechanism.render.film.timing import Timing, select_room_timing, select_slow_down, select_time_span, select_timing
 from governor_mechanism.render.machines.engine_room.settling import settled_time
 from governor_mechanism.render.shown_readings import chosen_readings
-from governor_mechanism.units.arguments import FLAG, NUMBER, PATH, TEXT, check_arguments
-from governor_mechanism.units.quantities import format_value
+from governor_mechanism.units.arguments import FLAG, NUMBER, PATH, QUANTITY, TEXT, check_arguments
+from governor_mechanism.units.quantities import convert_texts, format_value
 
 FilmProgress = Callable[[int, int], None]
 """Called with the number of frames done and in total."""
@@ -54,8 +54,8 @@ ENGINE_ROOM_FRAME_RATE = 12.5
     size=NUMBER,
     frames_per_second=NUMBER,
     part=TEXT,
-    start=NUMBER,
-    stop=NUMBER,
+    start=QUANTITY,
+    stop=QUANTITY,
     slow_down=NUMBER,
     layout=TEXT,
     theme=TEXT,
@@ -74,8 +74,8 @@ def write_film(
     size: int = 480,
     frames_per_second: float | None = None,
     part: str | None = None,
-    start: float | None = None,
-    stop: float | None = None,
+    start: float | str | None = None,
+    stop: float | str | None = None,
     slow_down: float | None = None,
     layout: str = FilmLayout.MACHINE_AND_PLOTS,
     readings: Sequence[str] | None = None,
@@ -102,8 +102,8 @@ def write_film(
         size=size,
         frames_per_second=frames_per_second,
         part=part,
-        start=start,
-        stop=stop,
+        start=convert_texts(start, "time", "start"),
+        stop=convert_texts(stop, "time", "stop"),
         slow_down=slow_down,
         options=options,
         progress=progress,

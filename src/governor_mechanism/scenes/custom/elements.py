@@ -43,13 +43,18 @@ class ElementTable(SceneFileTable):
         """Return the defaults that follow from the initial configuration, by argument."""
         return {}
 
-    def build(self, registry: PointRegistry) -> Any:
-        """Return the joint or force element, by default named after its type and its bodies."""
+    def require_two_bodies(self) -> tuple[str, str]:
+        """Return the names of the two bodies; refuse two ends on the same one."""
         first, second = (end if isinstance(end, str) else end.body for end in self.ends)
-        kind = str(getattr(self, "type", "link")).replace("_", " ")
-        name = self.name or registry.reserve_name(f"{kind} of {first.partition('.')[0]} and {second.partition('.')[0]}")
         if first == second:
             raise mistake(ProblemCode.CONFLICT, self.one_body_message.format(body=format_value(first)))
+        return first, second
+
+    def build(self, registry: PointRegistry) -> Any:
+        """Return the joint or force element, by default named after its type and its bodies."""
+        first, second = self.require_two_bodies()
+        kind = str(getattr(self, "type", "link")).replace("_", " ")
+        name = self.name or registry.reserve_name(f"{kind} of {first.partition('.')[0]} and {second.partition('.')[0]}")
         return type(self).element(**self.initial_values(registry.initial_configuration) | self.given_values() | {"name": name})
 
 

@@ -7,6 +7,7 @@ from typing import Any
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.studies.printed_numbers import Cause, PrintedNumber
+from governor_mechanism.units.quantities import format_value
 
 N_MORE_DIGITS = 2
 """Digits that a recomputed number shows beyond those of the printed one."""
@@ -201,8 +202,10 @@ def check_paper(paper: str) -> Paper:
     MechanismError
         If there is no such paper.
     """
-    if paper not in set(Paper):
-        raise MechanismError(f"paper must be one of {', '.join(Paper)}; got {paper!r}.{did_you_mean(paper, [one.value for one in Paper])}")
+    if not isinstance(paper, str) or paper not in set(Paper):
+        raise MechanismError(
+            f"paper must be one of {', '.join(Paper)}; got {format_value(paper)}.{did_you_mean(paper, [one.value for one in Paper])}"
+        )
     return Paper(paper)
 
 
@@ -224,7 +227,7 @@ def check_cause(cause: str) -> Cause:
     MechanismError
         If there is no such cause.
     """
-    if cause not in set(Cause):
+    if not isinstance(cause, str) or cause not in set(Cause):
         hint = did_you_mean(cause, [one.value for one in Cause])
-        raise MechanismError(f"cause must be one of {', '.join(Cause)}; got {cause!r}.{hint}")
+        raise MechanismError(f"cause must be one of {', '.join(Cause)}; got {format_value(cause)}.{hint}")
     return Cause(cause)

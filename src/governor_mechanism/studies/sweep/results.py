@@ -19,6 +19,7 @@ from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.studies.sweep.row_endings import RowEnding, find_endings
 from governor_mechanism.studies.sweep.rows import RESULT_ROW_OUTCOMES, SweepRow, SweepRows
 from governor_mechanism.types import DataFrame
+from governor_mechanism.units.quantities import format_value
 from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
@@ -90,7 +91,8 @@ class Sweep(AxisGrid, PrintedResult):
         """
         names = [*(one.name for one in self.quantities), *(axis.key for axis in self.axes)]
         if name not in names:
-            raise MechanismError(f"the sweep has no {name!r}; it has {names}.{did_you_mean(name, names)}")
+            found = repr(name) if isinstance(name, str) else format_value(name)
+            raise MechanismError(f"the sweep has no {found}; it has {names}.{did_you_mean(name, names)}")
         position = names.index(name)
         if position < len(self.quantities):
             return self.rows.numbers[:, position].copy()

@@ -1,0 +1,104 @@
+"""Checks of what a method of the builder adds, when it is called, by the models of scene files. Slow to import: pydantic."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, Final
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.scenes.custom.bodies import BodyTable, PointMassTable
+from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, ElementTable, LinkTable
+from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point
+from governor_mechanism.scenes.custom.readings import READING_TABLES, find_reading_kind
+from governor_mechanism.scenes.problems import Problem
+from governor_mechanism.scenes.quantities import check_label, parse_name, parse_position
+from governor_mechanism.scenes.table import validate
+
+_TABLES: Final[Mapping[str, Mapping[str, type[ElementTable]]]] = {"joint": JOINT_TABLES, "force": FORCE_TABLES, "link": {"link": LinkTable}}
+"""Models of tables by the key of their list and by type."""
+
+_SHAPE_KEY = re.compile(r"\b(?:rod|disc|plate|curve)\.(?=[a-z])")
+"""Beginning of a key of a table that is no argument of its own in Python."""
+
+
+class CallChecks:
+    """The bodies and points that a builder has so far, and the checks of what is added.
+
+    Parameters
+    ----------
+    plane
+        The plane of the mechanism.
+    """
+
+    def __init__(self, plane: str) -> None:
+        self._registry = PointRegistry(plane)
+
+    def check_body(self, what: str, table: Mapping[str, Any]) -> None:
+        """Check a body with its points and masses, and make it known."""
+        with _at(f"{what}:"):
+            body = validate(BodyTable, table, context=self._registry).build(self._registry)
+        self._registry.bodies[body.name] = body
+
+    def check_new_name(self, what: str, name: str) -> None:
+        """Refuse a second body of a name."""
+        if name in self._registry.bodies:
+            raise MechanismError(f"{what}: there already is a body {name!r}; choose another name")
+
+    def check_ground(self, name: str, position: list[Any]) -> None:
+        """Check a point of the ground, and make it known."""
+        what = f"ground point {name!r}:"
+        with _at(what):
+            if is_moving(position):
+                self._registry.moving_points[name], _ = parse_moving_point(f"ground.{name}", position)
+            else:
+                self._registry.ground[name] = parse_position(position, what)
+
+    def check_element(self, key: str, kind: str, what: str, table: Mapping[str, Any]) -> None:
+        """Check a joint, link or force."""
+        with _at(f"{what}:"):
+            validate(_TABLES[key][kind], table, context=self._registry).require_two_bodies()
+
+    def check_reading(self, name: str, table: Mapping[str, Any]) -> None:
+        """Check what is read off the mechanism."""
+        what = f"reading {name!r}:"
+        kind = find_reading_kind(table)
+        if not name.isidentifier():
+            raise MechanismError(f"{what} the name consists of letters, digits and _, as crank_angle")
+        if not kind:
+            raise MechanismError(f"{what} one of angle, line, distance, x and y says what is read; none is given")
+        with _at(what):
+            validate(READING_TABLES[kind], table, context=self._registry)
+
+
+def check_point(what: str, x: object, y: object) -> None:
+    """Check a position in the axes of a body."""
+    parse_position([x, y], f"{what}:")
+
+
+def check_mass(what: str, table: Mapping[str, Any]) -> None:
+    """Check a mass that is fixed to a body."""
+    with _at(f"{what}:"):
+        validate(PointMassTable, table)
+
+
+def check_name(what: str, name: object) -> str:
+    """Return a name that others refer to; refuse one with a dot, of several lines, empty, or too long."""
+    return parse_name(name, f"the name of {what}")
+
+
+def check_element_name(what: str, name: object) -> str:
+    """Return the name of a joint or force, which may be empty."""
+    with _at(f"the name of {what}"):
+        return "" if isinstance(name, str) and not name else check_label(name)
+
+
+@contextmanager
+def _at(what: str) -> Iterator[None]:
+    """State the mistakes of tables with the arguments of Python."""
+    try:
+        yield
+    except MechanismError as error:
+        problems = (str(Problem(problem).at(what)) for problem in error.problems)
+        raise MechanismError(*(_SHAPE_KEY.sub("", problem) for problem in problems)) from None
