@@ -9,7 +9,7 @@ import numpy as np
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.types import BoolArray, FloatArray
 
-MIN_EVENT_TIME_ERROR_RATIO = 0.01
+MIN_EVENT_TIME_ERROR_RATIO = 0.05
 """Smallest error of an extrapolated time relative to the difference of the last two runs: a closer agreement can be chance."""
 
 

@@ -46,10 +46,10 @@ Where the order of 3 holds, the error is a seventh of the difference. With long 
 holds as far as it falls to 0.58.
 """
 
-EVENT_ERROR_RATIO, TRUSTED_EVENT_DECREASE = 2.0, 4.0
-"""The same bound for the times of events, and the factor by which their differences may fall when the steps are halved.
+CONTACT_ERROR_TO_DIFFERENCE_RATIO, TRUSTED_EVENT_DECREASE = 3.0, 2.5
+"""The same bound in scenes with contacts, and the factor by which differences of event times may fall when the steps are halved.
 
-They fall irregularly: a small difference may be chance.
+Both fall irregularly there, dry friction at reversals above all: a small difference may be chance.
 """
 
 
@@ -187,9 +187,10 @@ class RichardsonRefinement(Runner):
         times, tolerance = result.reported_states.times, self.request.accuracy * self.evaluator.time_scale
         is_near_event = are_in_intervals(times, [(event.time - tolerance, event.time + tolerance) for event in events.events])
         time_error = max(events.time_error, events.wrong_side_error(times[~is_near_event]))
-        time_error = EVENT_ERROR_RATIO / ERROR_TO_DIFFERENCE_RATIO * self._trust_event_times(level, time_error)
+        time_error = self._trust_event_times(level, time_error)
+        ratio = CONTACT_ERROR_TO_DIFFERENCE_RATIO if self.has_contacts else ERROR_TO_DIFFERENCE_RATIO
         coarse_result = replace(result, reported_states=coarse, observables=self.evaluator.evaluate(coarse))
-        return self.with_error_estimate(result, coarse_result, is_near_event, time_error, ERROR_TO_DIFFERENCE_RATIO)
+        return self.with_error_estimate(result, coarse_result, is_near_event, time_error, ratio)
 
     def complete_result(self, best: RunResult) -> RunResult:
         """Add the work that the runs do not integrate."""
