@@ -44,7 +44,7 @@ def summarise_in_lines(result: Trajectory, files: Sequence[Path]) -> list[str]:
     cost, estimate = result.cost, result.error_estimate
     end_time = result.times[-1] if len(result.times) else 0.0
     accuracy = "" if estimate is None else f"; accurate to {estimate:.1g} (requested {result.settings['asked_accuracy']:.1g})"
-    n_notes = len(result.notes)
+    n_notes = len(result.notes) + len(result.event_notes)
     notes = f"; {n_notes} note{'s' * (n_notes > 1)}, see --verbose" if n_notes else ""
     return [
         f"{result.scene.title}: {end_time:g} s with engine {cost.engine}",
@@ -92,6 +92,7 @@ def format_run(result: Trajectory) -> str:
             result.scene.title,
             result.message,
             *result.notes,
+            *result.event_notes,
             f"{accuracy_clause}joints closed to {joint_gap:.1e} m, energy drift {result.energy.drift:.1e}",
             f"at {result.times[-1] if len(result.times) else 0:g} s: {final}",
             f"{_format_mobility(result)}; {_format_events(result)}",

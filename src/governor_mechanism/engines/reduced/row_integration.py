@@ -328,7 +328,8 @@ def _integrate_along_table(
         buffers.input_cubics,
         buffers.mode,
     )
-    equation = ReducedEquation(model, buffers.piece, counts, TOLERANCE_SAFETY_FACTOR * request.tolerance * scale)
+    accuracy = TOLERANCE_SAFETY_FACTOR * request.tolerance * scale
+    equation = ReducedEquation(model, buffers.piece, counts, accuracy, np.zeros(N_STATES + 1))
     max_step = request.max_step_ratio * arrays.scalars[RowScalar.MAX_STEP_SCALE]
     step, last_time, n_filled, side = request.first_step_ratio * max_step, -math.inf, 1, first_side
     while time < end:
