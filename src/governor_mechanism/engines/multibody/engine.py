@@ -17,6 +17,7 @@ from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME, contacts_of
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator
@@ -79,7 +80,10 @@ class MultibodyRunner(CertifiedRunner):
         if status == IntegrationStatus.DONE and len(time_grid.reported_indices) < len(self.request.times):
             status = IntegrationStatus.STEP_LIMIT
         outcome, detail = describe_end(self.scene, status, f"t = {integration.end_time:.9g} s", self.max_steps)
-        event_times, state_at = np.array([event.time for event in integration.events]), partial(integrator.state_between, integration, tolerance)
+        if outcome is Outcome.STEP_LIMIT:
+            detail += integrator.describe_stiffness(integration)
+        event_times = np.array([event.time for event in integration.events])
+        state_at = partial(integrator.state_between, integration, tolerance)
         motion_exit = find_first_exit(self.evaluator, samples, state_at, event_times, self.request.accuracy)
         if motion_exit is not None:
             n_kept, outcome, detail = count_before(history.times, motion_exit.time), motion_exit.outcome, motion_exit.detail

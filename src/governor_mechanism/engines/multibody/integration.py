@@ -182,7 +182,7 @@ def _check_step(equation: MultibodyEquation, local_time: float, h: float, state:
     for k in range(n_bodies):
         if not abs(end[3 * k]) + abs(end[3 * k + 1]) <= equation.max_distance:
             quality = OUT_OF_RANGE
-    if quality == TURNED_BACK or quality == LEFT_LIMITS:
+    if quality in (TURNED_BACK, LEFT_LIMITS):
         copy_array(equation.step_start[: state.size], state)
         equation.step_start[state.size] = local_time
     return quality
@@ -224,9 +224,7 @@ def _may_leave_limits(equation: MultibodyEquation, h: float, state: FloatArray, 
     return False
 
 
-_EQUATION = EquationFunctions(
-    _evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events, _check_step
-)
+_EQUATION = EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events, _check_step)
 _integrate = jit_in_place(make_dop853(_EQUATION, has_event_functions=False))
 _integrate_to_event = jit_in_place(make_dop853(_EQUATION, has_event_functions=True))
 

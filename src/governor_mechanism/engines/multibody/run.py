@@ -52,6 +52,9 @@ In the two runs of a certificate they take about 0.06 s, the time in which its k
 MIN_IMPLICIT_STEPS = 100
 """Implicit steps after which the explicit method may take over again: about what a smooth motion needs for a transient and its end."""
 
+STIFF_STEP_RATIO = 0.2
+"""Step relative to the largest stable one from which stability limits it: error control wavers about that limit."""
+
 EXCURSION_SAMPLES = 33
 """Samples of a step in which a turning point near a limit is looked for: cubics between them are good to 1e-8 of the change within it."""
 
@@ -130,7 +133,8 @@ class ConstrainedIntegrator:
         accuracy: float = 0.0,
     ) -> None:
         self.scene, self.evaluator, self.max_steps, self.settings = evaluator.scene, evaluator, max_steps, settings
-        self.accuracy, self.limits, self.no_limits = accuracy, make_limit_rows(self.scene.mechanism), make_limit_rows(self.scene.mechanism, True)
+        self.accuracy, self.limits = accuracy, make_limit_rows(self.scene.mechanism)
+        self.no_limits = make_limit_rows(self.scene.mechanism, is_empty=True)
         self.system, self.input_functions = make_system(self.scene)
         self.model = self.system, make_system_workspace(self.system)
         break_times = list(self.scene.system.breaking_gears.values())
@@ -247,15 +251,32 @@ class ConstrainedIntegrator:
     def _make_implicit_integrator(self) -> ImplicitIntegrator:
         return ImplicitIntegrator(*self.model, self.error_scale, self.constraint_tolerance, self.max_distance, self.limits)
 
+    def describe_stiffness(self, integration: IntegrationResult) -> str:
+        """Return a clause on what makes a motion stiff whose explicit steps are no longer than its fastest decay allows, or nothing."""
+        if not self._is_damped or not len(integration.states) or self.is_stiff:
+            return ""
+        time = float(self.time_grid.monitor_times[len(integration.states) - 1])
+        decay_rate, _ = self._make_implicit_integrator().rates_at(self.input_cubics(time), integration.states[-1])
+        if decay_rate * integration.last_step < STIFF_STEP_RATIO * STABILITY_LIMIT:
+            return ""
+        return (
+            f"; the motion is stiff: a part of it decays within {1 / decay_rate:.1g} s, as that of a light body on a strong damper "
+            "(give the body no mass or a larger one, or soften the damper)"
+        )
+
+    @property
+    def _is_damped(self) -> bool:
+        """Whether the scene has dampers, dashpots or lags: only these make a motion stiff."""
+        is_damped = any(isinstance(element, Damper | TorsionDamper) for element in self.scene.mechanism.force_elements)
+        return is_damped or len(self.system.lags) > 0 or any(effect.dissipates for effect in output_forces_of(self.scene))
+
     def _find_stable_step(self, duration: float) -> tuple[float, float]:
         """Return the largest stable explicit step if implicit steps cost less from the start on, else infinity, and the time of the motion.
 
         Both are in s; without such stiffness the second is the time scale of the scene. Only dampers, dashpots and lags make a motion
         stiff in that sense: undamped oscillations are followed, whatever the method.
         """
-        is_damped = any(isinstance(element, Damper | TorsionDamper) for element in self.scene.mechanism.force_elements)
-        is_damped = is_damped or len(self.system.lags) > 0 or any(effect.dissipates for effect in output_forces_of(self.scene))
-        if not is_damped or self._min_stiff_steps == np.inf:
+        if not self._is_damped or self._min_stiff_steps == np.inf:
             return math.inf, self.evaluator.time_scale
         decay_rate, oscillation_rate = self._make_implicit_integrator().rates_at(self.input_cubics(0.0), self.initial_state)
         motion_rate = max(oscillation_rate, loading_rate(self.scene))

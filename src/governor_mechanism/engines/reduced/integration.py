@@ -231,9 +231,7 @@ def _sample_events(equation: ReducedEquation, step: EventStep, fraction: float, 
     _evaluate_events(equation, step.local_time + fraction * h, sample, event_values)
 
 
-_EQUATION = EquationFunctions(
-    _evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events, _check_step
-)
+_EQUATION = EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events, _check_step)
 _integrate = jit_in_place(dop853.make_dop853(_EQUATION, has_event_functions=False))
 _integrate_to_event = jit_in_place(dop853.make_dop853(_EQUATION, has_event_functions=True))
 

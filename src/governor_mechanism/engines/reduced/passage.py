@@ -19,7 +19,6 @@ from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray, IntArray
 
-
 NEWTON_STEPS = 5
 """Steps that locate the end of a tail: each doubles the digits, and the first guess has half of them."""
 
