@@ -46,7 +46,8 @@ class RangeExit(NamedTuple):
 class Termination:
     """Number of monitor times that runs keep; how and why they end if they end early, and whether because a body flies away.
 
-    `exit_time` (s) is that of an exit from the limits between two monitor times, if steps show it; else infinity.
+    `exit_time` (s) is that of an exit from the limits between two monitor times, if steps show it, else infinity, and `exit_time_error`
+    (s) its error, infinite if not all runs show the exit.
     """
 
     n_times: int
@@ -54,6 +55,7 @@ class Termination:
     detail: str = ""
     is_flight: bool = False
     exit_time: float = math.inf
+    exit_time_error: float = 0.0
 
 
 class LevelRuns:
@@ -90,10 +92,10 @@ class LevelRuns:
             return self._end_with_open_joints(runs, n_times)
         first_exit = min((range_exit for range_exit in exits if range_exit is not None), key=lambda one: one[:2], default=None)
         if first_exit is not None:
-            exit_time = next((one.time for one in reversed(exits) if one is not None and one.time < math.inf), math.inf)
+            exit_time, time_error = _extrapolate_exit_time([math.inf if one is None else one.time for one in exits])
             end_time = exit_time if exit_time < math.inf else float(self._times[first_exit.time_index])
             detail, is_flight = f"{first_exit.message}, at t = {end_time:.9g} s", first_exit.message == FLIGHT_DETAIL
-            return Termination(first_exit.time_index, first_exit.outcome, detail, is_flight, exit_time)
+            return Termination(first_exit.time_index, first_exit.outcome, detail, is_flight, exit_time, time_error)
         if n_times < len(self._times) or not self._is_complete:
             detail = f"max_steps = {self._budget.limit}, for all runs together, is reached at t = {self._times[n_times - 1]:.6g} s"
             return Termination(n_times, Outcome.STEP_LIMIT, detail)
@@ -191,6 +193,14 @@ class LevelRuns:
         if self.iterations < self._settings.max_iterations:
             detail += f", and max_steps = {self._budget.limit}, for all runs together, allows no more of them"
         return Termination(n_closed, Outcome.JOINT_OPENED, detail)
+
+
+def _extrapolate_exit_time(times: Sequence[float]) -> tuple[float, float]:
+    """Return the time (s) of an exit, extrapolated from those of runs with halved steps, and its error; infinite for a run without it."""
+    known = [time for time in times if time < math.inf]
+    if len(known) < len(times) or len(times) < 2:
+        return (known[-1] if known else math.inf), 0.0 if len(known) == len(times) else math.inf
+    return times[-1] + (times[-1] - times[-2]) / 3, abs(times[-1] - times[-2])
 
 
 def _exits_disagree(exits: list[RangeExit | None]) -> bool:

@@ -36,6 +36,9 @@ FLIGHT_ACCURACY = 1e-2
 The errors of a flight grow as it does, so that no work yields the accuracy of a motion that stays near the origin.
 """
 
+UNKNOWN_EXIT_ERROR = 1.0
+"""Estimate of a motion of which only some runs leave their limits: nothing is known of its end."""
+
 MAX_STAGNANT_LEVELS = 1
 """Largest number of successive halvings without progress in a scene with contacts."""
 
@@ -129,8 +132,10 @@ class RichardsonRefinement(Runner):
         """Return the extrapolated result of runs whose coarsest has its steps halved `level` times."""
         end = self.runs.integrate(level)
         self._is_flight = end.is_flight
-        count, levels = end.n_times, self.runs.levels_from(level)
+        levels = self.runs.levels_from(level)
         solutions = [self.runs.solutions[one] for one in levels]
+        end = self._end_at_exit(end, solutions)
+        count = end.n_times
         events = ExtrapolatedEvents()
         if self.has_contacts and count:
             last = float(self.grid.monitor_times[count - 1])
@@ -139,8 +144,7 @@ class RichardsonRefinement(Runner):
         if len(extrapolated) > 1:  # between the impact times of two runs there is nothing to extrapolate
             between_impacts = are_in_intervals(extrapolated[-1].times, events.impact_intervals)
             extrapolated = [_extrapolate(coarse, fine, 4, between_impacts) for coarse, fine in pairwise(extrapolated)]
-        end = self._end_at_exit(end, solutions, events)
-        count, reported_indices = end.n_times, self.grid.truncate(end.n_times).reported_indices
+        reported_indices = self.grid.truncate(count).reported_indices
         reported = [states.at(reported_indices) for states in extrapolated]
         is_certified = self.settings.levels == 3 and (self.request.certify or self.settings.step is None)
         best_states = reported[-1] if is_certified or len(reported) == 1 else _extrapolate(reported[0], reported[1], 8)
@@ -155,21 +159,28 @@ class RichardsonRefinement(Runner):
             reported_indices=reported_indices,
             contact_events=tuple(event for event in events.events if event.time <= self.grid.monitor_times[max(count - 1, 0)]),
         )
-        return self._certify(result, reported[0], events) if is_certified else result
+        return self._with_exit_error(self._certify(result, reported[0], events), end) if is_certified else result
 
-    def _end_at_exit(self, end: Termination, solutions: Sequence[FixedStepSolution], events: ExtrapolatedEvents) -> Termination:
+    def _end_at_exit(self, end: Termination, solutions: Sequence[FixedStepSolution]) -> Termination:
         """Return the end of runs at the exit of their extrapolated motion, which is located between its monitor times."""
         n_common = min(len(solution.raw_poses) for solution in solutions)
         is_exit = end.outcome in (Outcome.LEFT_RANGE, Outcome.SHAFT_STALLED) and not end.is_flight
         count = min(n_common, end.n_times + MAX_EXIT_DISAGREEMENT) if is_exit else end.n_times
         states = [solution.states.at(slice(count)) for solution in solutions]
         motion = _extrapolate(states[-2], states[-1], 4) if len(states) > 1 else states[-1]
-        event_times = np.array([event.time for event in events.events])
+        event_times = np.array([event.time for event in solutions[-1].events])
         state_at = partial(interpolate_state, self.scene, motion, solutions[-1].contact_modes[:count])
         motion_exit = find_first_exit(self.evaluator, motion, state_at, event_times, self.request.accuracy)
         if motion_exit is None or motion_exit.time >= end.exit_time:
             return end
         return Termination(count_before(motion.times, motion_exit.time), motion_exit.outcome, motion_exit.detail)
+
+    def _with_exit_error(self, result: RunResult, end: Termination) -> RunResult:
+        """Return a result that ends between two monitor times with an estimate of at least the error of that time, in time scales."""
+        if end.exit_time == math.inf:
+            return result
+        estimate = max(result.error_estimate or 0.0, min(end.exit_time_error / self.evaluator.time_scale, UNKNOWN_EXIT_ERROR))
+        return replace(result, error_estimate=estimate)
 
     def _certify(self, result: RunResult, coarse: StateHistory, events: ExtrapolatedEvents) -> RunResult:
         """Return a result with its errors, estimated by the difference from coarser extrapolated states."""
