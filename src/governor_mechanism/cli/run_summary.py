@@ -43,8 +43,12 @@ def summarise_in_lines(result: Trajectory, files: Sequence[Path]) -> list[str]:
     """
     cost, estimate = result.cost, result.error_estimate
     end_time = result.times[-1] if len(result.times) else 0.0
-    accuracy = "" if estimate is None else f"; accurate to {estimate:.1g} (requested {result.settings['asked_accuracy']:.1g})"
-    n_notes = len(result.notes)
+    accuracy = (
+        ""
+        if estimate is None or not len(result.times)
+        else f"; accurate to {estimate:.1g} (requested {result.settings['asked_accuracy']:.1g})"
+    )
+    n_notes = len(result.notes) + len(result.event_notes)
     notes = f"; {n_notes} note{'s' * (n_notes > 1)}, see --verbose" if n_notes else ""
     return [
         f"{result.scene.title}: {end_time:g} s with engine {cost.engine}",
@@ -81,7 +85,9 @@ def format_run(result: Trajectory) -> str:
     cost = result.cost
     requested_accuracy = result.settings["asked_accuracy"]
     estimate = result.error_estimate
-    accuracy_clause = "" if estimate is None else f"accurate to {estimate:.1g} (requested {requested_accuracy:.1g}); "
+    accuracy_clause = (
+        "" if estimate is None or not len(result.times) else f"accurate to {estimate:.1g} (requested {requested_accuracy:.1g}); "
+    )
     last_values = {name: format_quantity(values[-1], result.units[name], ".4f") for name, values in result.readings.items() if len(values)}
     final = ", ".join(f"{format_reading_name(name)} {value}" for name, value in last_values.items())
     joint_gap = result.joint_gap.max(initial=0.0)
@@ -92,6 +98,7 @@ def format_run(result: Trajectory) -> str:
             result.scene.title,
             result.message,
             *result.notes,
+            *result.event_notes,
             f"{accuracy_clause}joints closed to {joint_gap:.1e} m, energy drift {result.energy.drift:.1e}",
             f"at {result.times[-1] if len(result.times) else 0:g} s: {final}",
             f"{_format_mobility(result)}; {_format_events(result)}",

@@ -120,8 +120,6 @@ class ErrorControlSettings:
         Step limit from a monitor time to a time before the next one: a handful suffices, except into a change point.
     max_stagnant_runs
         Successive halvings of the steps without improvement after which the best run is accepted; a single one may be chance.
-    max_exit_bisections
-        Bisections between two monitor times to locate where a motion leaves its range: to rounding.
     max_step_work
         Default of `max_steps`, times the number of joints plus `JOINTS_OF_FIXED_WORK`: a certified run ends within some 20 s.
     """
@@ -132,7 +130,6 @@ class ErrorControlSettings:
     monitor_interval_ratio: float = 0.25
     max_interpolation_steps: int = 100
     max_stagnant_runs: int = 2
-    max_exit_bisections: int = 40
     max_step_work: float = 1e6
 
 
@@ -392,6 +389,6 @@ def describe_end(scene: Scene, status: IntegrationStatus, time_text: str, max_st
         return Outcome.STIFF, f"at {time_text}"
     if status in (IntegrationStatus.STALLED, IntegrationStatus.ENDLESS_EVENTS):
         return Outcome.STALLED, f"{describe_stall(scene, status)}, at {time_text}"
-    if status == IntegrationStatus.OUT_OF_RANGE:
+    if status in (IntegrationStatus.OUT_OF_RANGE, IntegrationStatus.LEFT_LIMITS):
         return Outcome.LEFT_RANGE, f"{FLIGHT_DETAIL}, at {time_text}"
     return Outcome.STEP_LIMIT, f"max_steps = {max_steps} reached at {time_text}"

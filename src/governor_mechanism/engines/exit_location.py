@@ -1,78 +1,117 @@
-"""Location of the time at which a motion leaves the range in which its description is valid."""
+"""Location of the time at which a motion leaves the range in which its description is valid; the same for all engines."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.observables.derived_readings import find_first_control_exit
 from governor_mechanism.observables.evaluation import ReadingEvaluator
+from governor_mechanism.observables.limit_excursions import find_first_excursion
+from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
 
+MAX_BISECTIONS = 60
+"""Largest number of bisections of an exit: to rounding, whatever the distance of the samples."""
 
-def locate_exit(is_inside: Callable[[float], bool | None], inside: float, outside: float, max_bisections: int) -> float | None:
-    """Return the first time at which a motion is outside its range, by bisection.
-
-    Parameters
-    ----------
-    is_inside
-        Function of a time (s): whether the motion is inside its range there; None if that is not known.
-    inside
-        Time at which it is inside, s.
-    outside
-        Later time at which it is outside, s.
-    max_bisections
-        Largest number of bisections.
-
-    Returns
-    -------
-    float | None
-        Time, s; None if some state between the two times is not known.
-    """
-    for _ in range(max_bisections):
-        middle = 0.5 * (inside + outside)
-        if not inside < middle < outside:
-            break
-        answer = is_inside(middle)
-        if answer is None:
-            return None
-        inside, outside = (middle, outside) if answer else (inside, middle)
-    return outside
+StateAt = Callable[[int, float], StateHistory | None]
+"""Function of a sample and a time (s) after it that returns the one state there, or None if the motion ends before."""
 
 
-def describe_stall(
-    evaluator: ReadingEvaluator,
-    motion_at: Callable[[float], tuple[FloatArray, FloatArray] | None],
-    span: tuple[float, float],
-    poses: FloatArray,
-    max_bisections: int,
-) -> str:
-    """Return how, where and when a shaft stalls, located by bisection.
+@dataclass(frozen=True)
+class Exit:
+    """First time (s) at which a motion is outside its range, how the run ends there, and what happens."""
+
+    time: float
+    outcome: Outcome
+    sentence: str
+
+    @property
+    def detail(self) -> str:
+        """What happens, and when."""
+        return f"{self.sentence}, at t = {self.time:.9g} s"
+
+
+def find_first_exit(
+    evaluator: ReadingEvaluator, states: StateHistory, state_at: StateAt, event_times: FloatArray, accuracy: float
+) -> Exit | None:
+    """Return where a sampled motion leaves a limit, sets a control beyond its range, or stalls a shaft, or None.
 
     Parameters
     ----------
     evaluator
         Evaluator of the scene.
-    motion_at
-        Function of a time (s) that returns poses and velocities (bodies, 3), or None if the shaft has turned back before.
-    span
-        Time at which the shaft turns forward, and a later one at which it has turned back, s.
-    poses
-        Poses at the first of them; shape (bodies, 3).
-    max_bisections
-        Largest number of bisections.
+    states
+        States at the samples, from the start on; n times.
+    state_at
+        The motion between the samples.
+    event_times
+        Times of contact events, s; shape (events,).
+    accuracy
+        Accuracy of the states relative to the scales: a motion that turns back within it of a limit has not passed it.
 
     Returns
     -------
-    str
-        The sentence of the limit, with angle and time.
+    Exit | None
+        The first exit, located by bisection.
     """
+    found = find_first_outside(evaluator, states)
+    index = found[0] if found is not None else len(states.times)
+    excursion = find_first_excursion(evaluator.mechanism, states.at(slice(index)), event_times, accuracy)
+    if excursion is not None:
+        outside, index, exit_ = excursion.time, excursion.index, Exit(excursion.time, Outcome.LEFT_RANGE, excursion.sentence)
+    elif found is not None:
+        outside, exit_ = float(states.times[index]), Exit(float(states.times[index]), found[1], found[2])
+    else:
+        return None
+    return exit_ if index == 0 else _locate_exit(evaluator, state_at, index - 1, (float(states.times[index - 1]), outside), exit_)
 
-    def is_inside(time: float) -> bool:
-        nonlocal poses
-        motion = motion_at(time)
-        if motion is None or evaluator.find_first_stall(motion[0][np.newaxis], motion[1][np.newaxis]) is not None:
-            return False
-        poses = motion[0]
-        return True
 
-    time = locate_exit(is_inside, *span, max_bisections)
-    return f"{evaluator.describe_stall(evaluator.mechanism.stall_limits[0], poses)}, at t = {time:.9g} s"
+def find_first_outside(evaluator: ReadingEvaluator, states: StateHistory) -> tuple[int, Outcome, str] | None:
+    """Return the index of the first state outside the range of the motion, how a run ends there, and what happens, or None.
+
+    Parameters
+    ----------
+    evaluator
+        Evaluator of the scene.
+    states
+        States at n times.
+
+    Returns
+    -------
+    tuple[int, Outcome, str] | None
+        Index, outcome and sentence. Of several exits in one state a limit counts first, then a control, then a shaft.
+    """
+    if not len(states.times):
+        return None
+    found = {
+        Outcome.LEFT_RANGE: evaluator.find_first_out_of_range(states.poses),
+        Outcome.CONTROL_OUT_OF_RANGE: find_first_control_exit(evaluator.scene, states),
+        Outcome.SHAFT_STALLED: evaluator.find_first_stall(states.poses, states.velocities),
+    }
+    exits = [(one[0], outcome, one[1]) for outcome, one in found.items() if one is not None]
+    return min(exits, key=lambda one: one[0], default=None)
+
+
+def _locate_exit(evaluator: ReadingEvaluator, state_at: StateAt, sample: int, span: tuple[float, float], exit_: Exit) -> Exit:
+    """Return an exit between a time inside and one outside (s), located by bisection; an unknown state is outside."""
+    inside, outside = span
+    for _ in range(MAX_BISECTIONS):
+        middle = 0.5 * (inside + outside)
+        if not inside < middle < outside:
+            break
+        state = state_at(sample, middle)
+        found = None if state is None else find_first_outside(evaluator, state)
+        if state is not None and found is None:
+            inside = middle
+            continue
+        outside = middle
+        if found is not None:
+            exit_ = Exit(middle, found[1], found[2])
+    return Exit(outside, exit_.outcome, exit_.sentence)
+
+
+def count_before(times: FloatArray, exit_time: float) -> int:
+    """Return the number of times (n,) s before an exit (s)."""
+    return int(np.searchsorted(times, exit_time, side="left"))

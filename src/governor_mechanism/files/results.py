@@ -99,7 +99,7 @@ def summarise_run(run: Trajectory) -> dict[str, Any]:
         "events": run.events,
         "speed_fluctuations": {angle: extremes.as_json() for angle, extremes in run.speed_fluctuations.items()},
         "largest_joint_forces": {name: finite_or_none(float(np.max(one.magnitude, initial=0.0))) for name, one in run.reactions.items()},
-        "notes": run.notes,
+        "notes": (*run.notes, *run.event_notes),
         "cost": run.cost,
         "versions": package_versions(),
         "document": run.scene.document,

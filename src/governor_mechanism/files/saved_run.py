@@ -38,6 +38,10 @@ class _SavedResults:
         """Return the events in order of time."""
         return self.saved_events
 
+    def event_notes(self) -> tuple[str, ...]:
+        """Return nothing: the notes of a saved run include these sentences."""
+        return ()
+
     def speed_fluctuations(self) -> Mapping[str, SpeedFluctuation]:
         """Return the extreme speeds of shafts by the reading of their angle."""
         return self.saved_fluctuations

@@ -113,7 +113,7 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
     Integration[Equation]
         The integration.
     """
-    evaluate = functions.evaluate
+    evaluate, check_step = functions.evaluate, functions.check_step
     attempt_step = jit_in_place(make_attempt(functions))
     ends = make_step_ends(functions) if has_event_functions else make_plain_step_ends(functions)
     evaluate_events, choose_length, finish_and_sample = ends.evaluate_events, ends.choose_length, ends.finish_and_sample
@@ -175,7 +175,9 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
         n_reached = n_retries = n_kink_retries = n_stiff = n_calm = 0
         progress_time, progress_steps = t, counts[StepCounter.ACCEPTED]
         reach = min(end - t, limits.max_step * limits.max_steps)  # a later end cannot be reached
-        min_step, full_step, coarser_step = 1e-13 * reach, step, find_step(limits.coarser_steps, t)
+        # A step below the rounding of the time would not advance it, as in an interval that is hardly longer than that.
+        min_step, full_step = max(1e-13 * reach, 2.0**-52 * abs(end)), step
+        coarser_step = find_step(limits.coarser_steps, t)
         while t < end:
             if counts[StepCounter.ACCEPTED] - progress_steps >= STALL_WINDOW_STEPS:
                 if t - progress_time < MIN_PROGRESS_RATIO * reach:
@@ -183,7 +185,7 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
                 progress_time, progress_steps = t, counts[StepCounter.ACCEPTED]
             if counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED] >= limits.max_steps:
                 return IntegrationStatus.STEP_LIMIT, step, n_reached, t
-            if not min_step <= step < math.inf:
+            if not min(min_step, end - t) <= step < math.inf:
                 return IntegrationStatus.STALLED, step, n_reached, t
             if n_kink_retries == 0:
                 full_step = min(step, limits.max_step)
@@ -221,6 +223,7 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
             fraction = cut_at_event(equation, buffers, t - time_origin, h, state)
             if fraction <= 1.0:
                 h, t_next = fraction * h, t + fraction * h if fraction < 1.0 else t_next
+            next_quality = check_step(equation, t - time_origin, h, state, stages, next_quality)
             n_reached, output_quality = write_outputs(equation, stages, time_origin, t, h, t_next, state, times, states, n_reached)
             if output_quality < 0.0:
                 return domain_status(output_quality), step, n_reached, t

@@ -9,6 +9,7 @@ import numpy as np
 from governor_mechanism.integrators import stages as runge_kutta
 from governor_mechanism.integrators.event_location import EVENT_SAMPLE_FRACTIONS, INACTIVE_EVENT_VALUE, EventStep
 from governor_mechanism.integrators.stages import Equation, Stages
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 
 
@@ -76,6 +77,12 @@ def make_step_buffers(
     return StepBuffers(stages, trial_stages, error_scale, event_tolerances, arming_tolerances, event_values, trial_event_values, n_kinks)
 
 
+@jit_in_place
+def _accept_step(equation: Equation, local_time: float, h: float, state: FloatArray, stages: Stages, quality: float) -> float:
+    """Return the quality of a step as it is: nothing ends the motion."""
+    return quality
+
+
 @dataclass(frozen=True)
 class EquationFunctions(Generic[Equation]):
     """Compiled functions of an equation; times are local, as those of its inputs.
@@ -98,6 +105,9 @@ class EquationFunctions(Generic[Equation]):
         Fill the event functions at a time and state whose derivative was evaluated last.
     sample_events
         Fill the event functions at a fraction of a step, interpolated.
+    check_step
+        Return the quality of the end of an accepted step, cut at its event, from its start (local time, s), length (s), state there,
+        stages, and quality so far: a negative one if the motion ends within the step.
     """
 
     evaluate: Callable[[Equation, float, FloatArray, FloatArray, int], float]
@@ -107,3 +117,4 @@ class EquationFunctions(Generic[Equation]):
     project_errors: Callable[[Equation, FloatArray], None]
     evaluate_events: Callable[[Equation, float, FloatArray, FloatArray], None]
     sample_events: Callable[[Equation, EventStep, float, FloatArray], None]
+    check_step: Callable[[Equation, float, float, FloatArray, Stages, float], float] = _accept_step

@@ -30,3 +30,5 @@ class IntegrationStatus(IntEnum):
     """A shaft that must not turn back does."""
     SINGULAR_COORDINATES = 11
     """The independent coordinates become unsuitable: others are needed."""
+    LEFT_LIMITS = 12
+    """A reading leaves its limits within the last step, or comes so near that a finer look must tell."""

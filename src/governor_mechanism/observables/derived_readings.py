@@ -137,8 +137,14 @@ def find_first_control_exit(scene: Scene, history: StateHistory) -> tuple[int, s
             is_outside = np.abs(value - 0.5) > 0.5 + CONTROL_TOLERANCE
             if is_outside.any():
                 index = int(np.argmax(is_outside))
-                exits.append((index, f"{output.name} is set to {value[index]:.6g}, and it lies between 0 and 1"))
+                exits.append((index, f"{output.name} {_describe_setting(float(value[index]))}, and it lies between 0 and 1"))
     return min(exits) if exits else None
+
+
+def _describe_setting(value: float) -> str:
+    """Return how a control leaves its range: by how much, unless that shows no more than the location of the exit."""
+    excess = max(-value, value - 1.0)
+    return f"is set to {value:.6g}" if excess > 1e-6 else f"would be set {'above 1' if value > 0.5 else 'below 0'}"
 
 
 def _controlled_value(scene: Scene, output: ControlledValue, history: StateHistory) -> FloatArray:

@@ -1,5 +1,7 @@
 """Excursions beyond the limits of a mechanism between two monitor times: a motion that passes a limit and comes back has ended there."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
@@ -11,8 +13,17 @@ CUBIC_ERROR_FACTOR = 1 / 384
 """Largest error of a cubic Hermite interpolant, relative to the fourth derivative times the fourth power of the interval."""
 
 
-def find_first_excursion(mechanism: Mechanism, states: StateHistory, event_times: FloatArray, accuracy: float) -> tuple[int, str] | None:
-    """Return the first monitor time after an excursion beyond a limit and the sentence that describes it, or None.
+@dataclass(frozen=True)
+class Excursion:
+    """Excursion beyond a limit: index of the sample after it, the time (s) at which it is farthest, and the sentence that describes it."""
+
+    index: int
+    time: float
+    sentence: str
+
+
+def find_first_excursion(mechanism: Mechanism, states: StateHistory, event_times: FloatArray, accuracy: float) -> Excursion | None:
+    """Return the first excursion beyond a limit between two monitor times, or None.
 
     Parameters
     ----------
@@ -28,10 +39,10 @@ def find_first_excursion(mechanism: Mechanism, states: StateHistory, event_times
 
     Returns
     -------
-    tuple[int, str] | None
-        Index of the monitor time, at least 1, and sentence.
+    Excursion | None
+        The excursion.
     """
-    times, excursions = states.times, list[tuple[int, str]]()
+    times, excursions = states.times, list[Excursion]()
     if len(times) < 2:
         return None
     is_smooth = np.ones(len(times) - 1, dtype=np.bool_)
@@ -44,14 +55,19 @@ def find_first_excursion(mechanism: Mechanism, states: StateHistory, event_times
         for excess, rise, message in ((limit.low - value, -rate, limit.low_message), (value - limit.high, rate, limit.high_message)):
             if np.max(excess) + reach <= tolerance:
                 continue
-            is_outside = is_smooth & (_largest_within(times, excess, rise) > tolerance)
+            largest, largest_times = _largest_within(times, excess, rise)
+            is_outside = is_smooth & (largest > tolerance)
             if is_outside.any():
-                excursions.append((int(np.argmax(is_outside)) + 1, f"{limit.reading}: {message}"))
-    return min(excursions) if excursions else None
+                k = int(np.argmax(is_outside))
+                excursions.append(Excursion(k + 1, float(largest_times[k]), f"{limit.reading}: {message}"))
+    return min(excursions, key=lambda one: one.time, default=None)
 
 
-def _largest_within(times: FloatArray, values: FloatArray, rates: FloatArray) -> FloatArray:
-    """Return the least certain value (n - 1,) of a maximum within each interval, by cubic interpolation; minus infinity without one."""
+def _largest_within(times: FloatArray, values: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the least certain value (n - 1,) of a maximum within each interval, and its time (n - 1,) s, by cubic interpolation.
+
+    The value is minus infinity without a maximum.
+    """
     lengths, change = np.diff(times), np.diff(values)
     start, end = lengths * rates[:-1], lengths * rates[1:]
     cubic, quadratic = start + end - 2 * change, 3 * change - 2 * start - end
@@ -64,4 +80,4 @@ def _largest_within(times: FloatArray, values: FloatArray, rates: FloatArray) ->
     jump = np.maximum(np.abs(third[1:-1] - third[:-2]), np.abs(third[2:] - third[1:-1]))
     error = CUBIC_ERROR_FACTOR * jump * lengths**3
     result: FloatArray = np.where(has_maximum, maximum - error, -np.inf)
-    return result
+    return result, times[:-1] + np.where(has_maximum, fraction, 0.0) * lengths

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.dynamics.system.reference_points import ground_pin_of_point_mass
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
-from governor_mechanism.model.events import Event
+from governor_mechanism.model.events import Event, NamedCrossing
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.results.energy import Energy
@@ -25,7 +25,7 @@ from governor_mechanism.model.results.speed_fluctuation import SpeedFluctuation
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.observables.crossings import find_crossings
-from governor_mechanism.observables.sampled_motion import DenseOutput, SampledMotion
+from governor_mechanism.observables.sampled_motion import BoundedDenseOutput, DenseOutput, SampledMotion
 from governor_mechanism.observables.singular_configurations import find_singular_configurations
 from governor_mechanism.observables.speed_fluctuation import find_speed_fluctuation
 from governor_mechanism.types import FloatArray, IntArray
@@ -70,8 +70,28 @@ class StateHistory:
         return StateHistory(**{name: states[indices] for name, states in vars(self).items()})
 
 
-StateProvider = Callable[[], tuple[StateHistory, tuple[ContactMode, ...], DenseOutput | None]]
-"""Function that computes the states and contact modes at the monitor times, and a dense output between them where there is one."""
+StateProvider = Callable[[int], tuple[StateHistory, tuple[ContactMode, ...], DenseOutput | None]]
+"""Function that computes the states and contact modes at the monitor times, and a dense output between them where there is one.
+
+Its argument is the largest number of these times; where more are needed, they end before the motion.
+"""
+
+MAX_EVENT_SAMPLES = 100_000
+"""Largest number of samples of a motion in which events are searched that an engine computes for it: each takes some 30 microseconds."""
+
+MAX_SAMPLES = 20_000_000
+"""Largest number of samples of a motion for everything else: it bounds the memory."""
+
+SEARCH_ERRORS = (ArithmeticError, ValueError, np.linalg.LinAlgError)
+"""Errors of a search that say nothing about the run."""
+
+
+@dataclass(frozen=True)
+class FoundEvents:
+    """Events in the order of time, and sentences on those that may be missing."""
+
+    events: tuple[Event, ...]
+    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,13 +202,41 @@ class DeferredMotionAnalysis:
 
     def events(self) -> tuple[Event, ...]:
         """Return all events in the order of time."""
+        return self._found_events.events
+
+    def event_notes(self) -> tuple[str, ...]:
+        """Return sentences on events that may be missing or less accurate."""
+        return self._found_events.notes
+
+    @cached_property
+    def _found_events(self) -> FoundEvents:
+        """All events. A search that fails costs neither the run nor the other events."""
         events, has_contacts = list(self.result.contact_events), bool(self.result.contact_modes)
+        notes = list[str]()
         if self.result.n_reached and (self.scene.crossings or not has_contacts):
-            motion = self.sample_motion()
-            events += self._find_crossings(motion)
+            dense_output, motion = self._sample(MAX_EVENT_SAMPLES)
+            notes += self._note_end_of_search(motion)
+            searches = {f"crossing {one.name!r}": partial(self._find_crossing, one, motion) for one in self.scene.crossings}
             if not has_contacts:
-                events += find_singular_configurations(self.scene.mechanism, motion, self.mobility)
-        return tuple(sorted(events, key=lambda event: event.time))
+                search = partial(find_singular_configurations, self.scene.mechanism, motion, self.mobility)
+                searches["turning points and change points"] = search
+            for subject, search in searches.items():
+                try:
+                    events += search()
+                except SEARCH_ERRORS as error:
+                    notes.append(f"the search for {subject} failed, and none of them is listed: {error}")
+            notes += dense_output.notes()
+        return FoundEvents(tuple(sorted(events, key=lambda event: event.time)), tuple(notes))
+
+    def _note_end_of_search(self, motion: SampledMotion) -> list[str]:
+        """Return a sentence if the samples end before the motion."""
+        searched, end = float(motion.times[-1]), float(self.result.reported_states.times[-1])
+        if searched >= end:
+            return []
+        return [
+            f"events after t = {searched:.6g} s are not searched for: {MAX_EVENT_SAMPLES} samples of the motion reach no further; "
+            "shorten the run"
+        ]
 
     def speed_fluctuations(self) -> dict[str, SpeedFluctuation]:
         """Return the extreme speeds in the last turn of the shafts that must not turn back, by the reading of their angle."""
@@ -201,24 +249,29 @@ class DeferredMotionAnalysis:
 
     def sample_motion(self) -> SampledMotion:
         """Return the motion at the monitor times."""
+        return self._sample(MAX_SAMPLES)[1]
+
+    def _sample(self, max_samples: int) -> tuple[BoundedDenseOutput, SampledMotion]:
+        """Return the motion at the monitor times, at most a number of them if they are computed for it, and its dense output."""
         states, modes, dense_output = self.result.monitor_states, self.result.contact_modes, self.result.dense_output
         if not isinstance(states, StateHistory):
-            states, modes, dense_output = states()
+            states, modes, dense_output = states(max_samples)
+        bounded_output = BoundedDenseOutput(dense_output)
         dynamics = self._evaluate_dynamics(states, modes)
         contact_times = np.unique([event.time for event in self.result.contact_events])
         motion = states.times, states.poses, states.velocities, dynamics.accelerations
         break_times = list(self.scene.system.breaking_gears.values())
         breakpoints = np.unique(np.concatenate([break_times, *(one.breakpoints for one in make_system(self.scene)[1])]))
-        return SampledMotion(*motion, dynamics.pivot_ratios, dense_output or (lambda k, time: None), contact_times, breakpoints)
+        return bounded_output, SampledMotion(*motion, dynamics.pivot_ratios, bounded_output, contact_times, breakpoints)
 
-    def _find_crossings(self, motion: SampledMotion) -> list[Event]:
-        """Return the named crossings; without an error estimate, the errors are taken to be those that the scene asks for."""
+    def _find_crossing(self, crossing: NamedCrossing, motion: SampledMotion) -> list[Event]:
+        """Return the events of a named crossing; without an error estimate, the error is taken to be that which the scene asks for."""
         scene, result = self.scene, self.result
         scales = {one.name: scene.mechanism.output_scale(one.name) for one in scene.mechanism.internal_outputs} | result.observables.scales
-        allowed = {crossing.reading: scene.run.accuracy * scales[crossing.reading] for crossing in scene.crossings}
+        allowed = {crossing.reading: scene.run.accuracy * scales[crossing.reading]}
         start_values = {name: float(values[0]) for name, values in result.observables.readings.items()}
         start = float(result.reported_states.times[0]), start_values
-        return find_crossings(scene.system, motion, scene.crossings, allowed | result.reading_errors, start)
+        return find_crossings(scene.system, motion, [crossing], allowed | result.reading_errors, start)
 
     def _evaluate_dynamics(self, states: StateHistory, contact_modes: tuple[ContactMode, ...]) -> InverseDynamics:
         return compute_inverse_dynamics(self.scene, states.times, states.poses, states.velocities, states.lags, contact_modes)

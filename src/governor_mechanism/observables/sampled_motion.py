@@ -37,6 +37,55 @@ DenseOutput = Callable[[int, float], BodyState | None]
 StateFunction = Callable[[BodyState], float]
 """Function of poses and velocities."""
 
+MAX_DENSE_STATES = 20_000
+"""Largest number of states between the samples that a search takes from the engine: each takes about as long as 100 steps of a run."""
+
+
+class DenseOutputEndsError(Exception):
+    """The dense output of an engine gives no state at a time at which one is needed."""
+
+
+class BoundedDenseOutput:
+    """Dense output of an engine of which a search takes a bounded number of states, and which notes what it could not give.
+
+    Parameters
+    ----------
+    dense_output
+        Dense output of the engine; None if it has none.
+    max_states
+        Largest number of states.
+    """
+
+    def __init__(self, dense_output: DenseOutput | None, max_states: int = MAX_DENSE_STATES) -> None:
+        self._dense_output, self._n_left = dense_output, max_states
+        self._n_failures, self._first_failure, self._is_exhausted = 0, math.inf, False
+
+    def __call__(self, k: int, time: float) -> BodyState | None:
+        """Return poses and velocities at a time (s) between samples k and k + 1, or None."""
+        if self._dense_output is None:
+            return None
+        if self._n_left == 0:
+            self._is_exhausted = True
+            return None
+        self._n_left -= 1
+        state = self._dense_output(k, time)
+        if state is None:
+            self._n_failures, self._first_failure = self._n_failures + 1, min(self._first_failure, time)
+        return state
+
+    def notes(self) -> tuple[str, ...]:
+        """Return sentences on the states that were asked for and are not known."""
+        notes = list[str]()
+        if self._n_failures:
+            notes.append(
+                f"the engine gives no state between two of its samples at t = {self._first_failure:.9g} s"
+                f"{f' and {self._n_failures - 1} other times' if self._n_failures > 1 else ''}; "
+                "times of events there are interpolated"
+            )
+        if self._is_exhausted:
+            notes.append("so many events lie between the samples of this run that times of some are interpolated; shorten the run")
+        return tuple(notes)
+
 
 @dataclass(frozen=True)
 class SampledMotion:
@@ -90,16 +139,25 @@ class SampledMotion:
     def refine_root(self, k: int, time: float, function: StateFunction, bracket: tuple[float, float]) -> float:
         """Return a root (s) between samples k and k + 1 in a bracket with a change of sign, by the engine's own dense output.
 
-        Without such an output, the time that is given is returned.
+        Without such an output, and where it does not reach, the time that is given is returned.
         """
+        try:
+            return self._refine_by_dense_output(k, time, function, bracket)
+        except DenseOutputEndsError:
+            return time
+
+    def _refine_by_dense_output(self, k: int, time: float, function: StateFunction, bracket: tuple[float, float]) -> float:
+        """Return a root (s) as `refine_root` does, or raise DenseOutputEndsError."""
         states: dict[float, BodyState | None] = {instant: self.dense_output(k, instant) for instant in (time, *bracket)}
 
         def value(instant: float) -> float:
             state = states[instant] if instant in states else self.dense_output(k, instant)
-            return math.nan if state is None else function(state)
+            if state is None:
+                raise DenseOutputEndsError
+            return function(state)
 
         at_low, at_time, at_high = (value(instant) for instant in (bracket[0], time, bracket[1]))
-        if not at_low * at_high < 0:  # no dense output, or a root at an end
+        if not at_low * at_high < 0:  # a root at an end
             return time
         margin = REFINEMENT_MARGIN * (bracket[1] - bracket[0])
         near = time + (margin if (at_time < 0) == (at_low < 0) else -margin)

@@ -122,6 +122,8 @@ class EventDrivenStepper(StaggeredStepper):
             if detected:
                 return detected
             self.state = state
+            if self.path is not None:
+                self.path.append((state.time, state.poses))
         return []
 
     def _locate_first_event(self, detected: list[DetectedEvent], h: float) -> None:

@@ -1,5 +1,6 @@
 """Runs of one scene with halved steps and enough solver iterations, within the budget, and how and when they end."""
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -38,16 +39,23 @@ class RangeExit(NamedTuple):
     time_index: int
     message: str
     outcome: Outcome = Outcome.LEFT_RANGE
+    time: float = math.inf
 
 
 @dataclass(frozen=True)
 class Termination:
-    """Number of monitor times that runs keep; how and why they end if they end early, and whether because a body flies away."""
+    """Number of monitor times that runs keep; how and why they end if they end early, and whether because a body flies away.
+
+    `exit_time` (s) is that of an exit from the limits between two monitor times, if steps show it, else infinity, and `exit_time_error`
+    (s) its error, infinite if not all runs show the exit.
+    """
 
     n_times: int
     outcome: Outcome | None = None
     detail: str = ""
     is_flight: bool = False
+    exit_time: float = math.inf
+    exit_time_error: float = 0.0
 
 
 class LevelRuns:
@@ -84,8 +92,10 @@ class LevelRuns:
             return self._end_with_open_joints(runs, n_times)
         first_exit = min((range_exit for range_exit in exits if range_exit is not None), key=lambda one: one[:2], default=None)
         if first_exit is not None:
-            detail = f"{first_exit.message}, at about t = {self._times[first_exit.time_index]:.6g} s"
-            return Termination(first_exit.time_index, first_exit.outcome, detail, first_exit.message == FLIGHT_DETAIL)
+            exit_time, time_error = _extrapolate_exit_time([math.inf if one is None else one.time for one in exits])
+            end_time = exit_time if exit_time < math.inf else float(self._times[first_exit.time_index])
+            detail, is_flight = f"{first_exit.message}, at t = {end_time:.9g} s", first_exit.message == FLIGHT_DETAIL
+            return Termination(first_exit.time_index, first_exit.outcome, detail, is_flight, exit_time, time_error)
         if n_times < len(self._times) or not self._is_complete:
             detail = f"max_steps = {self._budget.limit}, for all runs together, is reached at t = {self._times[n_times - 1]:.6g} s"
             return Termination(n_times, Outcome.STEP_LIMIT, detail)
@@ -99,9 +109,11 @@ class LevelRuns:
             exits.append(RangeExit(*limit_exit))
         if (stall := self._evaluator.find_first_stall(poses, velocities)) is not None:
             exits.append(RangeExit(*stall, Outcome.SHAFT_STALLED))
+        if run.first_exit is not None and run.first_exit.time_index < n_times:
+            exits.append(RangeExit(run.first_exit.time_index, run.first_exit.message, Outcome.LEFT_RANGE, run.first_exit.time))
         if n_near < len(poses):
             exits.append(RangeExit(n_near, FLIGHT_DETAIL))
-        return min(exits, key=lambda one: one[:2], default=None)
+        return min(exits, key=lambda one: (one.time_index, one.time), default=None)
 
     def _count_near_times(self, poses: FloatArray) -> int:
         """Return the number of monitor times before a body is too far away."""
@@ -181,6 +193,14 @@ class LevelRuns:
         if self.iterations < self._settings.max_iterations:
             detail += f", and max_steps = {self._budget.limit}, for all runs together, allows no more of them"
         return Termination(n_closed, Outcome.JOINT_OPENED, detail)
+
+
+def _extrapolate_exit_time(times: Sequence[float]) -> tuple[float, float]:
+    """Return the time (s) of an exit, extrapolated from those of runs with halved steps, and its error; infinite for a run without it."""
+    known = [time for time in times if time < math.inf]
+    if len(known) < len(times) or len(times) < 2:
+        return (known[-1] if known else math.inf), 0.0 if len(known) == len(times) else math.inf
+    return times[-1] + (times[-1] - times[-2]) / 3, abs(times[-1] - times[-2])
 
 
 def _exits_disagree(exits: list[RangeExit | None]) -> bool:

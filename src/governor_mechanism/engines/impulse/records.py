@@ -42,13 +42,23 @@ class FixedStepProblem:
         return SceneContacts(self.scene, self.evaluator.time_scale, tolerance)
 
 
+@dataclass(frozen=True)
+class StepExit:
+    """Exit from the limits between two monitor times: index of the later one, sentence, and time (s)."""
+
+    time_index: int
+    message: str
+    time: float
+
+
 @dataclass(frozen=True, kw_only=True)
 class FixedStepSolution:
     """States at the monitor times of one run, fewer than the grid has if the run was abandoned.
 
     `raw_poses` (times, bodies, 3) have the joint gaps that the steps leave, and `contact_modes` has one entry per monitor time of a scene
     with contacts. `has_chatter` states whether the run was abandoned because of too many events in a step, `reached_limit` whether it ended
-    because its share of the budget was spent, and `evaluation_counts` how often each force law was evaluated.
+    because its share of the budget was spent, `first_exit` where its steps leave the limits between two monitor times, and
+    `evaluation_counts` how often each force law was evaluated.
     """
 
     states: StateHistory
@@ -57,6 +67,7 @@ class FixedStepSolution:
     contact_modes: tuple[ContactMode, ...]
     has_chatter: bool
     reached_limit: bool
+    first_exit: StepExit | None
     n_steps: int
     evaluation_counts: Mapping[str, int]
 

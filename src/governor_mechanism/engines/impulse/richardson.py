@@ -1,26 +1,29 @@
 """Richardson refinement of fixed-step runs: step halving, extrapolation and error estimate."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from governor_mechanism.engines.base import Runner, RunRequest
+from governor_mechanism.engines.exit_location import count_before, find_first_exit
 from governor_mechanism.engines.impulse.event_extrapolation import ExtrapolatedEvents, are_in_intervals, extrapolate_events
 from governor_mechanism.engines.impulse.first_grid import make_first_grid
-from governor_mechanism.engines.impulse.level_runs import MAX_OPEN_JOINT_HALVINGS, LevelRuns, Termination
-from governor_mechanism.engines.impulse.records import FixedStepProblem
+from governor_mechanism.engines.impulse.level_runs import MAX_EXIT_DISAGREEMENT, MAX_OPEN_JOINT_HALVINGS, LevelRuns, Termination
+from governor_mechanism.engines.impulse.records import FixedStepProblem, FixedStepSolution
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.engines.impulse.work_budget import WorkBudget
 from governor_mechanism.engines.initial_state import part_initial_state
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, has_contacts
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.numerics.hermite import quintic_hermite
 from governor_mechanism.observables.evaluation import ReadingEvaluator
-from governor_mechanism.observables.limit_excursions import find_first_excursion
 from governor_mechanism.observables.run_result import RunResult, StateHistory
 from governor_mechanism.types import BoolArray, FloatArray
 
@@ -32,6 +35,9 @@ FLIGHT_ACCURACY = 1e-2
 
 The errors of a flight grow as it does, so that no work yields the accuracy of a motion that stays near the origin.
 """
+
+UNKNOWN_EXIT_ERROR = 1.0
+"""Estimate of a motion of which only some runs leave their limits: nothing is known of its end."""
 
 MAX_STAGNANT_LEVELS = 1
 """Largest number of successive halvings without progress in a scene with contacts."""
@@ -138,8 +144,10 @@ class RichardsonRefinement(Runner):
         """Return the extrapolated result of runs whose coarsest has its steps halved `level` times."""
         end = self.runs.integrate(level)
         self._is_flight = end.is_flight
-        count, levels = end.n_times, self.runs.levels_from(level)
+        levels = self.runs.levels_from(level)
         solutions = [self.runs.solutions[one] for one in levels]
+        end = self._end_at_exit(end, solutions)
+        count = end.n_times
         events = ExtrapolatedEvents()
         if self.has_contacts and count:
             last = float(self.grid.monitor_times[count - 1])
@@ -148,8 +156,7 @@ class RichardsonRefinement(Runner):
         if len(extrapolated) > 1:  # between the impact times of two runs there is nothing to extrapolate
             between_impacts = are_in_intervals(extrapolated[-1].times, events.impact_intervals)
             extrapolated = [_extrapolate(coarse, fine, 4, between_impacts) for coarse, fine in pairwise(extrapolated)]
-        end = self._end_at_excursion(end, extrapolated[-1], events)
-        count, reported_indices = end.n_times, self.grid.truncate(end.n_times).reported_indices
+        reported_indices = self.grid.truncate(count).reported_indices
         reported = [states.at(reported_indices) for states in extrapolated]
         is_certified = self.settings.levels == 3 and (self.request.certify or self.settings.step is None)
         best_states = reported[-1] if is_certified or len(reported) == 1 else _extrapolate(reported[0], reported[1], 8)
@@ -164,16 +171,28 @@ class RichardsonRefinement(Runner):
             reported_indices=reported_indices,
             contact_events=tuple(event for event in events.events if event.time <= self.grid.monitor_times[max(count - 1, 0)]),
         )
-        return self._certify(result, reported[0], events, level) if is_certified else result
+        return self._with_exit_error(self._certify(result, reported[0], events, level), end) if is_certified else result
 
-    def _end_at_excursion(self, end: Termination, states: StateHistory, events: ExtrapolatedEvents) -> Termination:
-        """Return the end of runs that pass a limit and come back between two monitor times."""
-        event_times = np.array([event.time for event in events.events])
-        excursion = find_first_excursion(self.evaluator.mechanism, states, event_times, self.request.accuracy)
-        if excursion is None:
+    def _end_at_exit(self, end: Termination, solutions: Sequence[FixedStepSolution]) -> Termination:
+        """Return the end of runs at the exit of their extrapolated motion, which is located between its monitor times."""
+        n_common = min(len(solution.raw_poses) for solution in solutions)
+        is_exit = end.outcome in (Outcome.LEFT_RANGE, Outcome.SHAFT_STALLED) and not end.is_flight
+        count = min(n_common, end.n_times + MAX_EXIT_DISAGREEMENT) if is_exit else end.n_times
+        states = [solution.states.at(slice(count)) for solution in solutions]
+        motion = _extrapolate(states[-2], states[-1], 4) if len(states) > 1 else states[-1]
+        event_times = np.array([event.time for event in solutions[-1].events])
+        state_at = partial(interpolate_state, self.scene, motion, solutions[-1].contact_modes[:count])
+        motion_exit = find_first_exit(self.evaluator, motion, state_at, event_times, self.request.accuracy)
+        if motion_exit is None or motion_exit.time >= end.exit_time:
             return end
-        index, message = excursion
-        return Termination(index, Outcome.LEFT_RANGE, f"{message}, at about t = {states.times[index]:.6g} s")
+        return Termination(count_before(motion.times, motion_exit.time), motion_exit.outcome, motion_exit.detail)
+
+    def _with_exit_error(self, result: RunResult, end: Termination) -> RunResult:
+        """Return a result that ends between two monitor times with an estimate of at least the error of that time, in time scales."""
+        if end.exit_time == math.inf:
+            return result
+        estimate = max(result.error_estimate or 0.0, min(end.exit_time_error / self.evaluator.time_scale, UNKNOWN_EXIT_ERROR))
+        return replace(result, error_estimate=estimate)
 
     def _trust_event_times(self, level: int, difference: float) -> float:
         """Return the difference (s) of event times at a level, but no less than the order of 2 makes of that at a coarser level."""
@@ -208,6 +227,17 @@ class RichardsonRefinement(Runner):
     def count_work(self) -> tuple[int, int, Mapping[str, int]]:
         """Return the steps, no rejected steps, and the evaluations by force law."""
         return self.runs.steps, 0, dict(self.runs.evaluation_counts)
+
+
+def interpolate_state(scene: Scene, states: StateHistory, contact_modes: Sequence[ContactMode], k: int, time: float) -> StateHistory:
+    """Return the state at a time (s) after sample k, by quintic interpolation to the next one."""
+    pair = states.at(slice(k, k + 2))
+    motion = pair.times, pair.poses, pair.velocities
+    accelerations = compute_inverse_dynamics(scene, *motion, pair.lags, tuple(contact_modes[k : k + 2])).accelerations
+    ends = [(pair.poses[j], pair.velocities[j], accelerations[j]) for j in (0, 1)]
+    length = float(pair.times[1] - pair.times[0])
+    poses, velocities = quintic_hermite(*ends[0], *ends[1], length, (time - float(pair.times[0])) / length)
+    return replace(pair.at(slice(1)), times=np.array([time]), poses=poses[np.newaxis], velocities=velocities[np.newaxis])
 
 
 def _is_improvement(finer: RunResult, best: RunResult) -> bool:

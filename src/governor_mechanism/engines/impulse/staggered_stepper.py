@@ -27,6 +27,8 @@ class StaggeredStepper:
     def __init__(self, problem: FixedStepProblem, model: PymunkModel, h: float) -> None:
         self.model, self.forces, self.time_inputs, self.last_h = model, model.forces, problem.time_inputs, h
         self.is_holding, self._warm_up_steps_left, self.n_split_steps = False, 0, 0
+        self.path: list[tuple[float, FloatArray]] | None = None
+        """Times (s) and poses (bodies, 3) of the pymunk bodies after each step, where they are asked for."""
         self._problem, self._hold_iteration_factor, self._budget = problem, problem.settings.hold_iteration_factor, problem.budget
         velocities = model.to_proxy_velocities(problem.start[1])
         values, rates = self.forces.output_values, self.forces.output_rates(velocities)
@@ -42,6 +44,8 @@ class StaggeredStepper:
         for index in range(n_steps):
             self._budget.check()
             earlier, previous = previous, model.step(time_inputs.step_inputs(index))
+            if self.path is not None:
+                self.path.append((start + (index + 1) * h, model.state()[0]))
         poses, velocities = model.state()
         # In a plain model the velocities belong to the poses; else they are half a step ahead of them.
         if time_inputs.has_jump and not model.is_plain:  # the mean of both sides is not the velocity: extrapolate from the left

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.engines.multibody.limit_rows import LimitRows, evaluate_limit_rows
 from governor_mechanism.integrators.radau import RadauLimits, StiffEquationFunctions, make_radau
 from governor_mechanism.integrators.radau_systems import RadauBuffers
 from governor_mechanism.integrators.stages import StepCounter
@@ -57,6 +58,12 @@ class PartitionedEquation(NamedTuple):
         Largest constraint violation left by the projection, m.
     max_distance
         Distance from the origin beyond which a body has flown away, m.
+    limits
+        Readings with limits.
+    step_start
+        Full state at the start of the last step, and its local time, s; shape (full components + 1,).
+    present_time
+        Local time of the present full state, s; shape (1,).
     full_state
         Present full state; shape (full components,).
     stage_poses
@@ -82,6 +89,9 @@ class PartitionedEquation(NamedTuple):
     error_scale: FloatArray
     constraint_tolerance: float
     max_distance: float
+    limits: LimitRows
+    step_start: FloatArray
+    present_time: FloatArray
     full_state: FloatArray
     stage_poses: FloatArray
     buffer: FloatArray
@@ -172,10 +182,18 @@ def _finish_step(equation: PartitionedEquation, local_time: float, state: FloatA
     n_coordinates = equation.stage_poses.shape[1]
     if _evaluate_from(equation, local_time, state, equation.full_state[:n_coordinates], derivative) < 0.0:
         return IntegrationStatus.STALLED
+    copy_array(equation.step_start[: equation.full_state.size], equation.full_state)
+    equation.step_start[equation.full_state.size] = equation.present_time[0]
     copy_array(equation.full_state, equation.buffer)
+    equation.present_time[0] = local_time
     for k in range(n_coordinates // 3):
         if not abs(equation.buffer[3 * k]) + abs(equation.buffer[3 * k + 1]) <= equation.max_distance:
             return IntegrationStatus.OUT_OF_RANGE
+    limits = equation.limits
+    evaluate_limit_rows(limits, n_coordinates, equation.buffer, limits.end_values)
+    for i in range(limits.bounds.shape[0]):
+        if not limits.bounds[i, 0] < limits.end_values[i, 0] < limits.bounds[i, 1]:
+            return IntegrationStatus.LEFT_LIMITS
     return IntegrationStatus.DONE if equation.dependence[0] <= equation.dependence[1] else IntegrationStatus.SINGULAR_COORDINATES
 
 

@@ -3,10 +3,11 @@
 import math
 from typing import NamedTuple
 
+from governor_mechanism.engines.multibody.limit_rows import LimitRows, evaluate_limit_rows
 from governor_mechanism.integrators.dop853 import StepLimits, make_dop853
 from governor_mechanism.integrators.equation import EquationFunctions, StepBuffers
 from governor_mechanism.integrators.event_location import LAST_SAMPLE, EventStep, is_any_positive
-from governor_mechanism.integrators.stage_quality import NEAR_SINGULAR_QUALITY, OUT_OF_RANGE, TURNED_BACK
+from governor_mechanism.integrators.stage_quality import LEFT_LIMITS, NEAR_SINGULAR_QUALITY, OUT_OF_RANGE, TURNED_BACK
 from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.equations.constraint_solver import apply_jacobian, subtract_minv_jt
@@ -24,7 +25,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.model.time_functions import StrokeHold
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
-from governor_mechanism.numerics.hermite import quintic_hermite_jit
+from governor_mechanism.numerics.hermite import cubic_hermite_jit, quintic_hermite_jit
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 
@@ -35,6 +36,9 @@ CUT_OFF_TOLERANCE = 1e-8
 """Travel before a cut-off, relative to the stroke, at which an event is that of the cut-off; for the same reason."""
 
 FROM_DEAD_CENTRE, FROM_CUT_OFF = HOLD_KINDS.index(StrokeHold.FROM_DEAD_CENTRE), HOLD_KINDS.index(StrokeHold.FROM_CUT_OFF)
+
+TURNING_POINT_BISECTIONS = 20
+"""Bisections of a turning point within a step: its value is good to the square of 1e-6 of the change within the step."""
 
 SINGULAR_CONSTRAINT_TOLERANCE_RATIO = 1e-3
 """Factor on the constraint tolerance near a change point, where the error that a violation causes grows like 1 / e."""
@@ -57,6 +61,10 @@ class MultibodyEquation(NamedTuple):
         Distance from the origin beyond which a body has flown away, m.
     shafts
         Indices of the bodies that must not turn back.
+    limits
+        Readings with limits.
+    step_start
+        Result: state at the start of the step in which the motion ends, and its local time, s; shape (components + 1,).
     derivative
         Buffer; shape (components,).
     projected_state
@@ -71,6 +79,8 @@ class MultibodyEquation(NamedTuple):
     constraint_tolerance: float
     max_distance: float
     shafts: IntArray
+    limits: LimitRows
+    step_start: FloatArray
     derivative: FloatArray
     projected_state: FloatArray
     counts: IntArray
@@ -110,14 +120,7 @@ def _finish_step(equation: MultibodyEquation, local_time: float, quality: float,
     copy_array(stages.next_state, stages.end)
     is_regular = quality > NEAR_SINGULAR_QUALITY
     _project_to(equation, local_time, stages.next_state, 1.0 if is_regular else SINGULAR_CONSTRAINT_TOLERANCE_RATIO)
-    quality = _evaluate(equation, local_time, stages.next_state, stages.next_derivative, 0)
-    for k in range(equation.system.bodies.size):
-        if not abs(stages.next_state[3 * k]) + abs(stages.next_state[3 * k + 1]) <= equation.max_distance:
-            return OUT_OF_RANGE
-    for i in range(equation.shafts.size):
-        if stages.next_state[3 * (equation.system.bodies.size + equation.shafts[i]) + 2] < 0.0:
-            return TURNED_BACK
-    return quality
+    return _evaluate(equation, local_time, stages.next_state, stages.next_derivative, 0)
 
 
 @jit_in_place
@@ -143,14 +146,21 @@ def _evaluate_events(equation: MultibodyEquation, local_time: float, state: Floa
 
 
 @jit_in_place
-def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float, event_values: FloatArray) -> None:
-    """Evaluate the event functions at a fraction of the step, on the quintic interpolant of the poses."""
-    stages, event_functions, n_coordinates = step.stages, equation.system.event_functions, 3 * equation.system.bodies.size
-    start, end, sample = step.state, stages.next_state, stages.stage_state
+def _sample_motion(n_coordinates: int, h: float, start: FloatArray, stages: Stages, fraction: float, sample: FloatArray) -> None:
+    """Fill poses and velocities at a fraction of a step of length h (s) from a state, on the quintic interpolant of the poses."""
+    end = stages.next_state
     for i in range(n_coordinates, 2 * n_coordinates):
         k, acceleration, end_acceleration = i - n_coordinates, stages.derivatives[i, 0], stages.next_derivative[i, 0]
-        sample[k], sample[i] = quintic_hermite_jit(start[k], start[i], acceleration, end[k], end[i], end_acceleration, step.h, fraction)
-    for i in range(2 * n_coordinates, start.size):
+        sample[k], sample[i] = quintic_hermite_jit(start[k], start[i], acceleration, end[k], end[i], end_acceleration, h, fraction)
+
+
+@jit_in_place
+def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float, event_values: FloatArray) -> None:
+    """Evaluate the event functions at a fraction of the step, on the quintic interpolant of the poses."""
+    stages, event_functions, start = step.stages, equation.system.event_functions, step.state
+    end, sample = stages.next_state, stages.stage_state
+    _sample_motion(3 * equation.system.bodies.size, step.h, start, stages, fraction, sample)
+    for i in range(6 * equation.system.bodies.size, start.size):
         sample[i] = start[i] + fraction * (end[i] - start[i])
     needs_forces = False
     for i in range(event_functions.size):
@@ -160,7 +170,61 @@ def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float
     evaluate_event_functions(equation.system, equation.workspace, sample, event_values)
 
 
-_EQUATION = EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events)
+@jit_in_place
+def _check_step(equation: MultibodyEquation, local_time: float, h: float, state: FloatArray, stages: Stages, quality: float) -> float:
+    """Return a negative quality if a body flies away, a shaft turns back, or a reading may leave its limits within a step."""
+    n_bodies, end = equation.system.bodies.size, stages.next_state
+    for i in range(equation.shafts.size):
+        if end[3 * (n_bodies + equation.shafts[i]) + 2] < 0.0:
+            quality = TURNED_BACK
+    if equation.limits.bounds.size > 0 and _may_leave_limits(equation, h, state, stages):
+        quality = LEFT_LIMITS
+    for k in range(n_bodies):
+        if not abs(end[3 * k]) + abs(end[3 * k + 1]) <= equation.max_distance:
+            quality = OUT_OF_RANGE
+    if quality in (TURNED_BACK, LEFT_LIMITS):
+        copy_array(equation.step_start[: state.size], state)
+        equation.step_start[state.size] = local_time
+    return quality
+
+
+@jit_in_place
+def _may_leave_limits(equation: MultibodyEquation, h: float, state: FloatArray, stages: Stages) -> bool:
+    """Return whether a reading is outside its limits after a step, or may be at a turning point within it.
+
+    The turning point is that of the quintic interpolant, whose error is at most that of the cubic one.
+    """
+    limits, n_coordinates, end, sample = equation.limits, 3 * equation.system.bodies.size, stages.next_state, stages.stage_state
+    evaluate_limit_rows(limits, n_coordinates, state, limits.start_values)
+    evaluate_limit_rows(limits, n_coordinates, end, limits.end_values)
+    for i in range(limits.bounds.shape[0]):
+        start_value, start_rate = limits.start_values[i, 0], limits.start_values[i, 1]
+        end_value, end_rate = limits.end_values[i, 0], limits.end_values[i, 1]
+        if not limits.bounds[i, 0] < end_value < limits.bounds[i, 1]:
+            return True
+        reach = h * max(abs(start_rate), abs(end_rate))
+        margin = min(start_value - limits.bounds[i, 0], end_value - limits.bounds[i, 0])
+        if start_rate > 0.0:
+            margin = min(limits.bounds[i, 1] - start_value, limits.bounds[i, 1] - end_value)
+        if start_rate * end_rate >= 0.0 or margin > reach:
+            continue
+        low, high = 0.0, 1.0
+        for _ in range(TURNING_POINT_BISECTIONS):
+            middle = 0.5 * (low + high)
+            _sample_motion(n_coordinates, h, state, stages, middle, sample)
+            evaluate_limit_rows(limits, n_coordinates, sample, limits.sample_values)
+            if limits.sample_values[i, 1] * start_rate > 0.0:
+                low = middle
+            else:
+                high = middle
+        peak = limits.sample_values[i, 0]
+        error = abs(peak - cubic_hermite_jit(start_value, end_value, start_rate, end_rate, h, high))
+        if not limits.bounds[i, 0] < peak - error or not peak + error < limits.bounds[i, 1]:
+            return True
+    return False
+
+
+_EQUATION = EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events, _check_step)
 _integrate = jit_in_place(make_dop853(_EQUATION, has_event_functions=False))
 _integrate_to_event = jit_in_place(make_dop853(_EQUATION, has_event_functions=True))
 

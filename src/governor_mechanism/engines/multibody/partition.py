@@ -3,6 +3,7 @@
 import numpy as np
 
 from governor_mechanism.engines.multibody.implicit import PartitionedEquation, evaluate_linearisation, integrate_implicitly
+from governor_mechanism.engines.multibody.limit_rows import LimitRows
 from governor_mechanism.integrators.radau import RadauLimits
 from governor_mechanism.integrators.radau_systems import RadauBuffers, make_radau_buffers
 from governor_mechanism.integrators.stages import StepCounter
@@ -41,16 +42,27 @@ class ImplicitIntegrator:
         Largest constraint violation, m.
     max_distance
         Distance from the origin beyond which a body has flown away, m.
+    limits
+        Readings with limits.
 
     Attributes
     ----------
     counts
         Counters of all integrations, indexed by `StepCounter`.
+    step_start
+        State at the start of the last step, and its time after the start of the cubics, s; shape (components + 1,).
     """
 
     def __init__(
-        self, system: System, workspace: SystemWorkspace, error_scale: FloatArray, constraint_tolerance: float, max_distance: float
+        self,
+        system: System,
+        workspace: SystemWorkspace,
+        error_scale: FloatArray,
+        constraint_tolerance: float,
+        max_distance: float,
+        limits: LimitRows,
     ) -> None:
+        self._limits, self.step_start = limits, np.zeros(0)
         self._model, self._error_scale = (system, workspace), error_scale
         self._constraint_tolerance, self._max_distance = constraint_tolerance, max_distance
         self.counts = np.zeros(len(StepCounter), dtype=np.int64)
@@ -77,6 +89,7 @@ class ImplicitIntegrator:
             )
             n_reached += n_rows
             state[:] = equation.full_state
+            self.step_start = equation.step_start
         is_done = status == IntegrationStatus.SINGULAR_COORDINATES
         return IntegrationStatus.DONE if is_done else IntegrationStatus(status), step, n_reached, t
 
@@ -139,6 +152,9 @@ class ImplicitIntegrator:
             error_scale=self._error_scale,
             constraint_tolerance=self._constraint_tolerance,
             max_distance=self._max_distance,
+            limits=self._limits,
+            step_start=np.zeros(n + 1),
+            present_time=np.zeros(1),
             full_state=state.copy(),
             stage_poses=np.empty((N_STAGES, n_coordinates)),
             buffer=np.empty(n),

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -11,12 +11,14 @@ import numpy as np
 from governor_mechanism.engines.certificate import ErrorControlSettings, StepPlan, speed_jump_work
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.multibody.integration import MultibodyEquation, integrate_multibody, integrate_multibody_to_event
+from governor_mechanism.engines.multibody.limit_rows import make_limit_rows
 from governor_mechanism.engines.multibody.partition import ImplicitIntegrator
 from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits, make_step_limits
 from governor_mechanism.integrators.equation import make_step_buffers
 from governor_mechanism.integrators.radau import RadauLimits
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.integrators.step_record import make_step_record
 from governor_mechanism.integrators.time_grid import make_time_grid
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
 from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
@@ -38,6 +40,7 @@ from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.numerics.parallel_compilation import compiled_beside
 from governor_mechanism.observables.evaluation import ReadingEvaluator
+from governor_mechanism.observables.limit_excursions import find_first_excursion
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
 
@@ -49,6 +52,12 @@ In the two runs of a certificate they take about 0.06 s, the time in which its k
 
 MIN_IMPLICIT_STEPS = 100
 """Implicit steps after which the explicit method may take over again: about what a smooth motion needs for a transient and its end."""
+
+STIFF_STEP_RATIO = 0.2
+"""Step relative to the largest stable one from which stability limits it: error control wavers about that limit."""
+
+EXCURSION_SAMPLES = 33
+"""Samples of a step in which a turning point near a limit is looked for: cubics between them are good to 1e-8 of the change within it."""
 
 IMPLICIT_STEPS_PER_MOTION, IMPLICIT_STEPS_OF_TRANSIENT = 3.0, 40.0
 """Implicit steps in the time in which a motion changes, and those of the transient at its start; rough, as measured at 1e-6."""
@@ -86,15 +95,28 @@ class MultibodySettings(ErrorControlSettings):
 
 
 @dataclass(frozen=True)
-class IntegrationResult:
-    """States (monitor times reached, components), status and last step size (s) of one integration.
+class LastStep:
+    """Step in which a motion ends: its start (s), the state there, and a later time (s) at which the motion is outside its range."""
 
-    For a scene with contacts also the contact mode at each monitor time and the events.
+    start: float
+    state: FloatArray
+    outside: float
+    outside_state: FloatArray
+    contact_mode: ContactMode | None
+
+
+@dataclass(frozen=True)
+class IntegrationResult:
+    """States (monitor times reached, components), status, last step size (s) and end (s) of one integration.
+
+    For a scene with contacts also the contact mode at each monitor time and the events; for a motion that leaves its range its last step.
     """
 
     states: FloatArray
     status: IntegrationStatus
     last_step: float
+    end_time: float
+    exit_step: LastStep | None = None
     contact_modes: tuple[ContactMode, ...] = ()
     events: tuple[Event, ...] = ()
 
@@ -103,9 +125,17 @@ class ConstrainedIntegrator:
     """Integrator of a scene from given initial poses and velocities over monitor times that include the reported times."""
 
     def __init__(
-        self, evaluator: ReadingEvaluator, initial_motion: Motion, reported_times: FloatArray, max_steps: int, settings: MultibodySettings
+        self,
+        evaluator: ReadingEvaluator,
+        initial_motion: Motion,
+        reported_times: FloatArray,
+        max_steps: int,
+        settings: MultibodySettings,
+        accuracy: float = 0.0,
     ) -> None:
         self.scene, self.evaluator, self.max_steps, self.settings = evaluator.scene, evaluator, max_steps, settings
+        self.accuracy, self.limits = accuracy, make_limit_rows(self.scene.mechanism)
+        self.no_limits = make_limit_rows(self.scene.mechanism, is_empty=True)
         self.system, self.input_functions = make_system(self.scene)
         self.model = self.system, make_system_workspace(self.system)
         break_times = list(self.scene.system.breaking_gears.values())
@@ -153,7 +183,8 @@ class ConstrainedIntegrator:
         buffers = make_step_buffers(1, 1, np.ones(1), np.zeros(0), self.counters)
         cubics, vector = self.input_cubics(0.0), np.zeros(1)
         gap, max_distance = self.constraint_tolerance, self.max_distance
-        equation = MultibodyEquation(*self.model, cubics, gap, max_distance, self.shafts, vector, vector, self.counters)
+        ends = self.shafts, self.limits, vector
+        equation = MultibodyEquation(*self.model, cubics, gap, max_distance, *ends, vector, vector, self.counters)
         return equation, buffers, (0.0, 0.0), vector, vector, make_step_limits(1.0, 1.0, 1.0, 1, 1.0), np.zeros((0, 1))
 
     def compile_kernels(self) -> None:
@@ -175,6 +206,7 @@ class ConstrainedIntegrator:
             contacts.start(state, self.input_cubics(0.0))
         run, status = ExplicitRun(self, limits, state, 0.0, times), IntegrationStatus.DONE
         implicit: ImplicitIntegrator | None = None
+        last_step: LastStep | None = None
         explicit_step, worthwhile_steps = limits.step, 0
         max_implicit_steps = math.ceil(plan.max_steps / self._implicit_step_cost)
         if self._stable_step < np.inf:
@@ -189,11 +221,15 @@ class ConstrainedIntegrator:
                 n_explicit = (self.breakpoints[-1] - run.time) / (self._implicit_step_cost * explicit_step)
                 worthwhile_steps = min(max(math.ceil(n_explicit), MIN_IMPLICIT_STEPS), max_implicit_steps)
             if implicit is not None and not run.is_never_stiff:
-                rows, implicit_limits = run.rows_until(end), RadauLimits(tolerance, run.step, worthwhile_steps - implicit.n_steps, *records)
+                rows, cubics_start = run.rows_until(end), run.time
+                implicit_limits = RadauLimits(tolerance, run.step, worthwhile_steps - implicit.n_steps, *records)
                 status, run.step, n_reached, run.time = implicit.integrate(
                     self.input_cubics(run.time), (run.time, end), times[rows], state, implicit_limits, run.states[rows]
                 )
                 run.n_filled += n_reached
+                if status == IntegrationStatus.LEFT_LIMITS:
+                    step_start = cubics_start + float(implicit.step_start[-1])
+                    last_step = LastStep(step_start, implicit.step_start[:-1].copy(), run.time, state.copy(), None)
                 if status == IntegrationStatus.STEP_LIMIT and worthwhile_steps < max_implicit_steps:
                     run.continue_explicitly(explicit_step)
                     status = run.integrate(end)
@@ -212,10 +248,30 @@ class ConstrainedIntegrator:
         self.counters += run.counts
         self.output_force_counts += run.output_force_counts
         events = drop_cancelled_events(contacts.events if contacts else (), SIMULTANEITY_TOLERANCE * self.evaluator.time_scale)
-        return IntegrationResult(run.states[: run.n_filled], status, run.step, tuple(run.contact_modes), events)
+        states, modes, last_step = run.states[: run.n_filled], tuple(run.contact_modes), last_step or run.last_step
+        return IntegrationResult(states, status, run.step, run.time, last_step, modes, events)
 
     def _make_implicit_integrator(self) -> ImplicitIntegrator:
-        return ImplicitIntegrator(*self.model, self.error_scale, self.constraint_tolerance, self.max_distance)
+        return ImplicitIntegrator(*self.model, self.error_scale, self.constraint_tolerance, self.max_distance, self.limits)
+
+    def describe_stiffness(self, integration: IntegrationResult) -> str:
+        """Return a clause on what makes a motion stiff whose explicit steps are no longer than its fastest decay allows, or nothing."""
+        if not self._is_damped or not len(integration.states) or self.is_stiff:
+            return ""
+        time = float(self.time_grid.monitor_times[len(integration.states) - 1])
+        decay_rate, _ = self._make_implicit_integrator().rates_at(self.input_cubics(time), integration.states[-1])
+        if decay_rate * integration.last_step < STIFF_STEP_RATIO * STABILITY_LIMIT:
+            return ""
+        return (
+            f"; the motion is stiff: a part of it decays within {1 / decay_rate:.1g} s, as that of a light body on a strong damper "
+            "(give the body no mass or a larger one, or soften the damper)"
+        )
+
+    @property
+    def _is_damped(self) -> bool:
+        """Whether the scene has dampers, dashpots or lags: only these make a motion stiff."""
+        is_damped = any(isinstance(element, Damper | TorsionDamper) for element in self.scene.mechanism.force_elements)
+        return is_damped or len(self.system.lags) > 0 or any(effect.dissipates for effect in output_forces_of(self.scene))
 
     def _find_stable_step(self, duration: float) -> tuple[float, float]:
         """Return the largest stable explicit step if implicit steps cost less from the start on, else infinity, and the time of the motion.
@@ -223,9 +279,7 @@ class ConstrainedIntegrator:
         Both are in s; without such stiffness the second is the time scale of the scene. Only dampers, dashpots and lags make a motion
         stiff in that sense: undamped oscillations are followed, whatever the method.
         """
-        is_damped = any(isinstance(element, Damper | TorsionDamper) for element in self.scene.mechanism.force_elements)
-        is_damped = is_damped or len(self.system.lags) > 0 or any(effect.dissipates for effect in output_forces_of(self.scene))
-        if not is_damped or self._min_stiff_steps == np.inf:
+        if not self._is_damped or self._min_stiff_steps == np.inf:
             return math.inf, self.evaluator.time_scale
         decay_rate, oscillation_rate = self._make_implicit_integrator().rates_at(self.input_cubics(0.0), self.initial_state)
         motion_rate = max(oscillation_rate, loading_rate(self.scene))
@@ -234,9 +288,9 @@ class ConstrainedIntegrator:
         is_stiff = n_explicit > max(self._min_stiff_steps, self._implicit_step_cost * n_implicit)
         return (STABILITY_LIMIT / decay_rate, 1 / (motion_rate or 1.0)) if is_stiff else (math.inf, self.evaluator.time_scale)
 
-    def state_history(self, states: FloatArray) -> StateHistory:
-        """Return mass centres and spindle from state vectors (monitor times, components)."""
-        n_bodies, times = len(self.system.bodies), self.time_grid.monitor_times[: len(states)]
+    def state_history(self, states: FloatArray, times: FloatArray) -> StateHistory:
+        """Return mass centres and spindle from state vectors (n, components) at times (n,) s."""
+        n_bodies = len(self.system.bodies)
         motion, other_states = states[:, : 6 * n_bodies].reshape(-1, 2, n_bodies, 3), states[:, 6 * n_bodies :]
         poses, velocities = to_mass_centres(self.system, motion[:, 0], motion[:, 1])
         (work, dissipated_energy), lags = other_states[:, :N_ENERGY_STATES].T, other_states[:, N_ENERGY_STATES:]
@@ -245,6 +299,64 @@ class ConstrainedIntegrator:
     def is_out_of_range(self, state: FloatArray) -> bool:
         """Return whether a state is outside the mechanism's limits."""
         return self.evaluator.find_first_out_of_range(self._to_mass_centres(state)[0][np.newaxis]) is not None
+
+    def sample_run(self, integration: IntegrationResult) -> StateHistory:
+        """Return the states at the monitor times reached, and those at both ends of the step in which the motion leaves its range."""
+        states, times, last = integration.states, self.time_grid.monitor_times[: len(integration.states)], integration.exit_step
+        if last is not None:
+            n_before = int(np.searchsorted(times, last.start, side="right"))
+            states = np.concatenate([states[:n_before], last.state[np.newaxis], last.outside_state[np.newaxis]])
+            times = np.concatenate([times[:n_before], [last.start, last.outside]])
+        return self.state_history(states, times)
+
+    def find_excursion(self, step: LastStep, tolerance: float) -> LastStep | None:
+        """Return a step up to where a reading is farthest beyond a limit, or None if that is within the accuracy."""
+        times = np.linspace(step.start, step.outside, EXCURSION_SAMPLES)
+        run = self._start_from(step.start, step.state, None, tolerance, times)  # the present contact mode is that of the step
+        run.integrate_smoothly(step.outside)
+        history = self.state_history(run.states[: run.n_filled], times[: run.n_filled])
+        excursion = find_first_excursion(self.scene.mechanism, history, np.zeros(0), self.accuracy)
+        if excursion is None:
+            return None
+        peak = self._start_from(step.start, step.state, None, tolerance, np.empty(0))
+        peak.integrate_smoothly(excursion.time)
+        return replace(step, outside=excursion.time, outside_state=peak.state)
+
+    def state_between(self, integration: IntegrationResult, tolerance: float, k: int, time: float) -> StateHistory | None:
+        """Return the state at a time (s) after sample k of `sample_run`, or None if the integration fails; limits do not end it."""
+        last, n_times, modes = integration.exit_step, len(integration.states), integration.contact_modes
+        if last is not None and last.start <= time:
+            start, state, mode = last.start, last.state, last.contact_mode
+        else:
+            k = min(k, n_times - 1)
+            start, state, mode = float(self.time_grid.monitor_times[k]), integration.states[k], modes[k] if modes else None
+        if self.is_stiff:
+            end_state = state.copy()
+            implicit, limits = (
+                self._make_implicit_integrator(),
+                RadauLimits(tolerance, time - start or 1.0, self.max_steps, make_step_record(), make_step_record()),
+            )
+            outputs = np.empty(0), end_state, limits, np.empty((0, state.size))
+            status, *_ = implicit.integrate(self.input_cubics(start), (start, time), *outputs)
+        else:
+            run = self._start_from(start, state, mode, tolerance, np.empty(0))
+            status, end_state = run.integrate(time), run.state
+        if status not in (IntegrationStatus.DONE, IntegrationStatus.LEFT_LIMITS):
+            return None
+        return self.state_history(end_state[np.newaxis], np.array([time]))
+
+    def _start_from(
+        self, start: float, state: FloatArray, mode: ContactMode | None, tolerance: float, output_times: FloatArray
+    ) -> "ExplicitRun":
+        """Return a run from a state at a time (s) in a contact mode, which no limits end."""
+        contacts, state = self.scene_contacts, state.copy()
+        if contacts is not None and mode is not None:
+            contacts.continue_from(mode)
+            if start in self.breakpoints[1:]:
+                contacts.change_mode(start, state, self.input_cubics(start))  # a state at a breakpoint has the mode before it
+        max_step = self.settings.max_step_ratio * self._max_step_scale
+        limits = make_step_limits(tolerance, 0.01 * self.evaluator.time_scale, max_step, self.max_steps, np.inf)
+        return ExplicitRun(self, limits, state, start, output_times, has_limits=False)
 
     def integrate_between(self, integration: IntegrationResult, tolerance: float, k: int, time: float) -> Motion | None:
         """Return poses and velocities of the mass centres at a time (s) after monitor time k, or None if that fails."""
@@ -256,9 +368,8 @@ class ConstrainedIntegrator:
             if start in self.breakpoints[1:]:
                 contacts.change_mode(start, state, self.input_cubics(start))  # a state at a breakpoint has the mode before it
         limits = make_step_limits(tolerance, 0.01 * self.evaluator.time_scale, max_step, max_steps, self._min_stiff_steps)
-        if ExplicitRun(self, limits, state, start, np.empty(0)).integrate(time) != IntegrationStatus.DONE:
-            return None
-        return self._to_mass_centres(state)
+        run = ExplicitRun(self, limits, state, start, np.empty(0), has_limits=False)
+        return self._to_mass_centres(state) if run.integrate(time) == IntegrationStatus.DONE else None
 
     def _to_mass_centres(self, state: FloatArray) -> Motion:
         """Return poses and velocities of the mass centres of one state."""
@@ -287,13 +398,22 @@ class ConstrainedIntegrator:
 class ExplicitRun:
     """Explicit integration of one run between breakpoints, with contact events.
 
-    It holds the present state, its time (s), the next step (s), the states and contact modes at the output times reached so far, and
-    the counters.
+    It holds the present state, its time (s), the next step (s), the states and contact modes at the output times reached so far, the
+    counters, and the step in which the motion left its range. With `has_limits` false, nothing but a flight ends the motion.
     """
 
+    last_step: LastStep | None
+
     def __init__(
-        self, context: ConstrainedIntegrator, limits: StepLimits, state: FloatArray, time: float, output_times: FloatArray
+        self,
+        context: ConstrainedIntegrator,
+        limits: StepLimits,
+        state: FloatArray,
+        time: float,
+        output_times: FloatArray,
+        has_limits: bool = True,
     ) -> None:
+        self._has_limits, self.last_step, self._step_start = has_limits, None, np.zeros(state.size + 1)
         self._context, self._limits, self._output_times = context, limits, output_times
         self.state, self.time, self.step = state, time, limits.step
         self.n_filled = int(np.searchsorted(output_times, time, side="right"))
@@ -322,13 +442,14 @@ class ExplicitRun:
     def integrate(self, end: float) -> IntegrationStatus:
         """Integrate the state in place up to a time (s), without breakpoints before it, and record it at the output times."""
         context, contacts, settings = self._context, self._context.scene_contacts, self._context.settings
-        n_filled_before = self.n_filled
         while True:
             status, triggered = self._integrate_to_event(*(contacts.model if contacts else context.model), end)
+            if status == IntegrationStatus.LEFT_LIMITS and not self._has_left_limits() and self.time < end:
+                continue
+            if status == IntegrationStatus.LEFT_LIMITS and self.last_step is None:
+                return IntegrationStatus.DONE
             if contacts is None or status != IntegrationStatus.EVENT:
                 return status
-            if self.n_filled > n_filled_before and context.is_out_of_range(self.states[self.n_filled - 1]):
-                return IntegrationStatus.OUT_OF_RANGE  # events beyond the limits are irrelevant and may never end
             is_simultaneous = self.time - self._last_event_time <= settings.event_time_tolerance * context.evaluator.time_scale
             self._n_simultaneous = self._n_simultaneous + 1 if is_simultaneous else 0
             self._last_event_time = self.time
@@ -336,6 +457,19 @@ class ExplicitRun:
                 return IntegrationStatus.ENDLESS_EVENTS
             contacts.change_mode(self.time, self.state, context.input_cubics(self.time), triggered)
             self.step = min(self.step, settings.restart_step_ratio * self._limits.max_step)
+
+    def integrate_smoothly(self, end: float) -> None:
+        """Integrate the state in place up to a time (s), or to the first event before it."""
+        contacts = self._context.scene_contacts
+        self._integrate_to_event(*(contacts.model if contacts else self._context.model), end)
+
+    def _has_left_limits(self) -> bool:
+        """Return whether a reading is outside its limits at the end of the last step, or at a turning point within it."""
+        context, step = self._context, self.last_step
+        if step is None or context.is_out_of_range(self.state):
+            return True
+        self.last_step = context.find_excursion(step, self._limits.tolerance)
+        return self.last_step is not None
 
     def _integrate_to_event(self, system: System, workspace: SystemWorkspace, end: float) -> tuple[IntegrationStatus, set[int]]:
         """Integrate up to a time (s) or to the first event; return the status and the contacts of event functions that are positive."""
@@ -346,12 +480,17 @@ class ExplicitRun:
         n_kinks = int(np.isin(system.event_functions["kind"], GAS_KINKS).sum())  # the last event functions
         buffers = make_step_buffers(n_states, n_states, context.error_scale, event_tolerances, self.counts, n_kinks)
         cubics, gap = context.input_cubics(self.time), context.constraint_tolerance
-        equation = MultibodyEquation(system, workspace, cubics, gap, context.max_distance, context.shafts, *self._buffers, self.counts)
+        shafts, limit_rows = (context.shafts, context.limits) if self._has_limits else (context.shafts[:0], context.no_limits)
+        ends, cubics_start = (context.max_distance, shafts, limit_rows, self._step_start), self.time
+        equation = MultibodyEquation(system, workspace, cubics, gap, *ends, *self._buffers, self.counts)
         limits, outputs = self._limits._replace(step=self.step, max_step=max_step), self.states[rows]
         status, self.step, n_reached, self.time = context.integration_kernel(
             equation, buffers, (self.time, end), self._output_times[rows], self.state, limits, outputs
         )
         self.n_filled += n_reached
+        if status in (IntegrationStatus.LEFT_LIMITS, IntegrationStatus.TURNED_BACK):
+            mode, start = context.scene_contacts.mode if context.scene_contacts else None, cubics_start + float(self._step_start[-1])
+            self.last_step = LastStep(start, self._step_start[:-1].copy(), self.time, self.state.copy(), mode)
         self.contact_modes += [context.scene_contacts.mode] * n_reached if context.scene_contacts else []
         n_evaluations = int(self.counts[StepCounter.EVALUATIONS]) - n_evaluations
         self.output_force_counts += n_evaluations * count_output_forces(system)

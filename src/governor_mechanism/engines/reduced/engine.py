@@ -12,14 +12,13 @@ from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.registry import EFFECT_TYPES, FORCE_LAWS
 from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine, StepPlan
-from governor_mechanism.engines.exit_location import describe_stall
+from governor_mechanism.engines.exit_location import Exit, find_first_exit
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.reduced.integration import integration_kernel, make_integration_arguments
 from governor_mechanism.engines.reduced.passage import describe_passage_end
 from governor_mechanism.engines.reduced.run import ReducedRun, ReducedSolution
 from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.time_grid import divide_intervals, make_time_grid
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
 from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME
@@ -31,16 +30,15 @@ from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import CylinderGas, Torque, TorsionDamper
 from governor_mechanism.model.joints import GROUND, JOINT_TYPES, Gear, Joint
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.output_variables import ControlledValue
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.numerics.parallel_compilation import compiled_beside
-from governor_mechanism.observables.derived_readings import find_first_control_exit
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult, StateHistory
 from governor_mechanism.observables.sampled_motion import DenseOutput
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,9 +129,11 @@ class ReducedRunner(CertifiedRunner):
         """Return one run; every other one is along a table with narrower pieces."""
         self.n_runs += 1
         reduced_run = self.get_reduced_run(self.settings.comparison_width_ratio if plan.level % 2 else 1.0)
-        solution = reduced_run.integrate(self.request.times, tolerance, plan)
+        times, is_reported = self._choose_times(reduced_run)
+        solution = reduced_run.integrate(times, tolerance, plan)
         self.setup_time = sum(one.motion_table.setup_time for one in self._reduced_runs.values())
-        reported_states = reduced_run.state_history(solution)
+        history = reduced_run.state_history(solution)
+        is_kept = is_reported[: len(history.times)]
         outcome, detail = describe_passage_end(
             self.scene,
             reduced_run.motion_table.describe_end(solution.side, solution.stops_short),
@@ -141,16 +141,15 @@ class ReducedRunner(CertifiedRunner):
             solution.end_time,
             self.max_steps,
         )
-        if (control_exit := find_first_control_exit(self.scene, reported_states)) is not None:
-            outcome, n_kept = Outcome.CONTROL_OUT_OF_RANGE, control_exit[0]
-            detail = f"{control_exit[1]}, at about t = {reported_states.times[n_kept]:.6g} s"
-            reported_states = reported_states.at(slice(n_kept))
-        elif solution.status == IntegrationStatus.TURNED_BACK:
-            n_moving, detail = self._find_stall(reduced_run, solution, reported_states, tolerance)
-            outcome, reported_states = Outcome.SHAFT_STALLED, reported_states.at(slice(n_moving))
+        motion_exit = self._find_exit(reduced_run, solution, tolerance)
+        if motion_exit is not None:
+            outcome, detail = motion_exit.outcome, motion_exit.detail
+            is_kept = is_kept & (history.times < motion_exit.time)
+        reported = np.flatnonzero(is_kept)
+        reported_states, solution = history.at(reported), solution.at(reported)
         return RunResult(
             reported_states=reported_states,
-            monitor_states=partial(self._make_monitor_states, reduced_run, tolerance, plan.without_record(), solution.times[-1:]),
+            monitor_states=partial(self._make_monitor_states, reduced_run, tolerance, plan.without_record(), reported_states.times[-1:]),
             observables=self.evaluator.evaluate(reported_states),
             outcome=outcome,
             detail=detail,
@@ -160,30 +159,42 @@ class ReducedRunner(CertifiedRunner):
             contact_events=solution.events,
         )
 
-    def _find_stall(self, reduced_run: ReducedRun, solution: ReducedSolution, states: StateHistory, tolerance: float) -> tuple[int, str]:
-        """Return the number of reported times before a shaft stalls, and how and when it does, located by bisection."""
-        found = self.evaluator.find_first_stall(states.poses, states.velocities)
-        n_moving = found[0] if found else len(states.times)
-        inside, outside = (float(states.times[n_moving - 1]) if n_moving else 0.0), solution.end_time
-        if not n_moving:
-            return 0, f"{found[1] if found else ''}, at t = 0 s"
-        motion_at, span = partial(reduced_run.integrate_from_row, solution, tolerance, n_moving - 1), (inside, outside)
-        poses, max_bisections = states.poses[n_moving - 1], self.settings.max_exit_bisections
-        return n_moving, describe_stall(self.evaluator, motion_at, span, poses, max_bisections)
+    def _choose_times(self, reduced_run: ReducedRun) -> tuple[FloatArray, BoolArray]:
+        """Return the times (n,) s at which a run gives its state, and which of them are reported: a control is looked at in between."""
+        times = self.request.times
+        has_control = any(isinstance(one, ControlledValue) for one in self.evaluator.mechanism.derived_readings)
+        if not has_control or not len(times):
+            return times, np.ones(len(times), dtype=np.bool_)
+        max_interval = self.settings.monitor_interval_ratio * self.evaluator.time_scale
+        if times[-1] / max_interval > self.max_steps:
+            return times, np.ones(len(times), dtype=np.bool_)
+        grid = make_time_grid(times, reduced_run.breakpoints, np.inf, max_interval)
+        return grid.monitor_times, np.isin(np.arange(len(grid.monitor_times)), grid.reported_indices)
+
+    def _find_exit(self, reduced_run: ReducedRun, solution: ReducedSolution, tolerance: float) -> Exit | None:
+        """Return where a control leaves its range or a shaft stalls, or None; limits end the table of the motion."""
+        event_times, state_at = np.array([event.time for event in solution.events]), partial(reduced_run.state_between, solution, tolerance)
+        return find_first_exit(self.evaluator, reduced_run.sample_run(solution), state_at, event_times, self.request.accuracy)
 
     def _make_monitor_states(
-        self, reduced_run: ReducedRun, tolerance: float, plan: StepPlan, end: FloatArray
+        self, reduced_run: ReducedRun, tolerance: float, plan: StepPlan, end: FloatArray, max_times: int
     ) -> tuple[StateHistory, tuple[ContactMode, ...], DenseOutput | None]:
-        """Return states close enough to each other that no event is missed, their modes, and the dense output between them."""
+        """Return states close enough to each other that no event is missed, their modes, and the dense output between them.
+
+        At most `max_times` states from the start are returned.
+        """
         settings, max_interval = self.settings, self.settings.monitor_interval_ratio * self.evaluator.time_scale
-        times = make_time_grid(end, reduced_run.breakpoints, np.inf, max_interval).monitor_times
+        times = make_time_grid(np.minimum(end, max_times * max_interval), reduced_run.breakpoints, np.inf, max_interval).monitor_times
         while True:
             solution = reduced_run.integrate(times, tolerance, plan)
             displacements = np.abs(np.diff(solution.states[:, 0])) / reduced_run.motion_table.arrays.lagrangian.assembly.coordinate_scale
             n_intervals = np.ceil(displacements / settings.monitor_interval_ratio).clip(1)
-            if np.max(displacements, initial=0.0) < settings.max_monitor_travel or n_intervals.sum() > settings.max_monitor_times:
+            if np.max(displacements, initial=0.0) < settings.max_monitor_travel:
                 break
-            times = divide_intervals(times, n_intervals.astype(np.int64))
+            n_kept = int(np.searchsorted(np.cumsum(n_intervals), max_times, side="right"))
+            if n_kept == 0 or n_intervals.sum() <= len(n_intervals):
+                break
+            times = divide_intervals(times[: n_kept + 1], n_intervals[:n_kept].astype(np.int64))
         states = reduced_run.state_history(solution)
         modes = reduced_run.contact_modes(solution, states.poses)
         return states, modes, partial(reduced_run.integrate_from_row, solution, tolerance)

@@ -73,12 +73,15 @@ class ReducedEquation(NamedTuple):
         Counters, indexed by `StepCounter`.
     accuracy
         How far the coordinate may lie beyond the table between two stages, SI: the accuracy of the motion.
+    step_start
+        Result: state at the start of the step in which a shaft turns back, and its local time, s; shape (N_STATES + 1,).
     """
 
     model: ReducedModel
     piece: IntArray
     counts: IntArray
     accuracy: float
+    step_start: FloatArray
 
 
 def make_reduced_equation(
@@ -87,7 +90,7 @@ def make_reduced_equation(
     """Return the equation of a table, the forces along it, the inputs, a contact mode, counters, and the tolerance of the steps."""
     model = make_reduced_model(table, forces, input_cubics, mode)
     accuracy = tolerance / FIRST_TOLERANCE_RATIO * float(forces.parameters[ForceParameter.COORDINATE_SCALE])
-    return ReducedEquation(model, np.zeros(1, dtype=np.int64), counts, accuracy)
+    return ReducedEquation(model, np.zeros(1, dtype=np.int64), counts, accuracy, np.zeros(N_STATES + 1))
 
 
 def make_reduced_buffers(forces: ReducedForces, counts: IntArray) -> StepBuffers:
@@ -186,9 +189,19 @@ def _take_conservative_step(equation: ReducedEquation, h: float, state: FloatArr
 def _finish_step(equation: ReducedEquation, local_time: float, quality: float, stages: Stages) -> float:
     for i in range(stages.errors.shape[1]):
         stages.next_state[i], stages.next_derivative[i, 0] = stages.end[i], stages.derivatives[i, END_STAGE]
-    parameters, state = equation.model.parameters, stages.next_state
-    is_turning = parameters[ForceParameter.STALL_RATIO] * state[StateIndex.SHAFT_SPEED] >= 0.0
-    return quality if is_turning and state[StateIndex.RATE] >= parameters[ForceParameter.MIN_RATE] else stage_quality.TURNED_BACK
+    return quality
+
+
+@jit_in_place
+def _check_step(equation: ReducedEquation, local_time: float, h: float, state: FloatArray, stages: Stages, quality: float) -> float:
+    """Return a negative quality if a shaft turns back within a step."""
+    parameters, end = equation.model.parameters, stages.next_state
+    is_turning = parameters[ForceParameter.STALL_RATIO] * end[StateIndex.SHAFT_SPEED] >= 0.0
+    if is_turning and end[StateIndex.RATE] >= parameters[ForceParameter.MIN_RATE]:
+        return quality
+    copy_array(equation.step_start[: state.size], state)
+    equation.step_start[state.size] = local_time
+    return stage_quality.TURNED_BACK
 
 
 @jit_in_place
@@ -218,7 +231,7 @@ def _sample_events(equation: ReducedEquation, step: EventStep, fraction: float, 
     _evaluate_events(equation, step.local_time + fraction * h, sample, event_values)
 
 
-_EQUATION = EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events)
+_EQUATION = EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events, _check_step)
 _integrate = jit_in_place(dop853.make_dop853(_EQUATION, has_event_functions=False))
 _integrate_to_event = jit_in_place(dop853.make_dop853(_EQUATION, has_event_functions=True))
 

@@ -4,6 +4,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from governor_mechanism.engines.certificate import describe_end
 from governor_mechanism.engines.reduced.integration import ReducedEquation, integrate_reduced
 from governor_mechanism.engines.reduced.settings import ReducedSettings
@@ -13,16 +15,58 @@ from governor_mechanism.integrators.equation import StepBuffers
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.transition import EventLog
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable, TableEnd, describe_table_end
+from governor_mechanism.mechanics.reduction.reduced_model import StateIndex
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray, IntArray
 
+NEWTON_STEPS = 5
+"""Steps that locate the end of a tail: each doubles the digits, and the first guess has half of them."""
+
+
+PLACES_AND_RATES = ((StateIndex.COORDINATE, StateIndex.RATE), (StateIndex.SHAFT_ANGLE, StateIndex.SHAFT_SPEED))
+"""Components of a state that are places, each with its rate."""
+
+
+@dataclass(frozen=True)
+class Tail:
+    """Motion beyond the end of a table, by cubics through the states at two times (s) before it and their derivatives (components,)."""
+
+    times: tuple[float, float]
+    states: tuple[FloatArray, FloatArray]
+    derivatives: tuple[FloatArray, FloatArray]
+
+    def evaluate(self, times: FloatArray) -> FloatArray:
+        """Return the states (n, components) at times (n,) s."""
+        (first, last), (start, end) = self.times, self.states
+        if first == last:
+            return end + (times - last)[:, np.newaxis] * self.derivatives[1]
+        length, fractions = last - first, ((times - first) / (last - first))[:, np.newaxis]
+        start_slope, end_slope = length * self.derivatives[0], length * self.derivatives[1]
+        cubic, quadratic = start_slope + end_slope - 2 * (end - start), 3 * (end - start) - 2 * start_slope - end_slope
+        states: FloatArray = start + fractions * (start_slope + fractions * (quadratic + fractions * cubic))
+        for place, rate in PLACES_AND_RATES:  # the integral of the cubic of a rate is more accurate than the cubic of its place
+            f, powers = fractions[:, 0], np.array([start[rate], start_slope[rate], quadratic[rate], cubic[rate]])
+            states[:, place] = end[place] + length * sum(power * (f ** (n + 1) - 1) / (n + 1) for n, power in enumerate(powers))
+        return states
+
+    def locate(self, coordinate: float, guess: float) -> float:
+        """Return the time (s) near a guess at which the coordinate has a value, SI."""
+        time = guess
+        for _ in range(NEWTON_STEPS):
+            value, rate = self.evaluate(np.array([time]))[0, :2].tolist()
+            if rate == 0.0:
+                return guess
+            time -= (value - coordinate) / rate
+        return time if abs(time - guess) < guess - self.times[1] else guess
+
 
 @dataclass(frozen=True)
 class PassageEnd:
-    """How an integration ended: status, last step (s), number of times reached, time of the state (s), the side left last.
+    """How an integration ended: status, last step (s), number of times reached, time of the end (s), the side left last.
 
-    `stops_short` is whether the motion turns back between the end of the table and the bound of the coordinate.
+    `stops_short` is whether the motion turns back between the end of the table and the bound of the coordinate. `origin` is the time (s)
+    from which the local times of the last equation count. Where the table ends, `tail` continues the motion to the bound of the coordinate.
     """
 
     status: IntegrationStatus
@@ -30,7 +74,9 @@ class PassageEnd:
     n_reached: int
     time: float
     side: int
+    origin: float
     stops_short: bool = False
+    tail: "Tail | None" = None
 
 
 def integrate_passage(
@@ -83,13 +129,15 @@ def integrate_passage(
         How the integration ended: with TABLE_ENDED where the motion reaches the end of its table.
     """
     (time, end), step, n_filled, side = span, step_limits.step, 0, 0
-    last_time, limits = -math.inf, make_table_end_limits(settings)
+    last_time, limits, origin = -math.inf, make_table_end_limits(settings), time
+    approach: tuple[float, FloatArray, FloatArray] | None = None
     while time < end:
+        origin = time
         outputs = times[n_filled:], state, step_limits._replace(step=step), states[n_filled:], modes[n_filled:], event_log
         status, step, n_reached, time = integrate_reduced(make_equation(time), buffers, (time, end), *outputs)
         n_filled += n_reached
         if status not in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
-            return PassageEnd(IntegrationStatus(status), step, n_filled, time, side)
+            return PassageEnd(IntegrationStatus(status), step, n_filled, time, side, origin)
         side = status - IntegrationStatus.BELOW_TABLE
         if motion_table.extend(side):
             continue
@@ -99,13 +147,18 @@ def integrate_passage(
         step, is_end = approach_table_end(
             travel_left, time_left, step, time > last_time, distance_scale, max(time_scale, end - time), limits
         )
-        last_time = time
+        last_time, derivative = time, buffers.stages.derivatives[:, 0]
+        approach = approach or (time, state.copy(), derivative.copy())
         if is_end:
-            edge, acceleration = motion_table.edge(side), float(buffers.stages.derivatives[1, 0])
-            stops_short, time_left = find_motion_end(edge, motion_table.end_coordinate(side), state[0], state[1], acceleration)
-            time += time_left
-            return PassageEnd(IntegrationStatus.TABLE_ENDED, step, n_filled, time, side, stops_short)
-    return PassageEnd(IntegrationStatus.DONE, step, n_filled, time, side)
+            edge, acceleration, end_coordinate = motion_table.edge(side), float(derivative[1]), motion_table.end_coordinate(side)
+            tail = Tail((approach[0], time), (approach[1], state.copy()), (approach[2], derivative.copy()))
+            stops_short, time_left = find_motion_end(edge, end_coordinate, state[0], state[1], acceleration)
+            if not stops_short and time_left > 0.0:
+                return PassageEnd(
+                    IntegrationStatus.TABLE_ENDED, step, n_filled, tail.locate(end_coordinate, time + time_left), side, origin, tail=tail
+                )
+            return PassageEnd(IntegrationStatus.TABLE_ENDED, step, n_filled, time + time_left, side, origin, stops_short)
+    return PassageEnd(IntegrationStatus.DONE, step, n_filled, time, side, origin)
 
 
 def describe_passage_end(

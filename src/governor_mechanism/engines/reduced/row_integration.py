@@ -112,6 +112,7 @@ class RowBuffers(NamedTuple):
     table: PiecewiseTable
     steps: StepBuffers
     state: FloatArray
+    step_start: FloatArray
     states: FloatArray
     input_cubics: FloatArray
     mode: IntArray
@@ -146,6 +147,7 @@ def make_row_buffers(arrays: RowArrays, n_times: int, capacity: int) -> RowBuffe
         table=allocate_table(arrays.reduction, capacity, 0.0, arrays.initial_guess),
         steps=make_reduced_buffers(arrays.forces, np.zeros(len(StepCounter), dtype=np.int64)),
         state=np.zeros(N_STATES),
+        step_start=np.zeros(N_STATES + 1),
         states=np.empty((n_times, N_STATES)),
         input_cubics=np.zeros((1, 5)),
         mode=np.zeros(1, dtype=np.int64),
@@ -332,7 +334,8 @@ def _integrate_along_table(
         buffers.input_cubics,
         buffers.mode,
     )
-    equation = ReducedEquation(model, buffers.piece, counts, request.tolerance / FIRST_TOLERANCE_RATIO * scale)
+    accuracy = request.tolerance / FIRST_TOLERANCE_RATIO * scale
+    equation = ReducedEquation(model, buffers.piece, counts, accuracy, buffers.step_start)
     max_step = request.max_step_ratio * arrays.scalars[RowScalar.MAX_STEP_SCALE]
     step, last_time, n_filled, side = request.first_step_ratio * max_step, -math.inf, 1, first_side
     while time < end:

@@ -1,6 +1,6 @@
 """One run of a scene through its reported times at a tolerance."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 
@@ -10,7 +10,7 @@ from governor_mechanism.engines.certificate import StepPlan, speed_jump_work
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.reduced import integration
 from governor_mechanism.engines.reduced.contact import make_mode
-from governor_mechanism.engines.reduced.passage import integrate_passage
+from governor_mechanism.engines.reduced.passage import Tail, integrate_passage
 from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.integrators.dop853 import StepLimits, make_step_limits
 from governor_mechanism.integrators.stages import StepCounter
@@ -28,6 +28,7 @@ from governor_mechanism.mechanics.dynamics.forces.loads import reading_tables_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
+from governor_mechanism.mechanics.reduction.reduced_forces import ForceParameter
 from governor_mechanism.mechanics.reduction.reduced_model import N_STATES, StateIndex
 from governor_mechanism.mechanics.reduction.shaft import find_shaft_train, parts_with_coordinate
 from governor_mechanism.model.events import Event
@@ -37,6 +38,17 @@ from governor_mechanism.types import FloatArray, IntArray
 
 INITIAL_EVENT_CAPACITY = 4096
 """Number of events for which records are allocated at first."""
+
+
+@dataclass(frozen=True)
+class LastStep:
+    """Step in which a shaft turns back: its start and end (s), the states there, and the mode."""
+
+    start: float
+    state: FloatArray
+    outside: float
+    outside_state: FloatArray
+    mode: IntArray
 
 
 @dataclass(frozen=True)
@@ -55,6 +67,11 @@ class ReducedSolution:
     side: int
     stops_short: bool
     last_step: float
+    exit_step: LastStep | None = None
+
+    def at(self, indices: IntArray) -> "ReducedSolution":
+        """Return the solution with some of its times."""
+        return replace(self, times=self.times[indices], states=self.states[indices], modes=self.modes[indices])
 
 
 class ReducedRun:
@@ -71,7 +88,7 @@ class ReducedRun:
         self.start = self._make_start(prefix + part.mechanism.coordinate, *initial_motion)
         coordinate = float(self.start[StateIndex.COORDINATE])
         self.motion_table = MotionTable(scene, coordinate, self._initial_motion[0][self._own_bodies], width_ratio)
-        self.counts = np.zeros(len(StepCounter), dtype=np.int64)
+        self.counts, self._step_start = np.zeros(len(StepCounter), dtype=np.int64), np.zeros(N_STATES + 1)
         self.contacts, self.one_sided_springs = contacts_of(scene), one_sided_forces_of(scene)
         self._subjects = [contact.output_name for contact in self.contacts] + [spring.reading for spring in self.one_sided_springs]
         self.has_contacts, self._has_tables = bool(self._subjects), bool(reading_tables_of(scene))
@@ -119,6 +136,7 @@ class ReducedRun:
         n_filled, step = int(len(times) > 0 and times[0] == 0.0), settings.first_step_ratio * max_step
         status = IntegrationStatus.DONE
         time, side, stops_short, last_time = 0.0, 0, False, float(times[-1]) if len(times) else 0.0
+        exit_step: LastStep | None = None
         states[:n_filled], modes[:n_filled] = state, mode
         inner_breakpoints = self.breakpoints[(self.breakpoints > 0) & (self.breakpoints < last_time)]
         for start, end in pairwise([0.0, *inner_breakpoints.tolist(), last_time]):
@@ -131,6 +149,13 @@ class ReducedRun:
             )
             status, step, time, side, stops_short = passage.status, passage.step, passage.time, passage.side, passage.stops_short
             n_filled += passage.n_reached
+            if status == IntegrationStatus.TURNED_BACK:
+                step_start = passage.origin + float(self._step_start[-1])
+                exit_step = LastStep(step_start, self._step_start[:-1].copy(), time, state.copy(), mode.copy())
+            if passage.tail is not None:
+                n_beyond = self._continue_beyond_table(passage.tail, time, times[n_filled:], states[n_filled:])
+                modes[n_filled : n_filled + n_beyond] = mode
+                n_filled += n_beyond
             if status != IntegrationStatus.DONE:
                 break
             # The work that a jump of the given spindle speed does on the bodies; a report at that time shows the right limit.
@@ -145,30 +170,70 @@ class ReducedRun:
             return self.integrate(times, tolerance, plan, 2 * n_events)
         events = drop_cancelled_events(start_events + make_events(event_log, self._subjects), SIMULTANEITY_TOLERANCE * time_scale)
         reached = slice(n_filled)
-        return ReducedSolution(times[reached], states[reached], modes[reached], events, status, time, side, stops_short, step)
+        return ReducedSolution(times[reached], states[reached], modes[reached], events, status, time, side, stops_short, step, exit_step)
+
+    def _continue_beyond_table(self, tail: Tail, end: float, times: FloatArray, states: FloatArray) -> int:
+        """Fill the states at times (s) between the last state on the table and the end of the motion (s); return how many."""
+        tail_states = tail.evaluate(times[: int(np.searchsorted(times, end, side="left"))])
+        count = self.motion_table.count_solved(tail_states[:, StateIndex.COORDINATE]) if len(tail_states) else 0
+        states[:count] = tail_states[:count]
+        return count
+
+    def sample_run(self, solution: ReducedSolution) -> StateHistory:
+        """Return the states at the times reached, and those at both ends of the step in which the motion leaves its range."""
+        last = solution.exit_step
+        if last is None:
+            return self.state_history(solution)
+        n_before = int(np.searchsorted(solution.times, last.start, side="right"))
+        times = np.concatenate([solution.times[:n_before], [last.start, last.outside]])
+        states = np.concatenate([solution.states[:n_before], last.state[np.newaxis], last.outside_state[np.newaxis]])
+        return self.state_history(replace(solution, times=times, states=states))
+
+    def state_between(self, solution: ReducedSolution, tolerance: float, k: int, time: float) -> StateHistory | None:
+        """Return the state at a time (s) after sample k of `sample_run`, or None if the integration fails; no shaft ends it."""
+        last = solution.exit_step
+        if last is not None and last.start <= time:
+            start = last.start, last.state, last.mode
+        else:
+            k = min(k, len(solution.times) - 1)
+            start = float(solution.times[k]), solution.states[k], solution.modes[k]
+        state = self._integrate_from(*start, tolerance, time, self.max_steps, has_limits=False)
+        return None if state is None else self.state_history(replace(solution, times=np.array([time]), states=state[np.newaxis]))
 
     def integrate_from_row(self, solution: ReducedSolution, tolerance: float, k: int, time: float) -> Motion | None:
         """Return poses and velocities (bodies, 3) at a time, s, after that of row k, integrated from that row; None on failure."""
-        start_time, state, mode = float(solution.times[k]), solution.states[k].copy(), solution.modes[k].copy()
-        event_log, counts = make_event_log(0), np.zeros(len(StepCounter), dtype=np.int64)
-        equation = self._make_equation(start_time, mode, counts, tolerance)
-        buffers = integration.make_reduced_buffers(self.motion_table.forces, counts)
-        if self.has_contacts and start_time > 0.0 and start_time in self.breakpoints:
-            # A row at a breakpoint has the mode before it.
-            integration.initialise_contact_mode(equation, buffers, start_time, state, event_log)
-        max_steps, first_step = self.settings.max_interpolation_steps, 0.01 * self.evaluator.time_scale
-        limits = make_step_limits(tolerance, first_step, self._max_step, max_steps, 0.0)
-        outputs = np.empty((0, len(state))), np.zeros((0, len(mode)), dtype=np.int64), event_log
-        status, *_ = integration.integrate_reduced(equation, buffers, (start_time, time), np.empty(0), state, limits, *outputs)
-        if status != IntegrationStatus.DONE:
+        start = float(solution.times[k]), solution.states[k], solution.modes[k]
+        state = self._integrate_from(*start, tolerance, time, self.settings.max_interpolation_steps, has_limits=True)
+        if state is None:
             return None
         poses, velocities = self._evaluate_motion(state[np.newaxis])
         return poses[0], velocities[0]
 
-    def _make_equation(self, start: float, mode: IntArray, counts: IntArray, tolerance: float) -> integration.ReducedEquation:
+    def _integrate_from(
+        self, start: float, state: FloatArray, mode: IntArray, tolerance: float, time: float, max_steps: int, *, has_limits: bool
+    ) -> FloatArray | None:
+        """Return the state (N_STATES,) at a time, s, after a state and a mode at another one; None on failure."""
+        state, mode, event_log, counts = state.copy(), mode.copy(), make_event_log(0), np.zeros(len(StepCounter), dtype=np.int64)
+        equation = self._make_equation(start, mode, counts, tolerance, has_limits)
+        buffers = integration.make_reduced_buffers(self.motion_table.forces, counts)
+        if self.has_contacts and start > 0.0 and start in self.breakpoints:
+            # A row at a breakpoint has the mode before it.
+            integration.initialise_contact_mode(equation, buffers, start, state, event_log)
+        limits = make_step_limits(tolerance, 0.01 * self.evaluator.time_scale, self._max_step, max_steps, 0.0)
+        outputs = np.empty((0, len(state))), np.zeros((0, len(mode)), dtype=np.int64), event_log
+        status, *_ = integration.integrate_reduced(equation, buffers, (start, time), np.empty(0), state, limits, *outputs)
+        return state if status == IntegrationStatus.DONE else None
+
+    def _make_equation(
+        self, start: float, mode: IntArray, counts: IntArray, tolerance: float, has_limits: bool = True
+    ) -> integration.ReducedEquation:
         """Return the equation in a contact mode, with the cubics of the inputs from a time (s) up to their next breakpoint."""
-        input_cubics = stack_local_cubics(self.motion_table.time_functions, np.array([start]))[0]
-        return integration.make_reduced_equation(self.motion_table.table, self.motion_table.forces, input_cubics, mode, counts, tolerance)
+        input_cubics, forces = stack_local_cubics(self.motion_table.time_functions, np.array([start]))[0], self.motion_table.forces
+        if not has_limits:
+            forces = forces._replace(parameters=forces.parameters.copy())
+            forces.parameters[ForceParameter.STALL_RATIO], forces.parameters[ForceParameter.MIN_RATE] = 0.0, -np.inf
+        equation = integration.make_reduced_equation(self.motion_table.table, forces, input_cubics, mode, counts, tolerance)
+        return equation._replace(step_start=self._step_start) if has_limits else equation
 
     def state_history(self, solution: ReducedSolution) -> StateHistory:
         """Return the states of all bodies at the times reached."""

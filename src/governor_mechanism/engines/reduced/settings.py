@@ -15,8 +15,6 @@ class ReducedSettings(ErrorControlSettings):
         Factor on the piece width of the comparison run, so that the certificate includes the interpolation error of the tables.
     max_monitor_travel
         Travel between two of these states, in coordinate scales, above which more are inserted.
-    max_monitor_times
-        Number of these states that is not exceeded, to bound memory; `run.events` of a longer motion may miss turning points.
     table_end_approach
         Step towards the end of the table relative to the time in which the motion would reach it at its present rate.
     table_end_step_ratio
@@ -31,7 +29,6 @@ class ReducedSettings(ErrorControlSettings):
     monitor_interval_ratio: float = 0.1
     comparison_width_ratio: float = 0.7
     max_monitor_travel: float = 0.2
-    max_monitor_times: int = 200_000
     table_end_approach: float = 0.99
     table_end_step_ratio: float = 0.25
     min_end_step_ratio: float = 1e-12

@@ -376,7 +376,8 @@ class CoordinateSolver(PositionSolver):
         nodes = np.zeros((len(values), 3, *guesses.shape[1:]))
         nodes[:, 0] = guesses
         # a column of an array would be another type of argument, for which the kernel is compiled again
-        is_solved = solve_positions(self._arrays, self._workspace, np.ascontiguousarray(values), nodes.reshape(len(values), 3, -1))
+        flat_nodes = nodes.reshape(len(values), 3, nodes.shape[2] * nodes.shape[3])
+        is_solved = solve_positions(self._arrays, self._workspace, np.ascontiguousarray(values), flat_nodes)
         return nodes, is_solved
 
     def solve_nodes(self, guesses: FloatArray, values: FloatArray) -> FloatArray:

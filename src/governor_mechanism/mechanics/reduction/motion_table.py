@@ -2,9 +2,11 @@
 
 import time
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, make_lagrangian_workspace
 from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
@@ -117,9 +119,27 @@ class MotionTable:
         return self.arrays.high if side == 1 else self.arrays.low
 
     def evaluate_poses(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return poses and their derivative (n, bodies, 3) at tabulated values (n,) of the coordinate."""
-        poses, tangents = evaluate_poses(self.table, np.ascontiguousarray(values))
+        """Return poses and their derivative (n, bodies, 3) at values (n,) of the coordinate: tabulated ones, or solved a little beyond."""
+        beyond = np.flatnonzero((values < self.edge(0)) | (values > self.edge(1))) if self.table.periodicity[0] == 0.0 else np.zeros(0, int)
+        inner_values = np.clip(values, self.edge(0), self.edge(1)) if len(beyond) else values
+        poses, tangents = evaluate_poses(self.table, np.ascontiguousarray(inner_values))
+        if len(beyond):
+            distances = (values - inner_values)[beyond, np.newaxis, np.newaxis]
+            nodes, is_solved = self._solver.try_solve_nodes(poses[beyond] + distances * tangents[beyond], values[beyond])
+            poses[beyond[is_solved]], tangents[beyond[is_solved]] = nodes[is_solved, 0], nodes[is_solved, 1]
         return poses, tangents
+
+    def count_solved(self, values: FloatArray) -> int:
+        """Return the number of values (n,) a little beyond the table, from the first on, at which the joints close."""
+        inner_values = np.clip(values, self.edge(0), self.edge(1))
+        poses, tangents = evaluate_poses(self.table, np.ascontiguousarray(inner_values))
+        guesses = poses + (values - inner_values)[:, np.newaxis, np.newaxis] * tangents
+        is_solved = self._solver.try_solve_nodes(guesses, values)[1]
+        return len(values) if is_solved.all() else int(np.argmin(is_solved))
+
+    @cached_property
+    def _solver(self) -> CoordinateSolver:
+        return CoordinateSolver(parts_with_coordinate(self.scene)[0][1].mechanism)
 
 
 def find_end_coordinate(edge: float, bound: float, coordinate_scale: float) -> float:

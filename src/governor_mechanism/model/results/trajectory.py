@@ -30,6 +30,9 @@ class DeferredResults(Protocol):
     def events(self) -> tuple[Event, ...]:
         """Return the events in order of time."""
 
+    def event_notes(self) -> tuple[str, ...]:
+        """Return sentences on events that may be missing."""
+
     def speed_fluctuations(self) -> Mapping[str, SpeedFluctuation]:
         """Return the extreme speeds of shafts by the reading of their angle."""
 
@@ -124,6 +127,11 @@ class Trajectory:
     def events(self) -> tuple[Event, ...]:
         """Events in order of time: contact events, turning points and change points. Computed on first access."""
         return () if self.deferred_results is None else self.deferred_results.events()
+
+    @cached_property
+    def event_notes(self) -> tuple[str, ...]:
+        """Sentences on events that may be missing from `events`, or less accurate. Computed with the events."""
+        return () if self.deferred_results is None else self.deferred_results.event_notes()
 
     @cached_property
     def speed_fluctuations(self) -> Mapping[str, SpeedFluctuation]:

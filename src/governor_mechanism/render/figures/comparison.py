@@ -109,6 +109,8 @@ def _row_rects(height: float, row: int, count: int) -> list[PanelRect]:
 
 def _add_names(page: Page, names: Sequence[str], n_columns: int, height: float) -> None:
     """Write the legend of all scenes below the title."""
+    if not page.axes:  # no run has a reported time
+        return
     panel = page.axes[0]
     handles = [
         panel.plot([], [], color=colour, linestyle=style, linewidth=1.9, label=name)[0]

@@ -1,0 +1,212 @@
+"""How runs end: the same end in all engines, at its exact time, also before the first report; and events that cannot be found."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.observables import run_result
+from governor_mechanism.observables.sampled_motion import BoundedDenseOutput
+
+ENGINES = ("reduced", "multibody", "impulse")
+
+# Air engine of Redtenbacher's "Die calorische Maschine" (1853), turned backwards at the start.
+AIR_ENGINE = """
+machine = "flywheel_engine"
+[dimensions]
+area = "500 cm^2"
+stroke = "650 mm"
+cut_off = 0.375
+clearance = 0.05
+pump_area = "500 cm^2"
+pump_clearance = 0.05
+supply_pressure = "4 bar"
+back_pressure = "1.5 bar"
+atmospheric_pressure = "1 bar"
+load_pressure = "closing"
+inertia = "600 kg m^2"
+rim_radius = "1.5 m"
+[start]
+crank_angle = "-2.5 rad"
+crank_rate = "6 rad/s"
+[run]
+duration = "2.5 s"
+output_interval = "10 ms"
+accuracy = 1e-6
+"""
+
+# Porter governor whose sleeve spring lets the arms swing in 10 ms, far below the time scale of its weights.
+STIFF_SLEEVE = """
+machine = "pendulum_governor"
+[dimensions]
+arm = "300 mm"
+offset = "40 mm"
+ball_mass = "5 kg"
+sleeve_mass = "20 kg"
+[effects]
+gravity = true
+centrifugal = true
+spring = { sleeve = { rate = 1e7, preload = 0 } }
+[spindle]
+speed = "120 rpm"
+[start]
+arm_angle = "40 deg"
+[run]
+duration = 0.05
+output_interval = "10 ms"
+accuracy = 1e-6
+"""
+
+# A small governed engine whose fast spindle lets the balls fall onto the axis.
+FALLING_BALLS = """
+[part.engine]
+machine = "flywheel_engine"
+[part.engine.dimensions]
+area = 0.014395473935332824
+stroke = 0.5865357025191977
+cut_off = 0.2628023346688325
+clearance = 0.01595599471135328
+supply_pressure = 629793.0419382348
+back_pressure = 110033.01695564439
+atmospheric_pressure = 100000.0
+pump_area = 0.009800314688296431
+pump_clearance = 0.07301713880370705
+gas_torque = "mean"
+inertia = 34.19082455062719
+throttle = 1.0
+load_torque = 0
+[part.engine.start]
+crank_angle = 0.4033493848236427
+crank_rate = 77.18530286017057
+[part.governor]
+machine = "pendulum_governor"
+[part.governor.dimensions]
+arm = 0.06758736955377953
+offset = 0.0
+ball_mass = 0.030907530255778172
+sleeve_mass = 0.2175013317290844
+[part.governor.effects]
+gravity = 9.81
+centrifugal = true
+spring = { sleeve_lift = { rate = 198.31304768294805, preload = 0.3746561765104727, one_sided = false } }
+[part.governor.start]
+arm_angle = "equilibrium"
+[coupling.rod]
+type = "control"
+reading = "governor.sleeve_lift"
+scales = "engine.throttle"
+table = [[0.011237233238200028, 1.0], [0.07920886561070045, 0.606877456385113]]
+[coupling.gear]
+type = "gear"
+first = "engine.crank_angle"
+second = "governor.spindle_angle"
+ratio = 0.5
+[load]
+angle = "engine.crank_angle"
+rated_torque = 791.6667895026177
+fraction = [[0.0, 1.0], [0.4, 1.0], [0.4, 1.048049009043007]]
+[run]
+duration = 1.93
+output_interval = 0.02
+accuracy = 1e-4
+"""
+
+
+def load(text: str, **changes: Any) -> gm.Scene:
+    return gm.Scene.from_dict(tomllib.loads(text)).replace(changes)
+
+
+def exit_time(run: Trajectory) -> float:
+    return float(run.detail.rsplit("at t = ", 1)[1].removesuffix(" s"))
+
+
+@pytest.fixture(scope="module", params=ENGINES)
+def backward_run(request: pytest.FixtureRequest) -> Trajectory:
+    return gm.run(load(AIR_ENGINE, **{"start.crank_angle": 0, "start.crank_rate": "-6 rad/s"}), engine=request.param)
+
+
+def test_a_shaft_that_turns_back_at_the_start_stalls_there(backward_run: Trajectory) -> None:
+    assert backward_run.outcome is Outcome.SHAFT_STALLED
+    assert exit_time(backward_run) == 0.0
+    assert len(backward_run.times) == 0
+
+
+def test_a_run_without_reports_breaks_nothing(backward_run: Trajectory, tmp_path: Path) -> None:
+    assert backward_run.events == ()
+    assert dict(backward_run.speed_fluctuations) == {}
+    assert len(backward_run.to_dataframe()) == 0
+    assert "no times" in repr(backward_run)
+    assert "stalls" in backward_run._repr_html_()
+    for draw in (backward_run.plot, backward_run.plot_diagnostics, lambda: backward_run.film(tmp_path / "film.gif")):
+        with pytest.raises(gm.MechanismError, match="no reported time"):
+            draw()
+
+
+@pytest.mark.parametrize("engine", ["reduced", "multibody"])
+def test_a_control_out_of_range_at_the_start_ends_the_run_there(engine: str) -> None:
+    rod = {"coupling.throttle_rod.table": None, "coupling.throttle_rod.gain": -1e6, "coupling.throttle_rod.about": "80 mm"}
+    run = gm.run(gm.load("governed_engine").replace(rod), engine=engine)
+    assert run.outcome is Outcome.CONTROL_OUT_OF_RANGE
+    assert exit_time(run) == 0.0
+    assert len(run.times) == 0
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_fast_arms_do_not_pass_a_dead_centre(engine: str) -> None:
+    run = gm.run(load(STIFF_SLEEVE), engine=engine)
+    assert run.outcome is Outcome.LEFT_RANGE
+    assert "in line" in run.detail
+    assert run.times.tolist() == [0.0]
+    # The engines of order 8 agree to the accuracy of 1e-6 in swings of 10 ms, and better; impulse to that in time scales of 0.2 s.
+    assert exit_time(run) == pytest.approx(0.00308404022, abs=1e-9 if engine != "impulse" else 2e-7)
+
+
+def test_engines_end_at_the_same_time_with_the_same_reports() -> None:
+    reduced, multibody = (gm.run(load(FALLING_BALLS), engine=engine) for engine in ("reduced", "multibody"))
+    assert reduced.outcome is multibody.outcome is Outcome.LEFT_RANGE
+    np.testing.assert_array_equal(reduced.times, multibody.times)
+    assert exit_time(reduced) == pytest.approx(exit_time(multibody), abs=1e-8)  # time at which 0.28 rad/s cover 3e-9 rad
+    for name, values in multibody.readings.items():
+        np.testing.assert_allclose(reduced.readings[name], values, rtol=0, atol=1e-8 * multibody.scales[name], err_msg=name)
+
+
+@pytest.mark.parametrize("engine", ["reduced", "multibody"])
+def test_events_are_found_where_an_interval_ends_at_a_kink(engine: str) -> None:
+    run = gm.run(load(AIR_ENGINE), engine=engine)
+    assert run.outcome is Outcome.DONE
+    assert len(run.events) == 10
+    assert run.event_notes == ()
+
+
+def test_a_failed_search_costs_neither_the_run_nor_other_events(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> list[Any]:
+        raise ValueError("no root there")
+
+    crossing = '[events]\npast_dead_centre = { reading = "crank_angle", value = 0, direction = "up" }\n'
+    run = gm.run(load(AIR_ENGINE + crossing), engine="multibody")
+    monkeypatch.setattr(run_result, "find_singular_configurations", fail)
+    assert [event.subject for event in run.events] == ["past_dead_centre"]
+    assert any("no root there" in note for note in run.event_notes)
+
+
+def test_a_dense_output_that_ends_is_noted() -> None:
+    dense_output = BoundedDenseOutput(lambda k, time: None if time > 1.0 else (np.zeros((1, 3)), np.zeros((1, 3))), max_states=2)
+    assert dense_output(0, 0.5) is not None
+    assert dense_output(0, 1.5) is None
+    assert dense_output(0, 0.5) is None  # the bound is reached
+    assert ["t = 1.5 s" in note for note in dense_output.notes()] == [True, False]
+
+
+def test_the_search_for_events_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = load(AIR_ENGINE)
+    complete = gm.run(scene, engine="reduced").events
+    monkeypatch.setattr(run_result, "MAX_EVENT_SAMPLES", 100)
+    run = gm.run(scene, engine="reduced")
+    assert 0 < len(run.events) < len(complete)
+    assert [event.subject for event in run.events] == [event.subject for event in complete[: len(run.events)]]
+    assert "are not searched for" in run.event_notes[0]
