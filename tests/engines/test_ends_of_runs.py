@@ -210,3 +210,39 @@ def test_the_search_for_events_is_bounded(monkeypatch: pytest.MonkeyPatch) -> No
     assert 0 < len(run.events) < len(complete)
     assert [event.subject for event in run.events] == [event.subject for event in complete[: len(run.events)]]
     assert "are not searched for" in run.event_notes[0]
+
+
+def test_impulse_says_that_it_does_not_follow_a_flight_that_multibody_follows() -> None:
+    text = """
+machine = "custom"
+size = 1.0
+plane = "turning"
+[ground]
+O = [0, 0]
+[[body]]
+name = "ball"
+mass = 1.0
+point = true
+at = [0.1, 0]
+[[joint]]
+first = "ground.O"
+second = "ball.centre"
+type = "slider"
+angle = 0
+[readings]
+x = { x = "ball.centre" }
+[spindle]
+speed = 16.0
+[effects]
+centrifugal = true
+[run]
+duration = 0.7
+output_interval = 0.05
+accuracy = 1e-4
+"""
+    multibody = gm.run(load(text), engine="multibody")
+    assert multibody.times[-1] == 0.7
+    np.testing.assert_allclose(multibody.readings["x"], 0.1 * np.cosh(16.0 * multibody.times), rtol=1e-4)
+    impulse = gm.run(load(text), engine="impulse")
+    assert impulse.outcome is Outcome.LEFT_RANGE
+    assert "farther than engine impulse follows it; choose engine multibody" in impulse.message

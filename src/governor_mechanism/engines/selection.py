@@ -24,11 +24,10 @@ ENGINES: dict[str, type[AnyEngine]] = {"reduced": ReducedEngine, "multibody": Mu
 FALLBACK_OUTCOMES = (Outcome.DEAD_CENTRE, Outcome.STIFF, Outcome.STALLED, Outcome.ACCURACY_MISSED)
 """Outcomes of `reduced` that multibody may improve."""
 
-REST_TO_FIRST_RUN_RATIOS = (1.5, REQUEST_TO_FIRST_RUN_RATIO - 1.0)
+REST_TO_FIRST_RUN_RATIOS = (2.0, REQUEST_TO_FIRST_RUN_RATIO - 1.0)
 """Least and largest expected time of all further runs of a request, relative to its first run.
 
-The second run of a certificate takes 1 to 2 times the steps of the first, which is the looser one. More runs follow where it misses the
-accuracy.
+The second run of a certificate takes twice the steps of the first. More runs follow where the first misses the accuracy.
 """
 
 

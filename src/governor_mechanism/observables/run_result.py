@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 
@@ -216,10 +216,13 @@ class DeferredMotionAnalysis:
         if self.result.n_reached and (self.scene.crossings or not has_contacts):
             dense_output, motion = self._sample(MAX_EVENT_SAMPLES)
             notes += self._note_end_of_search(motion)
-            searches = {f"crossing {one.name!r}": partial(self._find_crossing, one, motion) for one in self.scene.crossings}
+            searches: dict[str, Callable[[], Sequence[Event]]] = {
+                f"crossing {one.name!r}": partial(self._find_crossing, one, motion) for one in self.scene.crossings
+            }
             if not has_contacts:
-                search = partial(find_singular_configurations, self.scene.mechanism, motion, self.mobility)
-                searches["turning points and change points"] = search
+                searches["turning points and change points"] = partial(
+                    find_singular_configurations, self.scene.mechanism, motion, self.mobility
+                )
             for subject, search in searches.items():
                 try:
                     events += search()

@@ -33,6 +33,10 @@ Steps of a quarter of the time scale follow a flight to a few hundredths. An ins
 """
 
 
+IMPULSE_FLIGHT_DETAIL = f"{FLIGHT_DETAIL}, farther than engine impulse follows it; choose engine multibody, which follows it farther"
+"""Cause of the end of a run of this engine in which a body goes beyond `max_distance_ratio`."""
+
+
 class RangeExit(NamedTuple):
     """First monitor time outside the limits, with a body too far away or a shaft that turns back, and the sentence that describes it."""
 
@@ -94,7 +98,7 @@ class LevelRuns:
         if first_exit is not None:
             exit_time, time_error = _extrapolate_exit_time([math.inf if one is None else one.time for one in exits])
             end_time = exit_time if exit_time < math.inf else float(self._times[first_exit.time_index])
-            detail, is_flight = f"{first_exit.message}, at t = {end_time:.9g} s", first_exit.message == FLIGHT_DETAIL
+            detail, is_flight = f"{first_exit.message}, at t = {end_time:.9g} s", first_exit.message == IMPULSE_FLIGHT_DETAIL
             return Termination(first_exit.time_index, first_exit.outcome, detail, is_flight, exit_time, time_error)
         if n_times < len(self._times) or not self._is_complete:
             detail = f"max_steps = {self._budget.limit}, for all runs together, is reached at t = {self._times[n_times - 1]:.6g} s"
@@ -112,7 +116,7 @@ class LevelRuns:
         if run.first_exit is not None and run.first_exit.time_index < n_times:
             exits.append(RangeExit(run.first_exit.time_index, run.first_exit.message, Outcome.LEFT_RANGE, run.first_exit.time))
         if n_near < len(poses):
-            exits.append(RangeExit(n_near, FLIGHT_DETAIL))
+            exits.append(RangeExit(n_near, IMPULSE_FLIGHT_DETAIL))
         return min(exits, key=lambda one: (one.time_index, one.time), default=None)
 
     def _count_near_times(self, poses: FloatArray) -> int:

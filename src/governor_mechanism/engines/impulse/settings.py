@@ -19,7 +19,7 @@ class ImpulseSettings:
     max_events_per_step: int = 60
     min_steps_per_bounce: int = 4
     hold_iteration_factor: int = 16
-    max_distance_ratio: float = 1e6
+    max_distance_ratio: float = 500.0
 
     @property
     def levels(self) -> int:

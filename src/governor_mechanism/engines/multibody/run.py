@@ -183,8 +183,9 @@ class ConstrainedIntegrator:
         buffers = make_step_buffers(1, 1, np.ones(1), np.zeros(0), self.counters)
         cubics, vector = self.input_cubics(0.0), np.zeros(1)
         gap, max_distance = self.constraint_tolerance, self.max_distance
-        ends = self.shafts, self.limits, vector
-        equation = MultibodyEquation(*self.model, cubics, gap, max_distance, *ends, vector, vector, self.counters)
+        equation = MultibodyEquation(
+            *self.model, cubics, gap, max_distance, self.shafts, self.limits, vector, vector, vector, self.counters
+        )
         return equation, buffers, (0.0, 0.0), vector, vector, make_step_limits(1.0, 1.0, 1.0, 1, 1.0), np.zeros((0, 1))
 
     def compile_kernels(self) -> None:

@@ -13,7 +13,7 @@ from governor_mechanism.mechanics.kinematics.constraint_equations import make_cu
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_curve
 from governor_mechanism.model import joints
 
-GROOVE_HALF_LENGTH_RATIO = 2e6
+GROOVE_HALF_LENGTH_RATIO = 1e3
 """Half length of a groove relative to the length scale of the mechanism; a pymunk groove has ends, a guide has none."""
 
 PreStepUpdate = Callable[[Poses, StepInputs], None]
