@@ -62,7 +62,8 @@ def find_step(record: StepRecord, t: float) -> int:
 
 @jit_in_place
 def _length_of(record: StepRecord, k: int) -> float:
-    return record.ends[k] - (record.ends[k - 1] if k > 0 else 0.0)
+    length: float = record.ends[k] - (record.ends[k - 1] if k > 0 else 0.0)
+    return length
 
 
 @jit_in_place
