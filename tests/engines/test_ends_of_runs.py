@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from governor_mechanism.engines.multibody.engine import MultibodyEngine
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables import run_result
@@ -246,3 +247,45 @@ accuracy = 1e-4
     impulse = gm.run(load(text), engine="impulse")
     assert impulse.outcome is Outcome.LEFT_RANGE
     assert "farther than engine impulse follows it; choose engine multibody" in impulse.message
+
+
+def test_a_stiff_motion_that_must_take_explicit_steps_names_its_cure() -> None:
+    text = """
+machine = "custom"
+size = 1.0
+[ground]
+O = [0, 0]
+[[body]]
+name = "light"
+mass = 1e-7
+point = true
+at = [0.8, 0]
+[[joint]]
+first = "ground.O"
+second = "light.centre"
+type = "slider"
+angle = 0
+[[force]]
+type = "spring"
+first = "ground.O"
+second = "light.centre"
+stiffness = 40
+free_length = 0.2
+[[force]]
+type = "damper"
+first = "ground.O"
+second = "light.centre"
+damping = 4.0
+[readings]
+x = { x = "light.centre" }
+[effects]
+stops = { x = [-5.0, 5.0] }
+[run]
+duration = 5
+output_interval = 0.05
+accuracy = 1e-6
+"""
+    run = MultibodyEngine(max_steps=3000).run(load(text))
+    assert run.outcome is Outcome.STEP_LIMIT
+    assert "decays within 3e-08 s" in run.message  # 1e-7 kg / (4 N s/m)
+    assert "give the body no mass" in run.message
