@@ -227,9 +227,9 @@ def test_coordinate_at_its_turning_point_within_rounding_ends_the_run_with_a_nam
 def test_states_that_no_comparison_run_reaches_are_not_claimed(monkeypatch, n_kept):
     run_once = ReducedRunner.run_once
 
-    def run_with_short_comparisons(self, tolerance, is_comparison=False):
-        result = run_once(self, tolerance, is_comparison)
-        if not is_comparison:
+    def run_with_short_comparisons(self, tolerance, plan):
+        result = run_once(self, tolerance, plan)
+        if plan.level == 0:
             return result
         states = result.reported_states.at(slice(n_kept))
         return replace(result, reported_states=states, observables=self.evaluator.evaluate(states), outcome=Outcome.STALLED, detail="stuck")

@@ -10,6 +10,7 @@ import pytest
 
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import RunRequest
+from governor_mechanism.engines.certificate import StepPlan
 from governor_mechanism.engines.multibody.engine import MultibodyRunner
 from governor_mechanism.engines.reduced.integration import integration_kernel, make_integration_arguments
 from governor_mechanism.scenes.library import load_scene
@@ -29,7 +30,7 @@ def test_multibody_calls_the_integration_that_is_compiled_ahead(model):
     integrator = MultibodyRunner(
         MultibodyEngine(), scene, RunRequest(times=np.array([0.0, 0.01]), accuracy=1e-6, certify=False, reason="")
     ).integrator
-    integrator.integrate(1e-7)
+    integrator.integrate(1e-7, StepPlan(max_steps=1000))
     kernel = integrator.integration_kernel
     assert kernel.signature_of(integrator._make_integration_arguments()) in kernel._dispatcher.signatures
 

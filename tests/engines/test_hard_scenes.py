@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
+from governor_mechanism.engines.certificate import StepPlan
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.run import MIN_IMPLICIT_STEPS, ConstrainedIntegrator, MultibodySettings
 from governor_mechanism.engines.stall_causes import describe_stall
@@ -338,7 +339,7 @@ def test_implicit_steps_end_where_explicit_ones_take_less_work(tmp_path):
     evaluator = ReadingEvaluator(scene, motion[0])
     settings = MultibodySettings(implicit_step_cost=1000.0)
     integrator = ConstrainedIntegrator(evaluator, motion, np.linspace(0.0, 3.0, 151), 1_000_000, settings)
-    assert integrator.integrate(1e-11).status == IntegrationStatus.OUT_OF_RANGE
+    assert integrator.integrate(1e-11, StepPlan(max_steps=1_000_000)).status == IntegrationStatus.OUT_OF_RANGE
     assert integrator.implicit_steps == MIN_IMPLICIT_STEPS < integrator.counters[StepCounter.ACCEPTED]
 
 

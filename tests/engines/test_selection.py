@@ -45,8 +45,8 @@ def test_selected_engine_can_model_the_scene(name, accuracy):
     engine, stated_with_work = select_engine("auto", scene, accuracy)
     assert not engine.refusal(scene)
     reason = state_reason(stated_with_work, ExpectedWork(first_run_time=0.25, n_evaluations=1e4, n_reported=101))
-    # The rest takes at least 1.5 times as long as the first run, and ten thousand evaluations take less than that.
-    assert reason.startswith("the cheapest: about 0.62 s")
+    # The second run takes twice as long as the first, and ten thousand evaluations take less than that.
+    assert reason.startswith("the cheapest: about 0.75 s")
     # Every other engine is named with its expected time, or as one that cannot model the scene.
     for other, engine_class in ENGINES.items():
         if other != engine.name:
@@ -72,14 +72,14 @@ def test_reason_names_the_engines_that_cannot_model_the_scene(name):
 
 def test_expected_times_follow_from_the_first_run():
     scene, first_run = gm.load("porter"), ExpectedWork(first_run_time=0.004, n_evaluations=2e4, n_reported=1001)
-    more_work, slow_run = replace(first_run, n_evaluations=3e4), replace(first_run, first_run_time=0.036)
+    more_work, slow_run = replace(first_run, n_evaluations=3e4), replace(first_run, first_run_time=0.030)
     reason = select_engine("auto", scene, 1e-6)[1]
     chosen, more_chosen, least_chosen, most_chosen = (
         [float(number) for number in re.findall(r"([0-9.]+) ms", state_reason(reason, work))][:2]
         for work in (first_run, more_work, slow_run, replace(first_run, n_evaluations=1e6))
     )
     counted, more_counted = (estimate_run_time(ENGINES["reduced"](), scene, 1e-6, work) for work in (first_run, more_work))
-    assert 0.006 < counted < more_counted < 0.014  # within 1.5 and 3.5 times the first run
+    assert 0.006 < counted < more_counted < 0.014  # within 2 and 3.5 times the first run
     # The first run as measured and the rest as counted, in whole milliseconds, rounded up.
     assert (chosen[0], more_chosen[0]) == (np.ceil(1e3 * (0.004 + counted)), np.ceil(1e3 * (0.004 + more_counted)))
     assert more_chosen[1] > 1.3 * chosen[1]  # the time of multibody grows with the evaluations

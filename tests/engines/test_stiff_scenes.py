@@ -141,7 +141,7 @@ def test_a_stiff_joint_of_rods_does_not_shorten_the_steps(stiffness):
     allowed = 300.0 / stiffness + 1e-8
     np.testing.assert_allclose(run.readings["upper"], pendulum_angle(run.times, 4 / 3, math.pi / 2) - math.pi / 2, rtol=0, atol=allowed)
     assert run.joint_gap.max() < 1e-12
-    assert run.cost.steps < 300  # two runs; with heights as independent coordinates they take thousands
+    assert run.cost.steps < 450  # two runs, the second with twice the steps; with heights as independent coordinates they take thousands
 
 
 def test_other_coordinates_become_independent_where_the_first_ones_turn_back():

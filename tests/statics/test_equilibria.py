@@ -339,7 +339,7 @@ def speed_of(name, values):
 
 @pytest.mark.parametrize("over", [[math.nan], [math.inf], [], ["a"], "abc", [[0.5, 0.6]], [[0.5], [0.6, 0.7]], None])
 def test_values_that_are_none_are_refused(over):
-    with pytest.raises(gm.MechanismError, match="'arm_angle' must be a list of finite numbers in SI; got"):
+    with pytest.raises(gm.MechanismError, match="arm_angle' must be a list of finite numbers in SI; got|arm_angle is an angle; .* has no number"):
         gm.insensitivity_band("porter", over, 40.0)
 
 
@@ -423,4 +423,4 @@ def test_a_speed_where_nothing_turns_is_refused(tmp_path):
     assert answer.exit_code == 2
     assert "has no effect on the loads" in answer.stderr
     answer = command("--speed", "1e200 rad/s", text=DUMB_BELL, tmp_path=tmp_path)
-    assert "at most 1e+06 rad/s" in answer.stderr
+    assert "must lie within 1e+06 rad/s" in answer.stderr

@@ -403,7 +403,7 @@ def test_every_quantity_is_listed_with_unit_inputs_and_arguments():
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"random": 0}, "random must be a number of samples from 1"),
+        ({"random": 0}, "random must be a whole number of at least 1"),
         ({"random": 3, "seed": -1}, "seed must be a whole number"),
         ({"over": {"arm_angle": "15 deg:45 deg:no"}}, "is not a range"),
         ({"over": {"arm_angle": "15 mm:45 deg:3"}}, "arm_angle is an angle"),

@@ -16,7 +16,7 @@ from governor_mechanism.engines.expected_work import ExpectedWork
 from governor_mechanism.engines.stall_causes import describe_stall
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.integrators.step_record import StepRecord, make_step_record
+from governor_mechanism.integrators.step_record import NO_STEPS, StepRecord, make_step_record
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.model.results.outcome import FLIGHT_DETAIL, Outcome
@@ -190,12 +190,12 @@ class StepPlan:
 
     max_steps: int
     level: int = 0
-    coarser_steps: StepRecord = field(default_factory=make_step_record)
-    steps: StepRecord = field(default_factory=make_step_record)
+    coarser_steps: StepRecord = NO_STEPS
+    steps: StepRecord = NO_STEPS
 
     def without_record(self) -> StepPlan:
         """Return a plan of the same steps, which are not recorded again."""
-        return replace(self, steps=make_step_record())
+        return replace(self, steps=NO_STEPS)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -233,7 +233,7 @@ class CertifiedRunner(Runner):
         # More steps round more often: where they do not help, fewer may.
         while self._misses(best) and best.outcome is not Outcome.STEP_LIMIT and tolerance < MAX_STEP_TOLERANCE:
             tolerance *= TOLERANCE_LOOSENING
-            looser = self._certify(tolerance)
+            looser = self._halve_steps(tolerance)
             best = _choose_better(best, looser)
             if (looser.error_estimate or 0.0) > MAX_LOOSER_ERROR_RATIO * (best.error_estimate or 0.0):
                 break
@@ -253,8 +253,9 @@ class CertifiedRunner(Runner):
             n_used = self._count_steps() - n_steps_before
             if best.outcome is Outcome.STEP_LIMIT or n_used + 2 * fine.n_steps > RUNS_PER_CERTIFICATE * self.max_steps:
                 break
-            if self._estimate_passage_error(fine) > self.request.accuracy:
-                break  # the shorter the steps over singular configurations, the larger is this error
+            # Shorter steps round more often, and their error of passing singular configurations is larger.
+            if self._smallest_tolerance(fine.result) > fine.tolerance or self._estimate_passage_error(fine) > self.request.accuracy:
+                break
             coarse, fine = fine, self._halve(fine)
             better = _choose_better(best, self._compare(coarse, fine))
             n_stagnant = n_stagnant + 1 if better is best else 0

@@ -13,7 +13,7 @@ from governor_mechanism.integrators.stages import Equation, StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.step_attempt import make_attempt, make_output
 from governor_mechanism.integrators.step_ends import make_plain_step_ends, make_step_ends
-from governor_mechanism.integrators.step_record import StepRecord, find_step, limit_to_half_steps, make_step_record, record_step
+from governor_mechanism.integrators.step_record import NO_STEPS, StepRecord, find_step, limit_to_half_steps, record_step
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray
@@ -57,23 +57,8 @@ class StepLimits(NamedTuple):
     max_step: float
     max_steps: int
     min_stiff_steps: float
-    coarser_steps: StepRecord
-    steps: StepRecord
-
-
-def make_step_limits(
-    tolerance: float,
-    step: float,
-    max_step: float,
-    max_steps: int,
-    min_stiff_steps: float,
-    coarser_steps: StepRecord | None = None,
-    steps: StepRecord | None = None,
-) -> StepLimits:
-    """Return limits without another run, and without a record, unless they are given."""
-    return StepLimits(
-        tolerance, step, max_step, max_steps, min_stiff_steps, coarser_steps or make_step_record(), steps or make_step_record()
-    )
+    coarser_steps: StepRecord = NO_STEPS
+    steps: StepRecord = NO_STEPS
 
 
 Integration = Callable[

@@ -10,7 +10,14 @@ from governor_mechanism.integrators.radau_stages import EPSILON
 from governor_mechanism.integrators.radau_systems import RadauBuffers, factorise_matrices
 from governor_mechanism.integrators.stages import Equation, StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.integrators.step_record import INSIDE_STEP_TOLERANCE, StepRecord, find_step, limit_to_half_steps, record_step
+from governor_mechanism.integrators.step_record import (
+    INSIDE_STEP_TOLERANCE,
+    NO_STEPS,
+    StepRecord,
+    find_step,
+    limit_to_half_steps,
+    record_step,
+)
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray
 
@@ -56,8 +63,8 @@ class RadauLimits(NamedTuple):
     tolerance: float
     step: float
     max_steps: int
-    coarser_steps: StepRecord
-    steps: StepRecord
+    coarser_steps: StepRecord = NO_STEPS
+    steps: StepRecord = NO_STEPS
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,11 @@ class StepRecord(NamedTuple):
     Attributes
     ----------
     ends
-        Times at which steps end, s; shape (capacity,). What does not fit in is not recorded.
+        Times at which steps end, s; shape (capacity,).
     n_steps
         Number of recorded steps; shape (1,).
+    largest_quality
+        Largest quality of a step so far; shape (1,). It measures what is far from a singular configuration.
     singular_amplification
         Sum over the steps near singular configurations of their length over the cube of the smallest angle (rad) from it, s; shape (1,).
         A constraint violation d changes the rates by d times this.
@@ -28,23 +30,29 @@ class StepRecord(NamedTuple):
 
     ends: FloatArray
     n_steps: IntArray
+    largest_quality: FloatArray
     singular_amplification: FloatArray
 
 
-def make_step_record(capacity: int = 0) -> StepRecord:
-    """Return an empty record; with a capacity of 0 it stays empty, and limits no step of another run."""
-    return StepRecord(np.empty(capacity), np.zeros(1, dtype=np.int64), np.zeros(1))
+def make_step_record(capacity: int) -> StepRecord:
+    """Return an empty record; what does not fit into its capacity is not recorded."""
+    return StepRecord(np.empty(capacity), np.zeros(1, dtype=np.int64), np.zeros(1), np.zeros(1))
+
+
+NO_STEPS = make_step_record(0)
+"""Record that stays empty, and limits no step of another run."""
 
 
 @jit_in_place
 def record_step(record: StepRecord, end: float, h: float, quality: float) -> None:
     """Record a step of a length that ends at a time (s), with the lowest quality of its stages."""
     n = record.n_steps[0]
-    if 0.0 < quality < STEERING_QUALITY:
-        record.singular_amplification[0] += h / quality**1.5
     if n < record.ends.size:
         record.ends[n] = end
         record.n_steps[0] = n + 1
+        record.largest_quality[0] = max(record.largest_quality[0], quality)
+        if 0.0 < quality < STEERING_QUALITY * record.largest_quality[0]:
+            record.singular_amplification[0] += h / (quality / record.largest_quality[0]) ** 1.5
 
 
 @jit_in_place

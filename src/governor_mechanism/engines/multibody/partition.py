@@ -8,7 +8,6 @@ from governor_mechanism.integrators.radau import RadauLimits
 from governor_mechanism.integrators.radau_systems import RadauBuffers, make_radau_buffers
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.integrators.step_record import make_step_record
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import N_ENERGY_STATES
 from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
@@ -96,7 +95,7 @@ class ImplicitIntegrator:
     def compile_kernel(self, input_cubics: FloatArray, state: FloatArray) -> None:
         """Compile or load the integration by one over an empty interval; the arguments are those of `integrate`."""
         warn_before_compiling(integrate_implicitly, 15)
-        limits = RadauLimits(1.0, 1.0, 1, make_step_record(), make_step_record())
+        limits = RadauLimits(1.0, 1.0, 1)
         outputs = np.empty((0, state.size))
         equation, buffers = self._make_arguments(input_cubics, state)
         integrate_implicitly(equation, buffers, (0.0, 0.0), 0.0, state[equation.components], limits, outputs[:, 0], outputs)

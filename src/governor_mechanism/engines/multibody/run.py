@@ -13,12 +13,11 @@ from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.multibody.integration import MultibodyEquation, integrate_multibody, integrate_multibody_to_event
 from governor_mechanism.engines.multibody.limit_rows import make_limit_rows
 from governor_mechanism.engines.multibody.partition import ImplicitIntegrator
-from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits, make_step_limits
+from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits
 from governor_mechanism.integrators.equation import make_step_buffers
 from governor_mechanism.integrators.radau import RadauLimits
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.integrators.step_record import make_step_record
 from governor_mechanism.integrators.time_grid import make_time_grid
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
 from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
@@ -186,13 +185,13 @@ class ConstrainedIntegrator:
         equation = MultibodyEquation(
             *self.model, cubics, gap, max_distance, self.shafts, self.limits, vector, vector, vector, self.counters
         )
-        return equation, buffers, (0.0, 0.0), vector, vector, make_step_limits(1.0, 1.0, 1.0, 1, 1.0), np.zeros((0, 1))
+        return equation, buffers, (0.0, 0.0), vector, vector, StepLimits(1.0, 1.0, 1.0, 1, 1.0), np.zeros((0, 1))
 
     def compile_kernels(self) -> None:
         """Compile or load the kernels by integrations over an empty interval, so that no run's cost includes it."""
         if self.scene_contacts is not None:
             self.scene_contacts.start(self.initial_state.copy(), self.input_cubics(0.0))
-        limits = make_step_limits(1.0, 1.0, 1.0, 1, self._min_stiff_steps)
+        limits = StepLimits(1.0, 1.0, 1.0, 1, self._min_stiff_steps)
         ExplicitRun(self, limits, self.initial_state.copy(), 0.0, np.empty(0)).integrate(0.0)
         if self._stable_step < np.inf:
             self._make_implicit_integrator().compile_kernel(self.input_cubics(0.0), self.initial_state)
@@ -333,10 +332,7 @@ class ConstrainedIntegrator:
             start, state, mode = float(self.time_grid.monitor_times[k]), integration.states[k], modes[k] if modes else None
         if self.is_stiff:
             end_state = state.copy()
-            implicit, limits = (
-                self._make_implicit_integrator(),
-                RadauLimits(tolerance, time - start or 1.0, self.max_steps, make_step_record(), make_step_record()),
-            )
+            implicit, limits = (self._make_implicit_integrator(), RadauLimits(tolerance, time - start or 1.0, self.max_steps))
             outputs = np.empty(0), end_state, limits, np.empty((0, state.size))
             status, *_ = implicit.integrate(self.input_cubics(start), (start, time), *outputs)
         else:
@@ -356,7 +352,7 @@ class ConstrainedIntegrator:
             if start in self.breakpoints[1:]:
                 contacts.change_mode(start, state, self.input_cubics(start))  # a state at a breakpoint has the mode before it
         max_step = self.settings.max_step_ratio * self._max_step_scale
-        limits = make_step_limits(tolerance, 0.01 * self.evaluator.time_scale, max_step, self.max_steps, np.inf)
+        limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, max_step, self.max_steps, np.inf)
         return ExplicitRun(self, limits, state, start, output_times, has_limits=False)
 
     def integrate_between(self, integration: IntegrationResult, tolerance: float, k: int, time: float) -> Motion | None:
@@ -368,7 +364,7 @@ class ConstrainedIntegrator:
             contacts.continue_from(integration.contact_modes[k])
             if start in self.breakpoints[1:]:
                 contacts.change_mode(start, state, self.input_cubics(start))  # a state at a breakpoint has the mode before it
-        limits = make_step_limits(tolerance, 0.01 * self.evaluator.time_scale, max_step, max_steps, self._min_stiff_steps)
+        limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, max_step, max_steps, self._min_stiff_steps)
         run = ExplicitRun(self, limits, state, start, np.empty(0), has_limits=False)
         return self._to_mass_centres(state) if run.integrate(time) == IntegrationStatus.DONE else None
 

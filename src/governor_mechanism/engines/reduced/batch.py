@@ -16,7 +16,7 @@ from governor_mechanism.engines.reduced.row_integration import NOT_STARTED, RowE
 from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.engines.reduced.table_end import make_table_end_limits
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.integrators.step_record import make_step_record
+from governor_mechanism.integrators.step_record import NO_STEPS
 from governor_mechanism.mechanics.kinematics.output_variables import unwrap_output
 from governor_mechanism.mechanics.reduction.motion_table import INITIAL_TABLE_CAPACITY, TableEnd
 from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE
@@ -99,7 +99,7 @@ class ReducedBatch:
             max_step_ratio=settings.max_step_ratio,
             first_step_ratio=settings.first_step_ratio,
             table_end_limits=make_table_end_limits(settings),
-            no_steps=make_step_record(),
+            no_steps=NO_STEPS,
         )
         self._fit_tolerance = min(max(FIT_TOLERANCE_RATIO * tolerance, MIN_FIT_TOLERANCE), MAX_FIT_TOLERANCE)
 

@@ -293,7 +293,7 @@ def make_integration_arguments(scene: Scene) -> tuple[Any, ...]:
     mode, counts = make_mode(forces), np.zeros(len(StepCounter), dtype=np.int64)
     equation = make_reduced_equation(table, forces, input_cubics, mode, counts, 1.0)
     state, states = np.zeros(N_STATES), np.zeros((0, N_STATES))
-    limits = dop853.make_step_limits(1.0, 1.0, 1.0, 1, 0.0)
+    limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)
     arguments = (equation, make_reduced_buffers(forces, counts), (0.0, 0.0), np.zeros(0), state, limits, states)
     if integration_kernel(scene) is integrate_without_contacts:
         return arguments
@@ -385,5 +385,5 @@ def integrate_with_contacts(
 def initialise_contact_mode(equation: ReducedEquation, buffers: StepBuffers, time: float, state: FloatArray, event_log: EventLog) -> None:
     """Select the contact mode at a start or after a discontinuity of an input; the state must be on the table."""
     no_states, no_modes = np.empty((0, state.size)), np.empty((0, equation.model.mode.size), dtype=np.int64)
-    limits = dop853.make_step_limits(1.0, 1.0, 1.0, 1, 0.0)
+    limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)
     integrate_with_contacts(equation, buffers, (time, time), np.empty(0), state, limits, no_states, no_modes, event_log, True)

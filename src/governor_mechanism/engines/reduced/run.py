@@ -12,7 +12,7 @@ from governor_mechanism.engines.reduced import integration
 from governor_mechanism.engines.reduced.contact import make_mode
 from governor_mechanism.engines.reduced.passage import Tail, integrate_passage
 from governor_mechanism.engines.reduced.settings import ReducedSettings
-from governor_mechanism.integrators.dop853 import StepLimits, make_step_limits
+from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events, select_start_events
@@ -219,7 +219,7 @@ class ReducedRun:
         if self.has_contacts and start > 0.0 and start in self.breakpoints:
             # A row at a breakpoint has the mode before it.
             integration.initialise_contact_mode(equation, buffers, start, state, event_log)
-        limits = make_step_limits(tolerance, 0.01 * self.evaluator.time_scale, self._max_step, max_steps, 0.0)
+        limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, self._max_step, max_steps, 0.0)
         outputs = np.empty((0, len(state))), np.zeros((0, len(mode)), dtype=np.int64), event_log
         status, *_ = integration.integrate_reduced(equation, buffers, (start, time), np.empty(0), state, limits, *outputs)
         return state if status == IntegrationStatus.DONE else None

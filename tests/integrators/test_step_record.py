@@ -1,0 +1,99 @@
+"""The second run of a certificate takes at most half of every step of the first, whatever set the steps."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import governor_mechanism as gm
+from governor_mechanism.engines import MultibodyEngine, ReducedEngine
+from governor_mechanism.engines.certificate import CertifiedRunner, RecordedRun
+from governor_mechanism.integrators.step_record import (
+    INSIDE_STEP_TOLERANCE,
+    NO_STEPS,
+    find_step,
+    limit_to_half_steps,
+    make_step_record,
+    record_step,
+)
+
+REGULAR_QUALITY = 1.0
+"""Quality of a step far from singular configurations."""
+
+lengths = st.lists(st.floats(1e-6, 10.0), min_size=1, max_size=20)
+
+
+def record_of(step_lengths):
+    record = make_step_record(len(step_lengths))
+    for end, length in zip(np.cumsum(step_lengths), step_lengths, strict=True):
+        record_step(record, end, length, REGULAR_QUALITY)
+    return record
+
+
+def largest_ratio(coarse_ends, fine_ends):
+    """Return the largest ratio of a fine step to a coarse step that it overlaps by more than rounding."""
+    worst, starts = 0.0, np.concatenate([[0.0], coarse_ends[:-1]])
+    for start, end in itertools.pairwise([0.0, *fine_ends]):
+        margin = 2 * INSIDE_STEP_TOLERANCE * (coarse_ends - starts) + 1e-12 * (end - start)
+        overlapped = (starts < end - margin) & (coarse_ends > start + margin)
+        worst = max([worst, *((end - start) / (coarse_ends - starts)[overlapped])])
+    return worst
+
+
+@given(lengths, st.floats(0.01, 20.0))
+def test_steps_within_the_limit_are_half_as_long_as_those_that_they_overlap(step_lengths, wanted):
+    record, t, k, ends = record_of(step_lengths), 0.0, 0, []
+    duration = float(record.ends[-1])
+    while t < duration * (1 - 1e-9):
+        h, k = limit_to_half_steps(record, k, t, wanted)
+        assert 0 < h <= wanted
+        t += h
+        ends.append(t)
+        assert len(ends) < 100_000
+    # A step that ends a hair before the end of another one may go on by half of the next.
+    assert largest_ratio(record.ends, np.array(ends)) <= 0.5 * (1 + 1e-6)
+
+
+@given(lengths, st.floats(0.0, 200.0))
+def test_the_step_at_a_time_is_the_first_that_ends_after_it(step_lengths, t):
+    record = record_of(step_lengths)
+    assert find_step(record, t) == int(np.searchsorted(record.ends, t, side="right"))
+
+
+def test_without_a_record_no_step_is_limited_and_a_full_record_keeps_what_it_has():
+    assert limit_to_half_steps(NO_STEPS, 0, 1.0, 7.0) == (7.0, 0)
+    record = make_step_record(1)
+    record_step(record, 1.0, 1.0, REGULAR_QUALITY)
+    record_step(record, 2.0, 1.0, REGULAR_QUALITY)
+    assert record.n_steps[0] == 1
+
+
+CASES = [  # what sets the steps: the tolerance; kinks of gas; stick and slip; a change point; a stiff damper (implicit steps)
+    ("porter", ReducedEngine()),
+    ("air_engine", ReducedEngine()),
+    ("air_engine", MultibodyEngine()),
+    ("porter_dry_friction", ReducedEngine()),
+    ("four_bar_chain", MultibodyEngine()),
+    ("stiff_flyball", MultibodyEngine()),
+]
+
+
+@pytest.mark.parametrize(("name", "engine"), CASES, ids=[f"{name}-{engine.name}" for name, engine in CASES])
+def test_both_runs_of_a_certificate_differ_by_their_steps_everywhere(monkeypatch, name, engine):
+    runs: list[RecordedRun] = []
+    record = CertifiedRunner._record
+
+    def keep(self, tolerance, plan):
+        runs.append(record(self, tolerance, plan))
+        return runs[-1]
+
+    monkeypatch.setattr(CertifiedRunner, "_record", keep)
+    engine.run(gm.load(name), accuracy=1e-5, times=[0.0, 1.0])
+    coarse, fine = (one.plan.steps.ends[: one.plan.steps.n_steps[0]] for one in runs[:2])
+    assert len(fine) >= 2 * len(coarse) - 1
+    # A kink met by a stretched step, or an event a hair later, is within 5 % of a step (MAX_STRETCH).
+    assert largest_ratio(coarse, fine) <= 0.5 * 1.05
