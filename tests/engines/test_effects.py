@@ -378,7 +378,7 @@ ALL = (
 )
 def test_energy_balance_closes_with_all_effects(engine, spindle, duration):
     scene = porter(12.0, *ALL, angle=35.0, duration=duration).with_changes(spindle=spindle)
-    result = run(engine, scene)
+    result = run(engine, scene, accuracy=1e-9)  # the last bounces have times that rounding moves by 5e-10
     assert result.energy.drift < 1e-9  # requirement
     assert result.energy.dissipated_energy[-1] > 0.1
     assert np.all(np.diff(result.energy.dissipated_energy) >= -1e-12)

@@ -169,7 +169,9 @@ def test_the_coefficients_satisfy_the_conditions_of_order(n_stages):
     for k in range(1, 2 * n_stages):
         assert matrix[-1] @ nodes ** (k - 1) == pytest.approx(1 / k, rel=1e-14)
     identity = np.outer(tableau.from_real, tableau.to_real) + (tableau.from_complex @ tableau.to_complex).real
-    np.testing.assert_allclose(identity, np.eye(n_stages), atol=1e3 * np.finfo(float).eps)  # condition number of the eigenvectors: below 1e3
+    np.testing.assert_allclose(
+        identity, np.eye(n_stages), atol=1e3 * np.finfo(float).eps
+    )  # condition number of the eigenvectors: below 1e3
 
 
 @pytest.mark.parametrize(("n_stages", "counts"), [(3, [4, 8, 16]), (5, [1, 2, 3])])

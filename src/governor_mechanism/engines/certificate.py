@@ -73,8 +73,8 @@ MAX_DECADE_TOLERANCE = 1e-11
 TOLERANCE_LOOSENING = 10.0
 """Factor from one tolerance to the next where shorter steps do not reach the accuracy: they round more often."""
 
-MAX_LOOSER_ERROR_RATIO = 30.0
-"""Error of a looser run relative to the best one from which no still looser run is tried: its steps are too long."""
+USELESS_ERROR = 0.1
+"""Error, relative to the scales, from which a result claims no digit, and is not worth further runs."""
 
 ORDER = 8
 """Order of the integration: the number of steps grows by the root of this order of the reduction of the tolerance."""
@@ -229,15 +229,20 @@ class CertifiedRunner(Runner):
             return self.run_once(tolerance, StepPlan(max_steps=self.max_steps))
         if self.engine.tolerance is not None:
             return self._certify(tolerance)
-        best = self._halve_steps(tolerance)
+        best, n_stagnant = self._halve_steps(tolerance), 0
         # More steps round more often: where they do not help, fewer may.
-        while self._misses(best) and best.outcome is not Outcome.STEP_LIMIT and tolerance < MAX_STEP_TOLERANCE:
+        while self._misses(best) and self._may_improve(best) and tolerance < MAX_STEP_TOLERANCE:
             tolerance *= TOLERANCE_LOOSENING
-            looser = self._halve_steps(tolerance)
-            best = _choose_better(best, looser)
-            if (looser.error_estimate or 0.0) > MAX_LOOSER_ERROR_RATIO * (best.error_estimate or 0.0):
+            better = _choose_better(best, self._halve_steps(tolerance))
+            n_stagnant = n_stagnant + 1 if better is best else 0
+            best = better
+            if n_stagnant >= self.engine.settings.max_stagnant_runs:
                 break
         return best
+
+    def _may_improve(self, result: RunResult) -> bool:
+        """Return whether other tolerances may give a better result: not at the step limit, nor where not even a digit is left."""
+        return result.outcome is not Outcome.STEP_LIMIT and (result.error_estimate or 0.0) < USELESS_ERROR
 
     def _misses(self, result: RunResult) -> bool:
         """Return whether the error of a result may exceed the requested accuracy."""
@@ -254,7 +259,7 @@ class CertifiedRunner(Runner):
             if best.outcome is Outcome.STEP_LIMIT or n_used + 2 * fine.n_steps > RUNS_PER_CERTIFICATE * self.max_steps:
                 break
             # Shorter steps round more often, and their error of passing singular configurations is larger.
-            if self._smallest_tolerance(fine.result) > fine.tolerance or self._estimate_passage_error(fine) > self.request.accuracy:
+            if self._smallest_tolerance(fine.result) >= fine.tolerance or self._estimate_passage_error(fine) > self.request.accuracy:
                 break
             coarse, fine = fine, self._halve(fine)
             better = _choose_better(best, self._compare(coarse, fine))
