@@ -340,7 +340,7 @@ def speed_of(name, values):
 @pytest.mark.parametrize("over", [[math.nan], [math.inf], [], ["a"], "abc", [[0.5, 0.6]], [[0.5], [0.6, 0.7]], None])
 def test_values_that_are_none_are_refused(over):
     with pytest.raises(
-        gm.MechanismError, match="arm_angle' must be a list of finite numbers in SI; got|arm_angle is an angle; .* has no number"
+        gm.MechanismError, match=r"arm_angle' must be a list of finite numbers in SI; got|arm_angle is an angle; .* has no number"
     ):
         gm.insensitivity_band("porter", over, 40.0)
 

@@ -193,7 +193,9 @@ def test_rows_that_cannot_be_made_or_end_early_say_so_and_stop_no_other(scene):
     assert "2 of 4 rows could not be run: start.arm_angle (40 deg) lies outside the travel" in str(found)
     # Arm and link are equally long and reach their limits together: rounding decides which is first.
     ends = "arm_angle: the arms are", "link_angle: the link is"
-    assert any(f"1 of 4 rows reached the end of the range of {end} at 90 degrees to the spindle (dead centre)" in str(found) for end in ends)
+    assert any(
+        f"1 of 4 rows reached the end of the range of {end} at 90 degrees to the spindle (dead centre)" in str(found) for end in ends
+    )
 
 
 def faulty(run):

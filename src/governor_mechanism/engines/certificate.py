@@ -7,6 +7,7 @@ import time
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -19,9 +20,10 @@ from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.step_record import NO_STEPS, StepRecord, make_step_record
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.results.outcome import FLIGHT_DETAIL, Outcome
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.error_scales import name_of_rate
+from governor_mechanism.observables.error_scales import EVENT_TIMES, name_of_rate
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult
 from governor_mechanism.types import FloatArray
@@ -49,16 +51,22 @@ Where the order of 8 holds, the bound is twice the error.
 JOINTS_OF_FIXED_WORK = 4
 """Number of joints whose equations take as long as the rest of an evaluation."""
 
-SINGULAR_PASSAGE_SAFETY_FACTOR = 6.0
+SINGULAR_PASSAGE_SAFETY_FACTOR = 10.0
 """Bound of the error of passing singular configurations, relative to its order of magnitude.
 
-Measured on chains of 2 to 10 four-bars, of which all bars lie in one line 14 times: 0.04 to 5.4 of that.
+Measured on chains of 2 to 10 four-bars, of which all bars lie in one line 14 times: 0.04 to 7 of that.
 """
 
 ROUNDING_SAFETY_FACTOR = 3.0
 """Ratio of the bound of the summed roundings to a unit in the last place times the root of the number of steps.
 
 A step rounds the state by 0.29 units in the mean square; what its stages contribute is smaller by the size of its change.
+"""
+
+BOUNCE_ROUNDING_FACTOR = 30.0
+"""Error of the time of an impact, in units of the rounding of a position over the duration of the shortest bounce, both in their scales.
+
+The slower an impact, the more its time depends on the rounding of the position. Measured on bounces down to rest: 8 to 23.
 """
 
 MIN_STEP_TOLERANCE = 1e-15
@@ -305,6 +313,9 @@ class CertifiedRunner(Runner):
             scales = result.observables.scales
             names = [*result.observables.readings, *map(name_of_rate, result.observables.rates)]
             certified = self._with_least_errors(certified, {name: passage_error * scales[name] for name in names})
+        if bounce := self._shortest_bounce(result):
+            rounding = BOUNCE_ROUNDING_FACTOR * float(np.finfo(np.float64).eps) * self.evaluator.time_scale / bounce
+            certified = self._with_least_errors(certified, {EVENT_TIMES: rounding * self.evaluator.time_scale})
         certified = self._with_energy_check(self._with_rounding(certified, coarse.n_steps))
         n_missing = result.n_reached - finer.n_reached
         # Runs that both end early may do so on either side of a reported time.
@@ -327,8 +338,17 @@ class CertifiedRunner(Runner):
         amplification = motion_rate * float(run.plan.steps.singular_amplification[0])
         return SINGULAR_PASSAGE_SAFETY_FACTOR * self.singular_violation * amplification
 
+    def _shortest_bounce(self, result: RunResult) -> float:
+        """Return the shortest time (s) between two impacts of one contact; 0 without such impacts."""
+        impacts: dict[str, list[float]] = {}
+        for event in result.contact_events:
+            if event.kind is EventKind.IMPACT:
+                impacts.setdefault(event.subject, []).append(event.time)
+        bounces = [end - start for times in impacts.values() for start, end in pairwise(times) if end > start]
+        return min(bounces, default=0.0)
+
     def _with_least_errors(self, result: RunResult, least_errors: Mapping[str, float]) -> RunResult:
-        """Return a result whose errors of readings and rates are at least the given ones (SI)."""
+        """Return a result whose errors of readings, rates and event times are at least the given ones (SI)."""
         errors = {name: max(error, least_errors.get(name, 0.0)) for name, error in result.reading_errors.items()}
         estimate = max(result.error_estimate or 0.0, self.evaluator.to_relative_error(errors, result.observables))
         return replace(result, reading_errors=errors, error_estimate=estimate)

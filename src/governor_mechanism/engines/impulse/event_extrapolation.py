@@ -12,6 +12,9 @@ from governor_mechanism.types import BoolArray, FloatArray
 MIN_EVENT_TIME_ERROR_RATIO = 0.05
 """Smallest error of an extrapolated time relative to the difference of the last two runs: a closer agreement can be chance."""
 
+SAME_STEP_TOLERANCE, SAME_STEP_ERROR_RATIO = 1e-9, 0.01
+"""Relative difference up to which runs have reached an event by the same step, and the error of such a step relative to its length."""
+
 
 @dataclass(frozen=True)
 class ExtrapolatedEvents:
@@ -34,8 +37,11 @@ class ExtrapolatedEvents:
         return max((high - low for low, high in self.extrapolation_intervals if are_in_intervals(times, [(low, high)]).any()), default=0.0)
 
 
-def extrapolate_events(event_logs: Sequence[Sequence[Event]], end_time: float) -> ExtrapolatedEvents:
-    """Extrapolate each event of the last log from the nearest events of its kind in the other logs, up to `end_time` (s)."""
+def extrapolate_events(event_logs: Sequence[Sequence[Event]], end_time: float, first_step: float) -> ExtrapolatedEvents:
+    """Extrapolate each event of the last log from the nearest events of its kind in the other logs, up to `end_time` (s).
+
+    An event within the first step (s) of all runs is reached by one step of the same length in each: their agreement says nothing.
+    """
     finest, time_error = event_logs[-1], 0.0
     events, impact_intervals, extrapolation_intervals = [], [], []
     for event in finest:
@@ -48,6 +54,8 @@ def extrapolate_events(event_logs: Sequence[Sequence[Event]], end_time: float) -
         if event.kind == EventKind.IMPACT:
             impact_intervals.append((min(known), max(known)))
             extrapolation_intervals.append((min(event.time, best_time), max(event.time, best_time)))
+        if len(known) > 1 and event.time < first_step and max(known) - min(known) <= SAME_STEP_TOLERANCE * event.time:
+            time_error = max(time_error, SAME_STEP_ERROR_RATIO * event.time)
         if len(extrapolated) > 1:
             time_error = max(time_error, abs(extrapolated[-1] - extrapolated[-2]), MIN_EVENT_TIME_ERROR_RATIO * abs(known[-1] - known[-2]))
     for event in chain.from_iterable(log for log in event_logs if len(log) != len(finest)):

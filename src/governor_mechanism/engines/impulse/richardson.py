@@ -18,8 +18,10 @@ from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.engines.impulse.work_budget import WorkBudget
 from governor_mechanism.engines.initial_state import part_initial_state
+from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import compute_inverse_dynamics
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, has_contacts
+from governor_mechanism.mechanics.dynamics.forces.loads import has_kinks
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.hermite import quintic_hermite
@@ -45,15 +47,16 @@ MAX_STAGNANT_LEVELS = 1
 EVENT_METHOD_NAME = "second order, restarted at every event"
 """Name of the method for a scene with contacts."""
 
-ERROR_TO_DIFFERENCE_RATIO = 1.4
-"""Bound of the error of extrapolated runs relative to the difference from those with twice their steps.
+ERROR_TO_DIFFERENCE_RATIO, CUSTOM_ERROR_TO_DIFFERENCE_RATIO = 1.4, 2.0
+"""Bound of the error of extrapolated runs relative to the difference from those with twice their steps, and in mechanisms of a user's own.
 
 Where the order of 3 holds, the error is a seventh of the difference. With long steps it falls less from one level to the next; the bound
-holds as far as it falls to 0.58.
+holds as far as it falls to 0.58. Mechanisms of a user's own may have several degrees of freedom and pass singular configurations: there it
+holds as far as it falls to two thirds.
 """
 
 CONTACT_ERROR_TO_DIFFERENCE_RATIO, TRUSTED_EVENT_DECREASE = 3.0, 2.5
-"""The same bound in scenes with contacts, and the factor by which differences of event times may fall when the steps are halved.
+"""The same bound in scenes with contacts or kinks, and the factor by which differences of event times may fall when the steps are halved.
 
 Both fall irregularly there, dry friction at reversals above all: a small difference may be chance.
 """
@@ -151,7 +154,9 @@ class RichardsonRefinement(Runner):
         events = ExtrapolatedEvents()
         if self.has_contacts and count:
             last = float(self.grid.monitor_times[count - 1])
-            events = extrapolate_events([[event for event in solution.events if event.time <= last] for solution in solutions], last)
+            first_step = float(self.grid.monitor_times[1] / self.grid.min_steps[0]) / 2 ** levels[-1]
+            logs = [[event for event in solution.events if event.time <= last] for solution in solutions]
+            events = extrapolate_events(logs, last, first_step)
         extrapolated = [solution.states.at(slice(count)) for solution in solutions]
         if len(extrapolated) > 1:  # between the impact times of two runs there is nothing to extrapolate
             between_impacts = are_in_intervals(extrapolated[-1].times, events.impact_intervals)
@@ -194,6 +199,14 @@ class RichardsonRefinement(Runner):
         estimate = max(result.error_estimate or 0.0, min(end.exit_time_error / self.evaluator.time_scale, UNKNOWN_EXIT_ERROR))
         return replace(result, error_estimate=estimate)
 
+    @property
+    def _error_ratio(self) -> float:
+        """Return the bound of the error relative to the difference of two levels."""
+        if self.has_contacts or has_kinks(self.scene):
+            return CONTACT_ERROR_TO_DIFFERENCE_RATIO
+        is_custom = any(part.machine == CUSTOM_MACHINE for part in self.scene.parts)
+        return CUSTOM_ERROR_TO_DIFFERENCE_RATIO if is_custom else ERROR_TO_DIFFERENCE_RATIO
+
     def _trust_event_times(self, level: int, difference: float) -> float:
         """Return the difference (s) of event times at a level, but no less than the order of 2 makes of that at a coarser level."""
         coarser = [(one, self._event_differences[one]) for one in self._event_differences if one < level]
@@ -207,9 +220,8 @@ class RichardsonRefinement(Runner):
         is_near_event = are_in_intervals(times, [(event.time - tolerance, event.time + tolerance) for event in events.events])
         time_error = max(events.time_error, events.wrong_side_error(times[~is_near_event]))
         time_error = self._trust_event_times(level, time_error)
-        ratio = CONTACT_ERROR_TO_DIFFERENCE_RATIO if self.has_contacts else ERROR_TO_DIFFERENCE_RATIO
         coarse_result = replace(result, reported_states=coarse, observables=self.evaluator.evaluate(coarse))
-        return self.with_error_estimate(result, coarse_result, is_near_event, time_error, ratio)
+        return self.with_error_estimate(result, coarse_result, is_near_event, time_error, self._error_ratio)
 
     def complete_result(self, best: RunResult) -> RunResult:
         """Add the work that the runs do not integrate."""
