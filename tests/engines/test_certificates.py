@@ -24,6 +24,7 @@ from certificate_checks import (
     references_of,
 )
 from certificate_groups import format_groups, group_checks, load_checks, save_checks, summarise
+from chain_mechanisms import four_bar_chain
 from documentation_pages import ROOT
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.clearance import Clearance
@@ -239,3 +240,28 @@ def test_states_that_no_comparison_run_reaches_are_not_claimed(monkeypatch, n_ke
     assert run.outcome is Outcome.ACCURACY_MISSED
     assert run.error_estimate >= 1.0
     assert "stuck" in run.message
+
+
+# --- bounds that no pair of runs shows ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("loops", [2, 5, 10])
+def test_chains_that_pass_the_line_of_all_their_bars_are_within_their_estimates(loops):
+    """IFToMM A02 over 10 s, 14 passages: each adds an error by chance, which two runs may share."""
+    scene = four_bar_chain(loops, duration=10.0, output_interval=0.5)
+    stiffness = 9.81 * ((loops + 1) / np.longdouble(2) + loops) / ((loops + 1) / np.longdouble(3) + loops)
+    start, rate = np.arctan2(np.longdouble(1), np.longdouble(0)), np.longdouble(-1)
+    expected = exact_motions.pendulum_motion(stiffness, start, rate, np.arange(0.0, 10.25, 0.5, dtype=np.longdouble))[0].astype(float)
+    for accuracy in (1e-6, 1e-9):
+        run = MultibodyEngine().run(scene, accuracy=accuracy)
+        error = np.max(np.abs(run.readings["crank_angle"] - expected))
+        assert run.outcome is Outcome.DONE, run.message
+        assert error <= run.reading_errors["crank_angle"] <= run.error_estimate <= accuracy
+
+
+def test_the_estimate_of_bounces_down_to_rest_covers_the_rounding_of_their_times():
+    scene = draw_study_scene("extended arms", 1, SEED).scene
+    run = MultibodyEngine(max_steps=20_000).run(scene, accuracy=1e-8)
+    impacts = [event.time for event in run.events if event.kind == "strikes its stop"]
+    shortest = np.min(np.diff(impacts)) / run.scales["event times"]
+    assert run.reading_errors["event times"] / run.scales["event times"] >= 10 * np.finfo(float).eps / shortest

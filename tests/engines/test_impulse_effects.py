@@ -27,8 +27,9 @@ from governor_mechanism.model.part import FIXED_PLANE, Part, Spindle, Start
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.observables.error_scales import EVENT_TIMES
 from governor_scenes import PORTER, governor_scene, random_governor
-from random_scenes import draw_scene
+from random_scenes import draw_scene, draw_study_scene
 
 SPRING = OutputSpring(reading="sleeve_lift", rate=800.0, preload=20.0, zero=0.1)
 ARM_SPRING = OutputSpring(reading="arm_angle", rate=20.0, zero=0.6)
@@ -305,10 +306,25 @@ def test_the_plain_scheme_has_no_friction():
 def test_a_time_between_the_last_impact_and_the_extrapolated_one_is_on_the_wrong_side():
     """Runs with impacts at 1 - h^2 extrapolate to 1; the last run is past its impact just before that time."""
     event_logs = [[Event(time=1 - h**2, kind="strikes its stop", subject="displacement")] for h in (0.04, 0.02, 0.01)]
-    extrapolated = extrapolate_events(event_logs, 2.0)
+    extrapolated = extrapolate_events(event_logs, 2.0, first_step=0.0)
     assert extrapolated.events[0].time == pytest.approx(1.0, abs=1e-12)
     assert extrapolated.wrong_side_error(np.array([0.9998, 1.1])) == 0.0
     assert extrapolated.wrong_side_error(np.array([0.9998, 0.99995, 1.1])) == pytest.approx(1e-4)
+
+
+def test_runs_that_reach_an_event_by_the_same_first_step_do_not_confirm_it():
+    event_logs = [[Event(time=0.5, kind="strikes its stop", subject="displacement")]] * 3
+    assert extrapolate_events(event_logs, 2.0, first_step=1.0).time_error == pytest.approx(0.005)
+    assert extrapolate_events(event_logs, 2.0, first_step=0.4).time_error == 0.0  # reached by steps of different length
+
+
+def test_an_impact_within_the_first_step_is_within_its_estimate():
+    """A crank that starts 1e-4 rad before its stop: the runs of every level reach it by one step of the same length."""
+    scene = draw_study_scene("four-bar", 5, 20261124).scene
+    (expected,) = [event.time for event in gm.run(scene, "reduced", accuracy=1e-11).events if event.kind == "strikes its stop"]
+    run = ImpulseEngine(max_steps=20_000).run(scene, accuracy=1e-2)
+    (found,) = [event.time for event in run.events if event.kind == "strikes its stop"]
+    assert 1e-6 < abs(found - expected) <= run.reading_errors[EVENT_TIMES]
 
 
 def test_a_driven_reversal_is_not_reported_as_stick():
