@@ -83,7 +83,8 @@ def main() -> int:
         chosen = {(machine, engine) for machine in arguments.machine for engine in arguments.engine}
         if not arguments.resume:
             kept = [one for one in kept if (one.machine, one.engine) not in chosen]
-        kept = run_study(arguments, kept)
+        run_study(arguments, kept)
+        kept = load_checks(arguments.table)  # with the digits that are stated, and that --print sees
     checks = sorted(kept, key=lambda one: (list(STUDY_MACHINES).index(one.machine), one.engine, one.number, one.accuracy))
     groups = group_checks(checks)
     print(format_groups(groups), end="\n\n")
