@@ -83,7 +83,7 @@ class BoundedDenseOutput:
                 "times of events there are interpolated"
             )
         if self._is_exhausted:
-            notes.append("so many events lie between the samples of this run that times of some are interpolated; shorten the run")
+            notes.append("events lie closer together than the samples of this run: the times of some are interpolated; shorten the run")
         return tuple(notes)
 
 
