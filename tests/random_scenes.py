@@ -120,6 +120,9 @@ def draw_stops(random: Random, site: EffectSite, _: float) -> Effect:
     )
 
 
+READINGS_OF_NO_LINE = ("rod_angle",)
+"""Readings along which one engine cannot hold friction: the force does not act along one line between two bodies."""
+
 EFFECT_GENERATORS = (draw_friction, draw_dashpot, draw_spring, draw_stops)
 EFFECT_COUNTS = (0, 0, 1, 1, 2, 3)
 """Of effects along readings: a third of the scenes have none."""
@@ -133,7 +136,9 @@ def add_random_effects(random: Random, scene: Scene) -> Scene:
     # A stop against a drive is no motion: the run ends there.
     kinds = EFFECT_GENERATORS[:-1] if PositionSolver(scene.part.mechanism).equations.is_driven.any() else EFFECT_GENERATORS
     order = random.permutation(len(kinds))
-    made = [kinds[k](random, draw_choice(random, where), scene.run.duration) for k in order]
+    held = [site for site in where if site.name not in READINGS_OF_NO_LINE] or where
+    sites = {draw_friction: held}
+    made = [kinds[k](random, draw_choice(random, sites.get(kinds[k], where)), scene.run.duration) for k in order]
     return scene.with_changes(effects=(*scene.effects, *made[: draw_choice(random, EFFECT_COUNTS)]))
 
 

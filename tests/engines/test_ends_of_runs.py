@@ -9,10 +9,13 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines.multibody.engine import MultibodyEngine
+from governor_mechanism.engines.multibody.run import ExplicitRun
+from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables import run_result
 from governor_mechanism.observables.sampled_motion import BoundedDenseOutput
+from random_scenes import draw_study_scene
 
 ENGINES = ("reduced", "multibody", "impulse")
 
@@ -289,3 +292,22 @@ accuracy = 1e-6
     assert run.outcome is Outcome.STEP_LIMIT
     assert "decays within 3e-08 s" in run.message  # 1e-7 kg / (4 N s/m)
     assert "give the body no mass" in run.message
+
+
+def test_an_exit_beside_a_singular_configuration_is_found_in_a_few_steps(monkeypatch):
+    """The search for the time of the exit tries times at which the links would be in line, where steps become as small as they can."""
+    steps: list[int] = []
+    integrate = ExplicitRun.integrate
+
+    def count_steps(self, end):
+        status = integrate(self, end)
+        steps.append(int(self.counts[StepCounter.ACCEPTED] + self.counts[StepCounter.REJECTED]))
+        return status
+
+    monkeypatch.setattr(ExplicitRun, "integrate", count_steps)
+    scene = draw_study_scene("uncrossed links", 5, 20261124).scene
+    runs = [gm.run(scene, engine, accuracy=1e-8) for engine in ("reduced", "multibody")]
+    assert [run.outcome for run in runs] == [Outcome.LEFT_RANGE] * 2
+    np.testing.assert_array_equal(runs[0].times, runs[1].times)
+    assert exit_time(runs[0]) == pytest.approx(exit_time(runs[1]), abs=1e-5)
+    assert max(steps) <= 500

@@ -105,11 +105,16 @@ class ContactModeTracker:
             if direction := self._release_direction(k, float(end.rates_after_kick[self.contact_outputs[k]])):
                 kind = EventKind.SEPARATION if constraint.stop_side else EventKind.SLIP
                 event_function = partial(self._leave_value, k, direction) if constraint.stop_side else partial(self._friction_excess, k)
-                detected.append(DetectedEvent(kind, k, event_function, -1.0, direction))
+                detected.append(DetectedEvent(kind, k, event_function, direction))
+        closed_end: StepState | None = None
         for crossing in self._crossings:
             value = crossing(end)
+            if value <= 0.0 < 2.0 * value - crossing(self._stepper.state):
+                # It is near: the gap of the joints, which grows with the step, must not hide an event up to the next one.
+                closed_end = closed_end or self._stepper.with_closed_joints(end)
+                value = crossing(closed_end)
             if value > 0.0 or (value == 0.0 and crossing.kind is EventKind.STICK):
-                detected.append(DetectedEvent(crossing.kind, crossing.index, crossing, crossing(self._stepper.state), int(crossing.sign)))
+                detected.append(DetectedEvent(crossing.kind, crossing.index, crossing, int(crossing.sign)))
         return detected
 
     def _release_direction(self, k: int, rate: float) -> int:

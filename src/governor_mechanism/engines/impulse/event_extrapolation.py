@@ -21,13 +21,14 @@ class ExtrapolatedEvents:
     """Events at their extrapolated times, and the largest error of these times.
 
     `impact_intervals` (s) contain the time of each impact in all runs; `extrapolation_intervals` (s) lie between the time of each impact in
-    the last run and its extrapolated time. `time_error` is in seconds.
+    the last run and its extrapolated time. `time_error` is in seconds; `is_matched` states whether all runs have the same events.
     """
 
     events: tuple[Event, ...] = ()
     impact_intervals: tuple[tuple[float, float], ...] = ()
     extrapolation_intervals: tuple[tuple[float, float], ...] = ()
     time_error: float = 0.0
+    is_matched: bool = True
 
     def wrong_side_error(self, times: FloatArray) -> float:
         """Return the largest impact-time error (s) of the last run whose interval contains one of the times (n,) s.
@@ -37,17 +38,20 @@ class ExtrapolatedEvents:
         return max((high - low for low, high in self.extrapolation_intervals if are_in_intervals(times, [(low, high)]).any()), default=0.0)
 
 
-def extrapolate_events(event_logs: Sequence[Sequence[Event]], end_time: float, first_step: float) -> ExtrapolatedEvents:
+def extrapolate_events(
+    event_logs: Sequence[Sequence[Event]], end_time: float, first_step: float, min_error_ratio: float = MIN_EVENT_TIME_ERROR_RATIO
+) -> ExtrapolatedEvents:
     """Extrapolate each event of the last log from the nearest events of its kind in the other logs, up to `end_time` (s).
 
+    The error of a time is at least `min_error_ratio` of the difference of the last two runs.
     An event within the first step (s) of all runs is reached by one step of the same length in each: their agreement says nothing.
     """
-    finest, time_error = event_logs[-1], 0.0
+    finest, time_error, is_matched = event_logs[-1], 0.0, len({len(log) for log in event_logs}) == 1
     events, impact_intervals, extrapolation_intervals = [], [], []
     for event in finest:
         known = [time for log in event_logs if (time := _nearest_event_time(event, log)) is not None]
         if len(known) < len(event_logs):
-            time_error = max(time_error, end_time - event.time)
+            time_error, is_matched = max(time_error, end_time - event.time), False
         extrapolated = [fine + (fine - coarse) / 3 for coarse, fine in pairwise(known)]
         best_time = extrapolated[-1] if extrapolated else event.time
         events.append(replace(event, time=best_time))
@@ -57,11 +61,11 @@ def extrapolate_events(event_logs: Sequence[Sequence[Event]], end_time: float, f
         if len(known) > 1 and event.time < first_step and max(known) - min(known) <= SAME_STEP_TOLERANCE * event.time:
             time_error = max(time_error, SAME_STEP_ERROR_RATIO * event.time)
         if len(extrapolated) > 1:
-            time_error = max(time_error, abs(extrapolated[-1] - extrapolated[-2]), MIN_EVENT_TIME_ERROR_RATIO * abs(known[-1] - known[-2]))
+            time_error = max(time_error, abs(extrapolated[-1] - extrapolated[-2]), min_error_ratio * abs(known[-1] - known[-2]))
     for event in chain.from_iterable(log for log in event_logs if len(log) != len(finest)):
         time = _nearest_event_time(event, finest)
         time_error = max(time_error, end_time - event.time if time is None else abs(time - event.time))
-    return ExtrapolatedEvents(tuple(events), tuple(impact_intervals), tuple(extrapolation_intervals), time_error)
+    return ExtrapolatedEvents(tuple(events), tuple(impact_intervals), tuple(extrapolation_intervals), time_error, is_matched)
 
 
 def _nearest_event_time(event: Event, others: Sequence[Event]) -> float | None:

@@ -47,7 +47,7 @@ class EventDrivenStepper(StaggeredStepper):
     """
 
     def __init__(self, problem: FixedStepProblem, model: PymunkModel, level: int, h: float) -> None:
-        super().__init__(problem, model, h)
+        super().__init__(problem, model, level, h)
         self._contact_tracker = ContactModeTracker(problem, self)
         self._steps_per_bounce = problem.settings.min_steps_per_bounce << level
         self._bounce_step, self._bounce_end = 0.0, -math.inf
@@ -143,9 +143,12 @@ class EventDrivenStepper(StaggeredStepper):
         constraint = self._contact_tracker.constraints[event.index] if event.kind == EventKind.SLIP else None
         min_fraction = self._min_fraction(h)
 
+        # Those of forces are negative at the start: they have no value before a step.
+        initial_value = -1.0 if event.kind in (EventKind.SLIP, EventKind.SEPARATION) else event.event_function(self.state)
+
         def event_value(fraction: float) -> float:
             if fraction <= min_fraction:
-                return event.initial_value
+                return initial_value
             return event.event_function(self.take_trial_step(fraction * h, steps=1 if constraint is None else 2))
 
         held_value = None if constraint is None else constraint.held_value
@@ -164,7 +167,7 @@ class EventDrivenStepper(StaggeredStepper):
                     extrapolated_root = low - low_value * (1.0 - low) / (end_value - low_value) if end_value > low_value else 0.0
                     return min(max(extrapolated_root, min_fraction) + RELEASE_DELAY_FRACTION, low)
                 return min(1.0, float(brentq(event_value, low, 1.0, xtol=RELEASE_FRACTION_TOLERANCE, rtol=1e-15)) + RELEASE_DELAY_FRACTION)
-            if event.initial_value > -RELEASE_SEARCH_START * end_value:
+            if initial_value > -RELEASE_SEARCH_START * end_value:
                 # The step starts at the last event: find a time at which the event function is negative again.
                 low = next((fraction for fraction in 0.5 ** np.arange(1, 30) if event_value(fraction) < 0.0), -1.0)
                 if low < 0.0:

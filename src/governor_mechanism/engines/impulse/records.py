@@ -110,11 +110,10 @@ class OutputCrossing:
 class DetectedEvent:
     """An event within a step, of the contact or one-sided spring `index`; its event function is zero at the event.
 
-    `initial_value` is the event function at the start of the step; `direction` is the sign of the motion after the event.
+    `direction` is the sign of the motion after the event.
     """
 
     kind: EventKind
     index: int
     event_function: Callable[[StepState], float]
-    initial_value: float
     direction: int

@@ -9,8 +9,14 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.engines.base import Runner, RunRequest
+from governor_mechanism.engines.certificate import USELESS_ERROR
 from governor_mechanism.engines.exit_location import count_before, find_first_exit
-from governor_mechanism.engines.impulse.event_extrapolation import ExtrapolatedEvents, are_in_intervals, extrapolate_events
+from governor_mechanism.engines.impulse.event_extrapolation import (
+    MIN_EVENT_TIME_ERROR_RATIO,
+    ExtrapolatedEvents,
+    are_in_intervals,
+    extrapolate_events,
+)
 from governor_mechanism.engines.impulse.first_grid import make_first_grid
 from governor_mechanism.engines.impulse.level_runs import MAX_EXIT_DISAGREEMENT, MAX_OPEN_JOINT_HALVINGS, LevelRuns, Termination
 from governor_mechanism.engines.impulse.records import FixedStepProblem, FixedStepSolution
@@ -19,12 +25,14 @@ from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.engines.impulse.work_budget import WorkBudget
 from governor_mechanism.engines.initial_state import part_initial_state
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
+from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import compute_inverse_dynamics
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, has_contacts
 from governor_mechanism.mechanics.dynamics.forces.loads import has_kinks
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.hermite import quintic_hermite
+from governor_mechanism.observables.error_scales import EVENT_TIMES, JOINT_GAP
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult, StateHistory
 from governor_mechanism.types import BoolArray, FloatArray
@@ -47,16 +55,32 @@ MAX_STAGNANT_LEVELS = 1
 EVENT_METHOD_NAME = "second order, restarted at every event"
 """Name of the method for a scene with contacts."""
 
-ERROR_TO_DIFFERENCE_RATIO, CUSTOM_ERROR_TO_DIFFERENCE_RATIO = 1.4, 2.0
+ERROR_TO_DIFFERENCE_RATIO, CUSTOM_ERROR_TO_DIFFERENCE_RATIO = 0.6, 2.7
 """Bound of the error of extrapolated runs relative to the difference from those with twice their steps, and in mechanisms of a user's own.
 
 Where the order of 3 holds, the error is a seventh of the difference. With long steps it falls less from one level to the next; the bound
-holds as far as it falls to 0.58. Mechanisms of a user's own may have several degrees of freedom and pass singular configurations: there it
-holds as far as it falls to two thirds.
+holds as far as it falls to 0.37. Mechanisms of a user's own may have several degrees of freedom and pass singular configurations: there it
+holds as far as it falls to 0.73.
 """
 
-CONTACT_ERROR_TO_DIFFERENCE_RATIO, TRUSTED_EVENT_DECREASE = 3.0, 2.5
-"""The same bound in scenes with contacts or kinks, and the factor by which differences of event times may fall when the steps are halved.
+CONTACT_ERROR_TO_DIFFERENCE_RATIO, UNSETTLED_ERROR_TO_DIFFERENCE_RATIO = 3.0, 8.0
+"""The same bound in scenes with contacts or kinks; and there, and in mechanisms of a user's own, where runs do not show the order of 2."""
+
+MIN_SETTLED_DECREASE, UNSETTLED_DIFFERENCE = 3.0, 1e-9
+"""Decrease of the difference of poses or rates from one level to the next that shows the order of 2, which gives 4, and the difference,
+relative to their largest value, from which on that is asked for: smaller ones may be rounding.
+"""
+
+USELESS_DIFFERENCE_RATIO = 3.0
+"""Factor on an estimate from `USELESS_ERROR` on: such runs hardly resemble each other, and their difference is of the size of the error."""
+
+MIN_READING_ERROR_RATIO, FIRST_EVENT_TIME_ERROR_RATIO = 0.005, 0.2
+"""Smallest error of extrapolated readings relative to the difference of the last two runs, in scenes with contacts, where a reversal of the
+motion leaves an error that falls with no order; and of event times in the first runs, whose steps may be too long for any order.
+"""
+
+TRUSTED_EVENT_DECREASE, TRUSTED_DECREASE = 2.5, 5.0
+"""Factors by which the differences of event times, and of readings in scenes with contacts or kinks, may fall when the steps are halved.
 
 Both fall irregularly there, dry friction at reversals above all: a small difference may be chance.
 """
@@ -76,6 +100,8 @@ class RichardsonRefinement(Runner):
         self.runs, self._is_flight = LevelRuns(problem, is_complete), False
         self._event_differences: dict[int, float] = {}
         """Differences of event times (s) by level."""
+        self._reading_errors: dict[int, Mapping[str, float]] = {}
+        """Errors of the readings (SI) by level, in scenes with contacts or kinks."""
 
     def find_best(self) -> RunResult:
         """Return the result at the given step, or the best of those with shorter and shorter steps."""
@@ -110,6 +136,7 @@ class RichardsonRefinement(Runner):
                 return best, False
             finer = self.extrapolate_at_level(level)
             if not _is_improvement(finer, best):
+                best = self._with_contradiction(best, finer)
                 # Event errors do not fall monotonically with the step: allow MAX_STAGNANT_LEVELS halvings without progress.
                 stagnant_levels += 1
                 if stagnant_levels > MAX_STAGNANT_LEVELS * self.has_contacts:
@@ -119,6 +146,17 @@ class RichardsonRefinement(Runner):
             if self.runs.iterations > iterations:
                 return best, True
         return best, False
+
+    def _with_contradiction(self, best: RunResult, finer: RunResult) -> RunResult:
+        """Return the best result with an estimate of at least what events of a finer one that it does not have, or later, mean."""
+        if finer.outcome is Outcome.JOINT_OPENED or finer.n_reached < best.n_reached:
+            return best
+        times, time_tolerance = best.reported_states.times, self.request.accuracy * self.evaluator.time_scale
+        difference, _ = compare_event_logs(best.contact_events, finer.contact_events, times, time_tolerance)
+        errors = {**best.reading_errors, EVENT_TIMES: max(best.reading_errors.get(EVENT_TIMES, 0.0), difference)}
+        if not self.has_contacts:
+            return best
+        return replace(best, reading_errors=errors, error_estimate=self.evaluator.to_relative_error(errors, best.observables))
 
     def _first_closed_result(self) -> tuple[RunResult, int]:
         """Return the first result and its level; halve the step while joints open because it is too long for the speeds that occur."""
@@ -156,7 +194,8 @@ class RichardsonRefinement(Runner):
             last = float(self.grid.monitor_times[count - 1])
             first_step = float(self.grid.monitor_times[1] / self.grid.min_steps[0]) / 2 ** levels[-1]
             logs = [[event for event in solution.events if event.time <= last] for solution in solutions]
-            events = extrapolate_events(logs, last, first_step)
+            min_error_ratio = MIN_EVENT_TIME_ERROR_RATIO if level else FIRST_EVENT_TIME_ERROR_RATIO
+            events = extrapolate_events(logs, last, first_step, min_error_ratio)
         extrapolated = [solution.states.at(slice(count)) for solution in solutions]
         if len(extrapolated) > 1:  # between the impact times of two runs there is nothing to extrapolate
             between_impacts = are_in_intervals(extrapolated[-1].times, events.impact_intervals)
@@ -176,7 +215,14 @@ class RichardsonRefinement(Runner):
             reported_indices=reported_indices,
             contact_events=tuple(event for event in events.events if event.time <= self.grid.monitor_times[max(count - 1, 0)]),
         )
-        return self._with_exit_error(self._certify(result, reported[0], events, level), end) if is_certified else result
+        if not is_certified:
+            return result
+        levels_up_to_end = [solution.states.at(slice(count)) for solution in solutions]
+        error_ratio = self._choose_error_ratio(_decreases_of_differences(levels_up_to_end))
+        result = self._certify(result, reported[0], events, level, error_ratio)
+        if self.has_contacts:
+            result = self._with_least_errors(result, [states.at(reported_indices) for states in levels_up_to_end[-2:]])
+        return self._with_exit_error(result, end)
 
     def _end_at_exit(self, end: Termination, solutions: Sequence[FixedStepSolution]) -> Termination:
         """Return the end of runs at the exit of their extrapolated motion, which is located between its monitor times."""
@@ -199,29 +245,54 @@ class RichardsonRefinement(Runner):
         estimate = max(result.error_estimate or 0.0, min(end.exit_time_error / self.evaluator.time_scale, UNKNOWN_EXIT_ERROR))
         return replace(result, error_estimate=estimate)
 
-    @property
-    def _error_ratio(self) -> float:
-        """Return the bound of the error relative to the difference of two levels."""
-        if self.has_contacts or has_kinks(self.scene):
-            return CONTACT_ERROR_TO_DIFFERENCE_RATIO
-        is_custom = any(part.machine == CUSTOM_MACHINE for part in self.scene.parts)
-        return CUSTOM_ERROR_TO_DIFFERENCE_RATIO if is_custom else ERROR_TO_DIFFERENCE_RATIO
+    def _choose_error_ratio(self, decreases: Sequence[float]) -> float:
+        """Return the bound of the error relative to the difference of two levels, given by how much less the runs differ at each level."""
+        is_irregular = self.has_contacts or has_kinks(self.scene)
+        if not is_irregular and all(part.machine != CUSTOM_MACHINE for part in self.scene.parts):
+            return ERROR_TO_DIFFERENCE_RATIO
+        if min(decreases, default=math.inf) < MIN_SETTLED_DECREASE:
+            return UNSETTLED_ERROR_TO_DIFFERENCE_RATIO
+        return CONTACT_ERROR_TO_DIFFERENCE_RATIO if is_irregular else CUSTOM_ERROR_TO_DIFFERENCE_RATIO
 
     def _trust_event_times(self, level: int, difference: float) -> float:
         """Return the difference (s) of event times at a level, but no less than the order of 2 makes of that at a coarser level."""
-        coarser = [(one, self._event_differences[one]) for one in self._event_differences if one < level]
-        self._event_differences[level] = difference
-        coarser_level, coarser_difference = max(coarser, default=(level, 0.0))
-        return max(difference, coarser_difference / TRUSTED_EVENT_DECREASE ** (level - coarser_level))
+        coarser_level = max((one for one in self._event_differences if one < level), default=level)
+        coarser = self._event_differences.get(coarser_level, 0.0)
+        return max(difference, coarser / TRUSTED_EVENT_DECREASE ** (level - coarser_level))
 
-    def _certify(self, result: RunResult, coarse: StateHistory, events: ExtrapolatedEvents, level: int) -> RunResult:
+    def _trust_readings(self, result: RunResult, level: int) -> RunResult:
+        """Return a result with errors of readings that are no less than a trusted decrease makes of those at a coarser level."""
+        coarser_level = max((one for one in self._reading_errors if one < level), default=level)
+        coarser, decrease = self._reading_errors.get(coarser_level, {}), TRUSTED_DECREASE ** (level - coarser_level)
+        return self._raise_errors(result, {name: error / decrease for name, error in coarser.items()})
+
+    def _with_least_errors(self, result: RunResult, last_runs: Sequence[StateHistory]) -> RunResult:
+        """Return a result with errors of readings that are no less than a part of the difference of the last two runs."""
+        difference = self.evaluator.compare_observables(*(self.evaluator.evaluate(states) for states in last_runs))
+        return self._raise_errors(result, {name: MIN_READING_ERROR_RATIO * value for name, value in difference.items()})
+
+    def _raise_errors(self, result: RunResult, least_errors: Mapping[str, float]) -> RunResult:
+        """Return a result whose errors of readings and rates are at least the given ones (SI)."""
+        least = {name: error for name, error in least_errors.items() if name not in (EVENT_TIMES, JOINT_GAP)}
+        errors = {name: max(error, least.get(name, 0.0)) for name, error in result.reading_errors.items()}
+        return replace(result, reading_errors=errors, error_estimate=self.evaluator.to_relative_error(errors, result.observables))
+
+    def _certify(self, result: RunResult, coarse: StateHistory, events: ExtrapolatedEvents, level: int, error_ratio: float) -> RunResult:
         """Return a result with its errors, estimated by the difference from coarser extrapolated states."""
         times, tolerance = result.reported_states.times, self.request.accuracy * self.evaluator.time_scale
         is_near_event = are_in_intervals(times, [(event.time - tolerance, event.time + tolerance) for event in events.events])
-        time_error = max(events.time_error, events.wrong_side_error(times[~is_near_event]))
-        time_error = self._trust_event_times(level, time_error)
+        difference = max(events.time_error, events.wrong_side_error(times[~is_near_event]))
+        time_error = self._trust_event_times(level, difference)
         coarse_result = replace(result, reported_states=coarse, observables=self.evaluator.evaluate(coarse))
-        return self.with_error_estimate(result, coarse_result, is_near_event, time_error, self._error_ratio)
+        result = self.with_error_estimate(result, coarse_result, is_near_event, time_error, error_ratio)
+        if (result.error_estimate or 0.0) > USELESS_ERROR:
+            return self._raise_errors(result, {name: USELESS_DIFFERENCE_RATIO * error for name, error in result.reading_errors.items()})
+        if not (self.has_contacts or has_kinks(self.scene)):
+            return result
+        trusted = self._trust_readings(result, level)
+        if events.is_matched:  # else they say nothing about those at finer levels
+            self._event_differences[level], self._reading_errors[level] = difference, result.reading_errors
+        return trusted
 
     def complete_result(self, best: RunResult) -> RunResult:
         """Add the work that the runs do not integrate."""
@@ -257,6 +328,17 @@ def _is_improvement(finer: RunResult, best: RunResult) -> bool:
     if finer.outcome is Outcome.JOINT_OPENED or (finer.outcome is Outcome.STEP_LIMIT and finer.n_reached < best.n_reached):
         return False
     return (finer.error_estimate or math.inf) < (best.error_estimate or math.inf)
+
+
+def _decreases_of_differences(levels: Sequence[StateHistory]) -> list[float]:
+    """Return the factors by which poses and rates of three runs differ less from one level to the next, where that is not rounding."""
+    decreases = []
+    for name in ("poses", "velocities"):
+        values = [getattr(states, name) for states in levels]
+        before, after = [float(np.max(np.abs(fine - coarse), initial=0.0)) for coarse, fine in pairwise(values)]
+        if after > UNSETTLED_DIFFERENCE * float(np.max(np.abs(values[-1]), initial=0.0)):
+            decreases.append(before / after)
+    return decreases
 
 
 def _extrapolate(coarse: StateHistory, fine: StateHistory, error_ratio: int, keep_fine: BoolArray | None = None) -> StateHistory:

@@ -39,7 +39,7 @@ def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int, 
     model.start(*problem.start, time_inputs.start_inputs(first_h))
     time_inputs.reset(model.predict_spindle_inertia)
     contacts = problem.scene_contacts if has_contacts(problem.scene) else None
-    stepper = StaggeredStepper(problem, model, first_h) if contacts is None else EventDrivenStepper(problem, model, level, first_h)
+    stepper = StaggeredStepper(problem, model, level, first_h) if contacts is None else EventDrivenStepper(problem, model, level, first_h)
     # A stop that is struck at the start has changed the velocities.
     start = stepper.mass_centre_state() if contacts or step_counts.size else problem.start
     states, contact_modes = [(*start, 0.0, 0.0, stepper.state.dissipated_energy)], [contacts.mode] if contacts else []

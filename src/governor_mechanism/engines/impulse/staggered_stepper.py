@@ -24,12 +24,14 @@ class StaggeredStepper:
     slowly than the velocities. `n_split_steps` counts the steps that were split at events.
     """
 
-    def __init__(self, problem: FixedStepProblem, model: PymunkModel, h: float) -> None:
+    def __init__(self, problem: FixedStepProblem, model: PymunkModel, level: int, h: float) -> None:
         self.model, self.forces, self.time_inputs, self.last_h = model, model.forces, problem.time_inputs, h
         self.is_holding, self._warm_up_steps_left, self.n_split_steps = False, 0, 0
         self.path: list[tuple[float, FloatArray]] | None = None
         """Times (s) and poses (bodies, 3) of the pymunk bodies after each step, where they are asked for."""
-        self._problem, self._hold_iteration_factor, self._budget = problem, problem.settings.hold_iteration_factor, problem.budget
+        self._problem, self._budget = problem, problem.budget
+        # A bias of the holding force shows in the difference of levels with other iterations.
+        self._hold_iteration_factor = problem.settings.hold_iteration_factor << (level % 2)
         velocities = model.to_proxy_velocities(problem.start[1])
         values, rates = self.forces.output_values, self.forces.output_rates(velocities)
         self.state = StepState(0.0, model.state()[0], velocities, values, rates, problem.time_inputs.spindle, 0.0, rates, np.zeros(0))
@@ -57,7 +59,7 @@ class StaggeredStepper:
 
     def close_joints(self) -> None:
         """Close the joints; the gap that a step leaves depends on its length."""
-        self.state = self._with_closed_joints(self.state)
+        self.state = self.with_closed_joints(self.state)
 
     def mass_centre_state(self) -> tuple[FloatArray, FloatArray]:
         """Return poses and velocities (bodies, 3) of the mass centres at the present time."""
@@ -87,7 +89,7 @@ class StaggeredStepper:
         self.time_inputs.prepare_interval(time, time + h, steps, h / steps)
         for index in range(steps):
             state = self.step(self.time_inputs.step_inputs(index), time + (index + 1) * h / steps)
-        return self._with_closed_joints(state)
+        return self.with_closed_joints(state)
 
     def restart(self, h: float) -> None:
         """Restart the scheme from the present state, before a step of `h` seconds."""
@@ -127,7 +129,7 @@ class StaggeredStepper:
             dissipated_energy=state.dissipated_energy + remaining * self.forces.dissipated_power(state.rates, inputs),
         )
 
-    def _with_closed_joints(self, state: StepState) -> StepState:
+    def with_closed_joints(self, state: StepState) -> StepState:
         """Return a state with closed joints and compatible velocities."""
         centre_poses, centre_velocities = self.model.to_mass_centres(state.poses, state.velocities)
         (poses,), (velocities,) = self._problem.projector.project(

@@ -55,6 +55,11 @@ MIN_IMPLICIT_STEPS = 100
 STIFF_STEP_RATIO = 0.2
 """Step relative to the largest stable one from which stability limits it: error control wavers about that limit."""
 
+NO_TIMES = np.empty(0)
+
+MAX_EXIT_STEPS = 400
+"""Step limit from the start of the step in which the motion ends to a time within it: many only beside a singular configuration."""
+
 EXCURSION_SAMPLES = 33
 """Samples of a step in which a turning point near a limit is looked for: cubics between them are good to 1e-8 of the change within it."""
 
@@ -312,13 +317,14 @@ class ConstrainedIntegrator:
     def find_excursion(self, step: LastStep, tolerance: float) -> LastStep | None:
         """Return a step up to where a reading is farthest beyond a limit, or None if that is within the accuracy."""
         times = np.linspace(step.start, step.outside, EXCURSION_SAMPLES)
-        run = self._start_from(step.start, step.state, None, tolerance, times)  # the present contact mode is that of the step
+        # The present contact mode is that of the step.
+        run = self._start_from(step.start, step.state, None, tolerance, MAX_EXIT_STEPS, times)
         run.integrate_smoothly(step.outside)
         history = self.state_history(run.states[: run.n_filled], times[: run.n_filled])
         excursion = find_first_excursion(self.scene.mechanism, history, np.zeros(0), self.accuracy)
         if excursion is None:
             return None
-        peak = self._start_from(step.start, step.state, None, tolerance, np.empty(0))
+        peak = self._start_from(step.start, step.state, None, tolerance, MAX_EXIT_STEPS)
         peak.integrate_smoothly(excursion.time)
         return replace(step, outside=excursion.time, outside_state=peak.state)
 
@@ -326,24 +332,30 @@ class ConstrainedIntegrator:
         """Return the state at a time (s) after sample k of `sample_run`, or None if the integration fails; limits do not end it."""
         last, n_times, modes = integration.exit_step, len(integration.states), integration.contact_modes
         if last is not None and last.start <= time:
-            start, state, mode = last.start, last.state, last.contact_mode
+            start, state, mode, max_steps = last.start, last.state, last.contact_mode, MAX_EXIT_STEPS
         else:
-            k = min(k, n_times - 1)
+            k, max_steps = min(k, n_times - 1), self.max_steps
             start, state, mode = float(self.time_grid.monitor_times[k]), integration.states[k], modes[k] if modes else None
         if self.is_stiff:
             end_state = state.copy()
-            implicit, limits = (self._make_implicit_integrator(), RadauLimits(tolerance, time - start or 1.0, self.max_steps))
+            implicit, limits = (self._make_implicit_integrator(), RadauLimits(tolerance, time - start or 1.0, max_steps))
             outputs = np.empty(0), end_state, limits, np.empty((0, state.size))
             status, *_ = implicit.integrate(self.input_cubics(start), (start, time), *outputs)
         else:
-            run = self._start_from(start, state, mode, tolerance, np.empty(0))
+            run = self._start_from(start, state, mode, tolerance, max_steps)
             status, end_state = run.integrate(time), run.state
         if status not in (IntegrationStatus.DONE, IntegrationStatus.LEFT_LIMITS):
             return None
         return self.state_history(end_state[np.newaxis], np.array([time]))
 
     def _start_from(
-        self, start: float, state: FloatArray, mode: ContactMode | None, tolerance: float, output_times: FloatArray
+        self,
+        start: float,
+        state: FloatArray,
+        mode: ContactMode | None,
+        tolerance: float,
+        max_steps: int,
+        output_times: FloatArray = NO_TIMES,
     ) -> "ExplicitRun":
         """Return a run from a state at a time (s) in a contact mode, which no limits end."""
         contacts, state = self.scene_contacts, state.copy()
@@ -352,7 +364,7 @@ class ConstrainedIntegrator:
             if start in self.breakpoints[1:]:
                 contacts.change_mode(start, state, self.input_cubics(start))  # a state at a breakpoint has the mode before it
         max_step = self.settings.max_step_ratio * self._max_step_scale
-        limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, max_step, self.max_steps, np.inf)
+        limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, max_step, max_steps, np.inf)
         return ExplicitRun(self, limits, state, start, output_times, has_limits=False)
 
     def integrate_between(self, integration: IntegrationResult, tolerance: float, k: int, time: float) -> Motion | None:
