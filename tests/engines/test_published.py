@@ -37,7 +37,7 @@ def test_andrews_squeezer_starts_as_published(engine):
 
 def test_four_bar_chain_passes_its_singular_position():
     run = gm.run("four_bar_chain", engine="multibody", accuracy=1e-9)
-    assert run.outcome is Outcome.DONE
+    assert run.error_estimate <= 1e-8  # each passage adds an error by chance, some 1e-9 in all
     found = [run.readings["x"][-1], run.readings["y"][-1], run.rates["x"][-1], run.rates["y"][-1]]
     np.testing.assert_allclose(found, FOUR_BAR["own"], atol=1e-9)  # requirement; measured 3e-11
     np.testing.assert_allclose(found, FOUR_BAR["published"], atol=2e-6)  # its own error, 7e-7 m and 2e-6 m/s

@@ -119,7 +119,7 @@ def test_the_stiff_flyball_governor_agrees_with_its_equations_in_three_coordinat
         assert run.outcome is Outcome.DONE, accuracy
         assert run.error_estimate <= accuracy
         assert run.cost.method.startswith("stiff from t = 0 s")
-        assert run.cost.steps < 3000, accuracy  # two runs without explicit steps, which alone would be 13,000 in each
+        assert run.cost.steps < 5000, accuracy  # two or three runs without explicit steps, which alone would be 13,000 in each
         for name, exact in reference.items():
             # The reference has an error of 2e-12 relative to the largest rate, 7 rad/s.
             assert np.max(np.abs(run.readings[name] - exact)) <= run.reading_errors[name] + 1e-11, (accuracy, name)

@@ -22,7 +22,16 @@ POSITIVE_SETTINGS = {"step": "seconds", "monitor_interval": "time scales", "max_
 """Settings that are positive and finite, with their units."""
 
 MIN_COUNTS = {"max_step_halvings": 0} | dict.fromkeys(
-    ("iterations", "max_iterations", "max_steps", "max_events_per_step", "min_steps_per_bounce", "hold_iteration_factor"), 1
+    (
+        "iterations",
+        "max_iterations",
+        "max_steps",
+        "max_events_per_step",
+        "min_steps_per_bounce",
+        "restart_iteration_factor",
+        "hold_iteration_factor",
+    ),
+    1,
 )
 """Least values of the settings that are integers."""
 
@@ -61,9 +70,11 @@ class ImpulseEngine(ImpulseSettings, Engine):
         Largest mean number of contact events per step; more are chatter that does not end.
     min_steps_per_bounce
         Number of steps of a short bounce in the coarsest run.
+    restart_iteration_factor
+        Factor on the solver iterations at restarts.
     hold_iteration_factor
-        Factor on the solver iterations at restarts and while a contact is held: contact decisions use the holding force, which converges
-        more slowly than the velocities.
+        Factor on the solver iterations while a contact is held, in every second run twice as large: contact decisions use the holding
+        force, which converges more slowly than the velocities.
     max_distance_ratio
         Distance from the origin, in length scales, beyond which a body has flown away: half of what the grooves of pymunk allow.
     """

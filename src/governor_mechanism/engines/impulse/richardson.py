@@ -63,8 +63,10 @@ holds as far as it falls to 0.37. Mechanisms of a user's own may have several de
 holds as far as it falls to 0.73.
 """
 
-CONTACT_ERROR_TO_DIFFERENCE_RATIO, UNSETTLED_ERROR_TO_DIFFERENCE_RATIO = 3.0, 8.0
-"""The same bound in scenes with contacts or kinks; and there, and in mechanisms of a user's own, where runs do not show the order of 2."""
+IRREGULAR_ERROR_TO_DIFFERENCE_RATIO, UNSETTLED_ERROR_TO_DIFFERENCE_RATIO = 3.0, 8.0
+"""The same bound in scenes with contacts or kinks; and with contacts, or in mechanisms of a user's own, where runs do not show the order
+of 2.
+"""
 
 MIN_SETTLED_DECREASE, UNSETTLED_DIFFERENCE = 3.0, 1e-9
 """Decrease of the difference of poses or rates from one level to the next that shows the order of 2, which gives 4, and the difference,
@@ -80,7 +82,7 @@ motion leaves an error that falls with no order; and of event times in the first
 """
 
 TRUSTED_EVENT_DECREASE, TRUSTED_DECREASE = 2.5, 5.0
-"""Factors by which the differences of event times, and of readings in scenes with contacts or kinks, may fall when the steps are halved.
+"""Factors by which the differences of event times, and of readings in scenes with contacts, may fall when the steps are halved.
 
 Both fall irregularly there, dry friction at reversals above all: a small difference may be chance.
 """
@@ -101,7 +103,7 @@ class RichardsonRefinement(Runner):
         self._event_differences: dict[int, float] = {}
         """Differences of event times (s) by level."""
         self._reading_errors: dict[int, Mapping[str, float]] = {}
-        """Errors of the readings (SI) by level, in scenes with contacts or kinks."""
+        """Errors of the readings (SI) by level, in scenes with contacts."""
 
     def find_best(self) -> RunResult:
         """Return the result at the given step, or the best of those with shorter and shorter steps."""
@@ -247,12 +249,12 @@ class RichardsonRefinement(Runner):
 
     def _choose_error_ratio(self, decreases: Sequence[float]) -> float:
         """Return the bound of the error relative to the difference of two levels, given by how much less the runs differ at each level."""
-        is_irregular = self.has_contacts or has_kinks(self.scene)
-        if not is_irregular and all(part.machine != CUSTOM_MACHINE for part in self.scene.parts):
-            return ERROR_TO_DIFFERENCE_RATIO
-        if min(decreases, default=math.inf) < MIN_SETTLED_DECREASE:
+        is_custom = any(part.machine == CUSTOM_MACHINE for part in self.scene.parts)
+        if (self.has_contacts or is_custom) and min(decreases, default=math.inf) < MIN_SETTLED_DECREASE:
             return UNSETTLED_ERROR_TO_DIFFERENCE_RATIO
-        return CONTACT_ERROR_TO_DIFFERENCE_RATIO if is_irregular else CUSTOM_ERROR_TO_DIFFERENCE_RATIO
+        if self.has_contacts or has_kinks(self.scene):
+            return IRREGULAR_ERROR_TO_DIFFERENCE_RATIO
+        return CUSTOM_ERROR_TO_DIFFERENCE_RATIO if is_custom else ERROR_TO_DIFFERENCE_RATIO
 
     def _trust_event_times(self, level: int, difference: float) -> float:
         """Return the difference (s) of event times at a level, but no less than the order of 2 makes of that at a coarser level."""
@@ -287,7 +289,7 @@ class RichardsonRefinement(Runner):
         result = self.with_error_estimate(result, coarse_result, is_near_event, time_error, error_ratio)
         if (result.error_estimate or 0.0) > USELESS_ERROR:
             return self._raise_errors(result, {name: USELESS_DIFFERENCE_RATIO * error for name, error in result.reading_errors.items()})
-        if not (self.has_contacts or has_kinks(self.scene)):
+        if not self.has_contacts:
             return result
         trusted = self._trust_readings(result, level)
         if events.is_matched:  # else they say nothing about those at finer levels

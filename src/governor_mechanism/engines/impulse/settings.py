@@ -18,6 +18,7 @@ class ImpulseSettings:
     monitor_interval: float = 0.25
     max_events_per_step: int = 60
     min_steps_per_bounce: int = 4
+    restart_iteration_factor: int = 16
     hold_iteration_factor: int = 48
     max_distance_ratio: float = 500.0
 

@@ -30,6 +30,7 @@ class StaggeredStepper:
         self.path: list[tuple[float, FloatArray]] | None = None
         """Times (s) and poses (bodies, 3) of the pymunk bodies after each step, where they are asked for."""
         self._problem, self._budget = problem, problem.budget
+        self._restart_iteration_factor = problem.settings.restart_iteration_factor
         # A bias of the holding force shows in the difference of levels with other iterations.
         self._hold_iteration_factor = problem.settings.hold_iteration_factor << (level % 2)
         velocities = model.to_proxy_velocities(problem.start[1])
@@ -57,6 +58,11 @@ class StaggeredStepper:
         self.state = replace(self.state, poses=poses, velocities=velocities, dissipated_energy=self.forces.dissipated_energy)
         return True
 
+    @property
+    def _iteration_factor(self) -> int:
+        """Factor on the solver iterations at a restart, and while a contact is held."""
+        return self._hold_iteration_factor if self.is_holding else self._restart_iteration_factor
+
     def close_joints(self) -> None:
         """Close the joints; the gap that a step leaves depends on its length."""
         self.state = self.with_closed_joints(self.state)
@@ -69,7 +75,7 @@ class StaggeredStepper:
         """Take one step; return the state at `time` (s), without moving to it."""
         model, forces = self.model, self.forces
         self._budget.check()
-        model.set_iteration_factor(self._hold_iteration_factor if self.is_holding or self._warm_up_steps_left else 1)
+        model.set_iteration_factor(self._iteration_factor if self.is_holding or self._warm_up_steps_left else 1)
         self._warm_up_steps_left = max(self._warm_up_steps_left - 1, 0)
         velocities_before = model.step(inputs)
         poses, velocities_after = model.state()
@@ -95,7 +101,7 @@ class StaggeredStepper:
         """Restart the scheme from the present state, before a step of `h` seconds."""
         self._budget.count_interval()
         state = self.state
-        self.model.set_iteration_factor(self._hold_iteration_factor)
+        self.model.set_iteration_factor(self._iteration_factor)
         self._warm_up_steps_left = N_WARM_UP_STEPS
         inputs, self.last_h = self.time_inputs.restart_inputs(state.time, h), h
         for _ in range(N_WARM_STARTS):
