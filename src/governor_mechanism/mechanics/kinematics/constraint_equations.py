@@ -18,7 +18,7 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.numerics import elementary
 from governor_mechanism.numerics.once_per_object import once_per_object
-from governor_mechanism.types import FloatArray, IntArray, RecordArray
+from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def make_constraint_table(mechanism: Mechanism, origins: Origins | None = None) 
     for i, (_, joint, row) in enumerate(entries):
         segments = [] if row.curve is None else [make_curve_segments(row.curve)]
         n_own_segments = sum(map(len, segments))
-        drive = -1 if row.motion is None else len(motions)
+        drive = NO_INDEX if row.motion is None else len(motions)
         points = attachment_fields(mechanism, joint.first, joint.second, origins or {})
         parameters = row.parameters + (0.0,) * (constraint_kernels.N_ROW_PARAMETERS - len(row.parameters))
         table[i] = (row.kind, *points, *parameters, row.drive_scale, drive, n_segments, n_own_segments)

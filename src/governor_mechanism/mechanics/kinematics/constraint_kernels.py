@@ -50,7 +50,7 @@ CONSTRAINT_ROW_DTYPE = record_dtype(
 """One constraint row.
 
 Kind, both bodies, a point on each (m, in body axes), the parameters, the scale (m per unit of the drive), the input
-that drives it or -1, and first index and number of the segments of its guide curve.
+that drives it or NO_INDEX, and first index and number of the segments of its guide curve.
 """
 
 

@@ -24,6 +24,7 @@ from governor_mechanism.model.output_variables import (
     Reading,
 )
 from governor_mechanism.numerics import elementary
+from governor_mechanism.types import NO_INDEX
 
 OutputRowData = tuple[int, Point, Point, tuple[float, ...]]
 """Kind, first and second point, and parameters of an output row."""
@@ -102,5 +103,5 @@ def rows_of_readings(mechanism: Mechanism, readings: Sequence[Reading], origins:
     for i, reading in enumerate(readings):
         kind, first, second, parameters = _output_row_data(reading)
         points = attachment_fields(mechanism, first, second, origins)
-        table[i] = (kind, *points, *parameters, *(0.0,) * (N_ROW_PARAMETERS - len(parameters)), 1.0, -1, 0, 0)
+        table[i] = (kind, *points, *parameters, *(0.0,) * (N_ROW_PARAMETERS - len(parameters)), 1.0, NO_INDEX, 0, 0)
     return ConstraintRows(table, bodies_of_rows(table), np.zeros((0, 2)))
