@@ -16,7 +16,6 @@ from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import PrescribedMotion
-from governor_mechanism.numerics import elementary
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray
 
@@ -70,7 +69,7 @@ def _coincidence_rows() -> list[ConstraintRow]:
 
 def _direction(angle: float) -> tuple[float, float]:
     """Return the unit vector at an angle (rad)."""
-    return elementary.cos(angle), elementary.sin(angle)
+    return math.cos(angle), math.sin(angle)
 
 
 def _relative_angle_row(angle: float, length_scale: float, motion: PrescribedMotion | None = None) -> ConstraintRow:

@@ -23,7 +23,6 @@ from governor_mechanism.model.output_variables import (
     PointDistance,
     Reading,
 )
-from governor_mechanism.numerics import elementary
 from governor_mechanism.types import NO_INDEX
 
 OutputRowData = tuple[int, Point, Point, tuple[float, ...]]
@@ -55,11 +54,11 @@ def _point_coordinate_row(reading: PointCoordinate) -> OutputRowData:
     direction = reading.direction_x, reading.direction_y
     if reading.origin.body == GROUND:
         return RowKind.FIXED_DIRECTION, reading.origin, reading.point, (*direction, 0.0, 0.0, reading.zero)
-    if not math.isclose(elementary.hypot(*direction), 1.0, rel_tol=1e-12):
+    if not math.isclose(math.hypot(*direction), 1.0, rel_tol=1e-12):
         raise MechanismError(
             f"reading {reading.name!r} has a direction, relative to a body, of length {math.hypot(*direction):g}; give a unit vector"
         )
-    angle = elementary.atan2(-reading.direction_x, reading.direction_y)
+    angle = math.atan2(-reading.direction_x, reading.direction_y)
     return RowKind.BODY_NORMAL, reading.origin, reading.point, (angle, 0.0, 0.0, 0.0, reading.zero)
 
 

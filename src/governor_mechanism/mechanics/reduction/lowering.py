@@ -22,7 +22,7 @@ from governor_mechanism.mechanics.dynamics.forces.output_forces import (
 from governor_mechanism.mechanics.dynamics.system.event_functions import EVENT_FUNCTION_DTYPE, make_gas_event_functions
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.lagrangian_lowering import acts_elsewhere, lower_lagrangian
-from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, ReductionArrays
+from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays
 from governor_mechanism.mechanics.reduction.reduced_forces import (
     COORDINATE,
     N_OUTPUT_FORCE_COLUMNS,
@@ -88,7 +88,6 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
         high=high,
         full_turn=math.tau if mechanism.reading(mechanism.coordinate).quantity == "angle" else 0.0,
         is_conservative=is_steady and not scene.mechanism.force_elements and not scene.output_effects and not train.motion,
-        fit_tolerance=MIN_FIT_TOLERANCE,
     )
     loads, contacts = loads_of(scene), contacts_of(scene)
     layout = make_input_layout(scene, n_spindle_speeds=1, n_drives=0)

@@ -19,7 +19,6 @@ from governor_mechanism.model.time_functions import (
     StrokeHold,
     TableFunction,
 )
-from governor_mechanism.numerics import elementary
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray, record_dtype
 
@@ -158,7 +157,7 @@ def _function_terms(
 
 def _cosine_and_sine(harmonic: AngleHarmonic) -> tuple[float, float]:
     """Return the coefficients of the cosine and the sine of order times angle."""
-    return harmonic.amplitude * elementary.sin(harmonic.phase), harmonic.amplitude * elementary.cos(harmonic.phase)
+    return harmonic.amplitude * math.sin(harmonic.phase), harmonic.amplitude * math.cos(harmonic.phase)
 
 
 def _table_segment(table: TableFunction, segment: int) -> tuple[float, float, float]:
