@@ -90,7 +90,7 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
         is_conservative=is_steady and not scene.mechanism.force_elements and not scene.output_effects and not train.motion,
     )
     loads, contacts = loads_of(scene), contacts_of(scene)
-    layout = make_input_layout(scene, n_spindle_speeds=1, n_drives=0)
+    layout = make_input_layout(loads, contacts, n_spindle_speeds=1, n_drives=0)
     input_terms, _ = make_input_terms(all_names, [0] * len(reading_tables_of(scene)), layout, loads)
     inputs = [spindle.speed_function, *loads]
     inputs += [InputFunction()] * (layout.n_inputs - len(inputs))

@@ -1,10 +1,9 @@
 """Where the inputs of a scene stand in the one vector that all kernels read."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
-from governor_mechanism.mechanics.dynamics.forces.loads import loads_of
-from governor_mechanism.model.scene import Scene
+from governor_mechanism.mechanics.dynamics.forces.contacts import Contact
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.types import NO_INDEX
 
@@ -35,10 +34,9 @@ class InputLayout:
         return int(self.further.stop)
 
 
-def make_input_layout(scene: Scene, n_spindle_speeds: int, n_drives: int) -> InputLayout:
-    """Return the layout of the inputs of a scene in a model with a number of given spindle speeds and drives."""
-    loads = loads_of(scene)
-    has_friction = [contact.friction is not None for contact in contacts_of(scene)]
+def make_input_layout(loads: Sequence[InputFunction], contacts: Sequence[Contact], n_spindle_speeds: int, n_drives: int) -> InputLayout:
+    """Return the layout of given spindle speeds, drives and the loads of a scene, of which the last ones are friction limits."""
+    has_friction = [contact.friction is not None for contact in contacts]
     n_frictions = sum(has_friction)
     spindle_speeds = slice(0, n_spindle_speeds)
     drives = _slice_behind(spindle_speeds, n_drives)

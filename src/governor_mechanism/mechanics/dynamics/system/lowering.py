@@ -3,6 +3,7 @@
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, initial_mode
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.forces.force_elements import lower_outputs
 from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names, make_output_forces
 from governor_mechanism.mechanics.dynamics.forces.input_layout import InputLayout, make_input_layout
@@ -52,7 +53,8 @@ def given_speeds(scene: Scene) -> list[Spindle]:
 @once_per_object
 def multibody_input_layout(scene: Scene) -> InputLayout:
     """Return the layout of the inputs of a scene, of which the drives move joints and points of the ground."""
-    return make_input_layout(scene, len(given_speeds(scene)), len(make_constraint_table(scene.mechanism).motions))
+    n_drives = len(make_constraint_table(scene.mechanism).motions)
+    return make_input_layout(loads_of(scene), contacts_of(scene), len(given_speeds(scene)), n_drives)
 
 
 @once_per_object
