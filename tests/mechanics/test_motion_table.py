@@ -133,7 +133,7 @@ def test_a_table_ends_where_another_reading_reaches_its_limit(limits, side, valu
 def test_a_table_ends_at_a_turning_point_of_its_coordinate(limit):
     scene = slider_crank(coordinate="slider_x", limits=() if limit is None else (limit,))
     poses = PositionSolver(scene.mechanism).solve({"slider_x": 0.35})
-    table = MotionTable(scene, 0.35, poses, fit_tolerance=1e-6)  # pieces become narrower and narrower there
+    table = MotionTable(scene, 0.35, poses)  # pieces become narrower and narrower there
     extend_to(table, 0.0, 1.0)
     is_at_limit, message = table.end_message(1)
     assert not is_at_limit

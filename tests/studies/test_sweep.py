@@ -11,15 +11,14 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.engines.reduced.batch import ReducedBatch
-from governor_mechanism.engines.reduced.row_arrays import RecordedRows
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.render.figures.sweep import sweep_figure
 from governor_mechanism.scenes.changed_document import replace_document_value
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.sweep import workers
 from governor_mechanism.studies.sweep.parameters import MAX_SWEEP_ROWS, parse_axes
 from governor_mechanism.studies.sweep.quantities import find_reading_units
-from governor_mechanism.studies.sweep.run import SweepTask, compute_row
+from governor_mechanism.studies.sweep.run import compute_row
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 
 DOCUMENT = {
@@ -435,14 +434,14 @@ def test_large_numbers_with_a_unit_are_taken_at_their_word(scene):
 
 def test_rows_do_not_depend_on_their_company(scene, monkeypatch):
     tasks = []
-    monkeypatch.setattr("governor_mechanism.studies.sweep.run.compute_row", lambda task, *row: _noted(tasks, task, *row))
+    monkeypatch.setattr("governor_mechanism.studies.sweep.run.compute_row", lambda task, index: _noted(tasks, task, index))
     whole = gm.sweep(scene, [ARMS, MASSES], EXTREMES)
     assert [compute_row(tasks[0], index) for index in (7, 2)] == [whole.rows[7], whole.rows[2]]
 
 
-def _noted(tasks, task, *row):
+def _noted(tasks, task, index):
     tasks.append(task)
-    return compute_row(task, *row)
+    return compute_row(task, index)
 
 
 @pytest.mark.parametrize(
@@ -506,70 +505,20 @@ def test_figures_of_nothing_and_of_too_many_keys(scene, tmp_path):
         sweep_figure(empty).save(tmp_path / "empty.gif")
 
 
-PLAIN = {**DOCUMENT, "run": {"duration": "2 s", "output_interval": "10 ms", "accuracy": 1e-8, "engine": "reduced"}}
-TAKEN = ["final arm_angle", "min sleeve_lift", "max rate of ball_radius", "span rate of arm_angle", "duration"]
-
-
-def test_rows_made_together_are_those_of_single_runs(monkeypatch):
-    scene = parse_scene_document(PLAIN, "porter.toml")
-    vary = {"dimensions.arm": [0.29, 0.3, 0.33], "dimensions.sleeve_mass": [12.0, 20.0, 45.0], "spindle.speed": ["120 rpm", "-13 rad/s"]}
-    together = gm.sweep(scene, vary, TAKEN)
-    made = []
-    with monkeypatch.context() as patched:
-        patched.setattr(SweepTask, "run_together", lambda task, indices: made.extend(indices) or [None] * len(indices))
-        single = gm.sweep(scene, vary, TAKEN)
-    assert len(made) == 18  # they would have been made together
-    assert together.outcomes == single.outcomes
-    assert together.outcomes["left_range"] > 0  # a heavy sleeve falls to where arms and links stand in line
-    for one, other in zip(together.rows, single.rows, strict=True):
-        # The same steps, but along tables that are only as accurate as these need; 1e-8 asked.
-        np.testing.assert_allclose(one.numbers, other.numbers, rtol=1e-10, atol=1e-10)
-
-
-def test_rows_made_together_are_the_same_by_threads_and_in_chunks_of_any_size(tmp_path, monkeypatch):
-    scene = parse_scene_document(PLAIN, "porter.toml")
-    vary = {"dimensions.sleeve_mass": np.linspace(10.0, 90.0, 15).tolist(), "dimensions.arm": [0.29, 0.3, 0.01]}
-    with monkeypatch.context() as patched:
-        patched.setattr(workers, "_map_in_processes", None)  # threads need none
-        patched.setattr("joblib.cpu_count", lambda: 3)
-        gm.sweep(scene, vary, TAKEN, out=tmp_path / "threads", workers=3)
-        patched.setattr(workers, "MAX_CHUNK_TIME", 0.0)
-        gm.sweep(scene, vary, TAKEN, out=tmp_path / "one by one")
-    found = gm.sweep(scene, vary, TAKEN, out=tmp_path / "alone")
-    assert set(found.outcomes) == {"ok", "left_range"}
-    for folder in ("threads", "one by one"):
-        assert listing(tmp_path / folder) == listing(tmp_path / "alone")
-
-
-def test_rows_that_cannot_be_recorded_are_described_one_by_one(monkeypatch):
-    scene, vary = parse_scene_document(PLAIN, "porter.toml"), {"dimensions.arm": [0.29, 0.3, 0.33]}
-    recorded = gm.sweep(scene, vary, TAKEN)
-    monkeypatch.setattr(RecordedRows, "record", None)
-    assert list(gm.sweep(scene, vary, TAKEN).rows) == list(recorded.rows)
-
-
-def test_rows_made_together_depend_on_nothing_but_their_values():
-    scene = parse_scene_document(PLAIN, "porter.toml")
-    alone = gm.sweep(scene, {"dimensions.arm": [0.31]}, TAKEN).rows[0]
-    among = gm.sweep(scene, {"dimensions.arm": [0.29, 0.3, 0.31, 0.32]}, TAKEN).rows[2]
-    assert alone.numbers == among.numbers
-
-
-@pytest.mark.parametrize(
-    ("document", "vary", "quantities", "options"),
-    [
-        (PLAIN, {"dimensions.arm": [0.29, 0.3]}, ["max spindle_torque"], {}),
-        (PLAIN, {"dimensions.arm": [0.29, 0.3]}, TAKEN, {"certify": True}),
-        (PLAIN, {"dimensions.arm": [0.29, 0.3]}, TAKEN, {"engine": "multibody"}),
-        (replace_document_value(PLAIN, "effects.dashpot", {"sleeve": "20 N s/m"}), {"dimensions.arm": [0.29, 0.3]}, TAKEN, {}),
-        (replace_document_value(PLAIN, "start.arm_angle", "equilibrium"), {"dimensions.arm": [0.29, 0.3]}, TAKEN, {}),
-    ],
-    ids=["torque", "certified", "multibody", "brake", "equilibrium"],
-)
-def test_other_sweeps_make_their_rows_one_by_one(monkeypatch, document, vary, quantities, options):
-    made = []
-    for name in ("run", "run_recorded"):
-        monkeypatch.setattr(ReducedBatch, name, lambda *arguments: made.append(arguments))
-    found = gm.sweep(parse_scene_document(document, "porter.toml"), vary, quantities, **options)
-    assert found.ok
-    assert not made
+def test_every_row_is_the_run_of_its_scene_without_certificate():
+    """To the last digit, also of rows that end early."""
+    document = DOCUMENT | {"run": {"duration": "0.5 s", "output_interval": "10 ms", "accuracy": 1e-8, "engine": "reduced"}}
+    vary = {"dimensions.arm": [0.29, 0.33], "dimensions.sleeve_mass": [12.0, 45.0, 90.0], "spindle.speed": ["120 rpm", "-13 rad/s"]}
+    taken = ["final arm_angle", "min sleeve_lift", "max rate of ball_radius", "max spindle_torque", "duration"]
+    found = gm.sweep(parse_scene_document(document, "porter.toml"), vary, taken)
+    assert set(found.outcomes) == {"ok", "left_range"}  # a heavy sleeve falls to where arms and links stand in line
+    for row in found.rows:
+        arm, mass, speed = found.values_at(row.index)
+        dimensions = document["dimensions"] | {"arm": arm, "sleeve_mass": mass}
+        run = gm.run(parse_scene_document(document | {"dimensions": dimensions, "spindle": {"speed": speed}}), certify=False)
+        angle, lift, torque = (run.readings[name] for name in ("arm_angle", "sleeve_lift", "spindle_torque"))
+        numbers = [angle[-1], lift.min(), run.rates["ball_radius"].max(), torque.max()]
+        has_final_values = run.outcome is Outcome.NOT_CERTIFIED
+        assert row.outcome == ("ok" if has_final_values else run.outcome.name.lower())
+        assert row.message == ("" if has_final_values else run.message)
+        np.testing.assert_array_equal(row.numbers, [*(numbers if has_final_values else [math.nan] * 4), run.times[-1]])

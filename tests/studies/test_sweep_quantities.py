@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.special import ellipk
 
 import governor_mechanism as gm
-from governor_mechanism.engines.reduced.batch import UncertifiedResult
-from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.studies.sweep.default_quantities import choose_quantities
 from governor_mechanism.studies.sweep.oscillation import ReadingSamples, find_turning_points, mean_value
 from governor_mechanism.studies.sweep.quantities import parse_quantities
@@ -80,7 +79,8 @@ def test_a_damped_governor_settles_at_its_equilibrium():
 
 
 def turning(angles, speeds, times):
-    return RunNumbers(UncertifiedResult(times, {"crank": angles}, {"crank": speeds}, Outcome.NOT_CERTIFIED, ""))
+    scene = gm.load("slider_crank_torque")
+    return RunNumbers(SimpleNamespace(scene=scene, times=times, readings={"crank": angles}, rates={"crank": speeds}))
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])

@@ -15,7 +15,6 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Limit, PointCoordinate
 from governor_mechanism.model.part import EQUILIBRIUM, TURNING_PLANE
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
-from governor_mechanism.numerics import elementary
 from governor_mechanism.types import Vector2
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 
@@ -204,7 +203,7 @@ def unsupported_effect_messages(machine: str, effects: Iterable[Effect], support
 
 def rotate_point(x: float, y: float, angle: float) -> Vector2:
     """Rotate a point about the origin (m, rad)."""
-    cosine, sine = elementary.cos(angle), elementary.sin(angle)
+    cosine, sine = math.cos(angle), math.sin(angle)
     return cosine * x - sine * y, sine * x + cosine * y
 
 

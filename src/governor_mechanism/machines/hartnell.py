@@ -15,7 +15,6 @@ from governor_mechanism.machines.base import dimension_field, optional_field, x_
 from governor_mechanism.model.joints import GROUND, Gear, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit, LineAngle, Reading, StaticForce
-from governor_mechanism.numerics import elementary
 from governor_mechanism.types import Vector2
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
@@ -68,24 +67,24 @@ class HartnellGovernor(base.Machine):
     def ball_position(self, arm_angle: float) -> Vector2:
         """Return the distance of the right ball from the axis and its height above the pivot at an arm angle (rad), m."""
         arm = self.ball_arm
-        return self.pivot_radius + arm * elementary.sin(arm_angle), arm * elementary.cos(arm_angle)
+        return self.pivot_radius + arm * math.sin(arm_angle), arm * math.cos(arm_angle)
 
     def roller_position(self, arm_angle: float) -> Vector2:
         """Return the distance of the right roller from the axis and its height above the pivot at an arm angle (rad), m."""
         angle = self.bell_crank_angle - arm_angle
-        return self.pivot_radius - self.sleeve_arm * elementary.sin(angle), self.sleeve_arm * elementary.cos(angle)
+        return self.pivot_radius - self.sleeve_arm * math.sin(angle), self.sleeve_arm * math.cos(angle)
 
     @property
     def zero_lift_angle(self) -> float:
         """Arm angle at zero lift, rad."""
-        return 0.0 if self.inner_radius is None else elementary.asin((self.inner_radius - self.pivot_radius) / self.ball_arm)
+        return 0.0 if self.inner_radius is None else math.asin((self.inner_radius - self.pivot_radius) / self.ball_arm)
 
     def travel_limit(self) -> Limit:
         """Return the range of the arm angle, and what happens at its ends."""
         level, roller = "the arms of the balls are horizontal (dead centre)", "the rollers are below or above their pivots (dead centre)"
         low, low_message = max((-math.pi / 2, level), (self.bell_crank_angle - math.pi, roller))
         if self.pivot_radius < self.ball_arm:
-            meeting_angle = -elementary.asin(self.pivot_radius / self.ball_arm)
+            meeting_angle = -math.asin(self.pivot_radius / self.ball_arm)
             low, low_message = max((low, low_message), (meeting_angle, "the balls meet on the spindle axis"))
         high, high_message = min((math.pi / 2, level), (self.bell_crank_angle, roller))
         return Limit(reading="arm_angle", low=low, high=high, low_message=low_message, high_message=high_message)
@@ -139,7 +138,7 @@ class HartnellGovernor(base.Machine):
 
     def _roller(self, name: str) -> Point:
         angle, arm = self.bell_crank_angle, self.sleeve_arm
-        return Point(body=name, x=-SIDE_SIGNS[name] * arm * elementary.sin(angle), y=arm * elementary.cos(angle) - self.ball_arm)
+        return Point(body=name, x=-SIDE_SIGNS[name] * arm * math.sin(angle), y=arm * math.cos(angle) - self.ball_arm)
 
     def start_problems(self, values: Mapping[str, float | str]) -> tuple[str, ...]:
         """Return a sentence about a start angle outside the travel."""

@@ -1,10 +1,10 @@
 """Mass, mass centre and second moments of rigid bodies that consist of rods, balls and blocks."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from governor_mechanism.model.mechanism import SecondMoments
-from governor_mechanism.numerics import elementary
 from governor_mechanism.types import Vector2
 
 
@@ -36,8 +36,8 @@ def slender_rod(mass: float, end: Vector2) -> MassElement:
 
 def thin_arc(mass: float, radius: float, half_angle: float) -> MassElement:
     """Return a thin uniform arc (kg) about the origin (m), symmetric about the direction of -x, from -half_angle to half_angle (rad)."""
-    centre = -radius * elementary.sin(half_angle) / half_angle
-    half_mean_square, variation = 0.5 * radius**2, radius**2 * elementary.sin(2 * half_angle) / (4 * half_angle)
+    centre = -radius * math.sin(half_angle) / half_angle
+    half_mean_square, variation = 0.5 * radius**2, radius**2 * math.sin(2 * half_angle) / (4 * half_angle)
     along, across = half_mean_square + variation - centre**2, half_mean_square - variation
     return MassElement(mass=mass, centre=(centre, 0.0), moments=SecondMoments(xx=mass * along, yy=mass * across))
 

@@ -15,7 +15,6 @@ from governor_mechanism.machines.base import dimension_field, optional_field, x_
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit, LineAngle, StaticForce
-from governor_mechanism.numerics import elementary
 from governor_mechanism.types import Vector2
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
@@ -87,26 +86,26 @@ class ProellGovernor(base.Machine):
     def bend(self) -> float:
         """Angle of the extension from the line of the lower arm, positive outward, rad."""
         if self.upright_radius is not None:
-            return -elementary.asin((self.upright_radius - self.lug_distance) / self.link_length)
+            return -math.asin((self.upright_radius - self.lug_distance) / self.link_length)
         return self.extension_angle or 0.0
 
     def joint_position(self, arm_angle: float) -> Vector2:
         """Return the distance of the right joint from the axis and its height above the suspension at an arm angle (rad), m."""
-        return self.offset + self.arm * elementary.sin(arm_angle), -self.arm * elementary.cos(arm_angle)
+        return self.offset + self.arm * math.sin(arm_angle), -self.arm * math.cos(arm_angle)
 
     def link_angle(self, arm_angle: float) -> float:
         """Return the angle of the right lower arm from the upright, positive outward, at an arm angle (rad), rad."""
         reach = self.joint_position(arm_angle)[0] - self.lug_distance
-        return elementary.asin(reach / self.link_length)
+        return math.asin(reach / self.link_length)
 
     def ball_position(self, arm_angle: float) -> Vector2:
         """Return the distance of the right ball from the axis and its height above the suspension at an arm angle (rad), m."""
         (x, y), angle = self.joint_position(arm_angle), self.link_angle(arm_angle) + self.bend
-        return x + self.extension * elementary.sin(angle), y + self.extension * elementary.cos(angle)
+        return x + self.extension * math.sin(angle), y + self.extension * math.cos(angle)
 
     def sleeve_height(self, arm_angle: float) -> float:
         """Return the height of the sleeve's lugs above the suspension at an arm angle (rad), m."""
-        return self.joint_position(arm_angle)[1] - self.link_length * elementary.cos(self.link_angle(arm_angle))
+        return self.joint_position(arm_angle)[1] - self.link_length * math.cos(self.link_angle(arm_angle))
 
     def _closes_at(self, joint_radius: float) -> bool:
         return abs(joint_radius - self.offset) < self.arm and abs(joint_radius - self.lug_distance) < self.link_length
@@ -117,7 +116,7 @@ class ProellGovernor(base.Machine):
             return "the arms are at 90 degrees to the spindle (dead centre)"
         if abs(self.joint_position(arm_angle)[0] - self.lug_distance) >= MAX_REACH_RATIO * self.link_length:
             return "the link is at 90 degrees to the spindle (dead centre)"
-        if elementary.tan(arm_angle) + elementary.tan(self.link_angle(arm_angle)) <= 0:
+        if math.tan(arm_angle) + math.tan(self.link_angle(arm_angle)) <= 0:
             return "arms and links are in line (dead centre)"
         return "the balls meet on the spindle axis" if self.ball_position(arm_angle)[0] <= 0 else ""
 
@@ -179,7 +178,7 @@ class ProellGovernor(base.Machine):
 
     def _joint_of_arms(self, name: str) -> Point:
         """Return the joint of upper and lower arm, from the ball; the body's y axis is along the lower arm, toward the joint."""
-        x, y = self.extension * elementary.sin(self.bend), self.extension * elementary.cos(self.bend)
+        x, y = self.extension * math.sin(self.bend), self.extension * math.cos(self.bend)
         return Point(body=name, x=-SIDE_SIGNS[name] * x, y=-y)
 
     def _lug(self, name: str) -> Point:

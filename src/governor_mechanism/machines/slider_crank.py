@@ -20,7 +20,6 @@ from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point,
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle
 from governor_mechanism.model.part import FIXED_PLANE
-from governor_mechanism.numerics import elementary
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,12 +104,12 @@ class SliderCrank(Machine):
         """Return the poses of crank, rod and crosshead at the start by name, from the positions of the mass centres (m)."""
         angle = self.crank_start
         pin_x, pin_y = rotate_point(self.crank, 0.0, angle)
-        rod_angle = -elementary.asin(pin_y / self.connecting_rod)
+        rod_angle = -math.asin(pin_y / self.connecting_rod)
         across, up = rotate_point(rod_centre, 0.0, rod_angle)
         return {
             driven_crank.CRANK: (*rotate_point(crank_centre, 0.0, angle), angle),
             driven_crank.CONNECTING_ROD: (pin_x + across, pin_y + up, rod_angle),
-            driven_crank.CROSSHEAD: (pin_x + self.connecting_rod * elementary.cos(rod_angle), 0.0, 0.0),
+            driven_crank.CROSSHEAD: (pin_x + self.connecting_rod * math.cos(rod_angle), 0.0, 0.0),
         }
 
 

@@ -96,11 +96,6 @@ def jit(function: CompiledFunction) -> CompiledFunction:
     return cast(CompiledFunction, Kernel(function, _nrt=True))
 
 
-def jit_unlocked(function: CompiledFunction) -> CompiledFunction:
-    """Compile a function as `jit_in_place` does; while it runs, other threads of Python may run."""
-    return cast(CompiledFunction, Kernel(function, _nrt=False, nogil=True))
-
-
 def jit_in_place(function: CompiledFunction) -> CompiledFunction:
     """Compile a function that only changes its arguments, without reference counts.
 

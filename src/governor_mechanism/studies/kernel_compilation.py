@@ -13,8 +13,6 @@ from governor_mechanism.numerics.jit import kernel_cache_folder
 from governor_mechanism.scenes.library import load_scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.equilibria import find_equilibria
-from governor_mechanism.studies.sweep.cluster import row_computer
-from governor_mechanism.studies.sweep.run import make_task, run_sweep
 from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
@@ -148,13 +146,6 @@ def _run(engine_name: str, scene: Scene, times: Sequence[float]) -> tuple[object
     return trajectory.events, trajectory.reactions, trajectory.energy
 
 
-def _sweep() -> None:
-    scene = load_scene("porter")
-    task = make_task(scene, ["dimensions.arm=250mm:300mm:2"], None, "reduced", None, certify=False, workers=1, cluster=None)
-    with row_computer(1, None) as compute:
-        run_sweep(scene, task, compute, None, None)
-
-
 _KERNEL_USES: Mapping[str, Callable[[], object]] = {
     "engine reduced": partial(_run_smoothly, "reduced"),
     "engine reduced, contacts": partial(_run_with_contacts, "reduced"),
@@ -166,6 +157,5 @@ _KERNEL_USES: Mapping[str, Callable[[], object]] = {
     "equilibrium with several coordinates": lambda: _run("multibody", load_scene("haug_governor"), SHORT_RUN_TIMES),
     "engine impulse": lambda: _run("impulse", load_scene("porter_dry_friction"), SHORT_RUN_TIMES),
     "equilibria": lambda: find_equilibria(load_scene("porter")),
-    "sweep": _sweep,
 }
 """Short calculations that together use all kernels."""

@@ -27,7 +27,7 @@ from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.hermite import cubic_hermite_jit, quintic_hermite_jit
 from governor_mechanism.numerics.jit import jit_in_place
-from governor_mechanism.types import FloatArray, IntArray
+from governor_mechanism.types import NO_INDEX, FloatArray, IntArray
 
 DEAD_CENTRE_TOLERANCE = 1e-8
 """Sine of the crank angle at which an event is one of a dead centre: above the error of its location, and below all that a step covers."""
@@ -269,12 +269,12 @@ def _begin_phases(equation: MultibodyEquation, buffers: StepBuffers, local_time:
 
 @jit_in_place
 def _find_switch(equation: MultibodyEquation, input_index: int) -> int:
-    """Return the index of the event function of the switch that an input sets, or -1."""
+    """Return the index of the event function of the switch that an input sets, or NO_INDEX."""
     event_functions = equation.system.event_functions
     for i in range(event_functions.size):
         if event_functions[i].kind == EventFunctionKind.SWITCH and event_functions[i].input_index == input_index:
             return i
-    return -1
+    return NO_INDEX
 
 
 @jit_in_place

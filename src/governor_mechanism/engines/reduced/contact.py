@@ -26,15 +26,12 @@ from governor_mechanism.mechanics.reduction.model_outputs import (
 )
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.reduced_forces import ForceParameter, OutputForceColumn, ReducedForces
-from governor_mechanism.mechanics.reduction.reduced_model import MODE_HELD, N_FURTHER_STATES, ReducedModel, StateIndex
+from governor_mechanism.mechanics.reduction.reduced_model import N_FURTHER_STATES, ReducedModel, StateIndex
 from governor_mechanism.mechanics.reduction.shaft_outputs import evaluate_shaft_outputs
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place
-from governor_mechanism.types import FloatArray, IntArray
-
-NO_ARGUMENT = -1
-"""Index of the argument of an event function without one."""
+from governor_mechanism.types import NO_INDEX, FloatArray, IntArray
 
 
 class ReducedState(NamedTuple):
@@ -100,93 +97,81 @@ def apply_transition(
 ) -> None:
     """Update contact mode and state after events; `is_released`: the force exceeds what can be held."""
     piece, t, _ = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
-    n_contacts = model.contacts.shape[0]
-    first_spring = 1 + n_contacts
-    states, segments = model.mode[1:first_spring], model.mode[first_spring : first_spring + model.one_sided_springs.shape[0]]
-    released = np.full(n_contacts, is_released)
-    change_contact_states(ReducedState(model, piece, t, local_time, state), states, segments, released, time, log)
+    layout = model.mode_layout
+    states = model.mode[layout.contacts : layout.springs]
+    are_taut = model.mode[layout.springs : layout.tables]
+    released = np.full(states.size, is_released)
+    change_contact_states(ReducedState(model, piece, t, local_time, state), states, are_taut, released, time, log)
     is_held = np.any(states == HELD)
-    model.mode[MODE_HELD] = is_held
+    model.mode[layout.held] = is_held
     if is_held:
         state[1] = 0.0
 
 
 def make_event_tolerances(forces: ReducedForces) -> FloatArray:
-    """Return the rounding of the event functions; none without contacts, one-sided springs, tables of readings and gas in cylinders.
-
-    Each contact has its rate, its high and its low stop; each one-sided spring its elongation; two more are the static force
-    upwards and downwards minus the friction limit. Behind them each table of a reading has the upper and the lower end of its segment,
-    and then come the kinks of gas.
-    """
+    """Return the rounding of the event functions in their order, see `EventLayout`; none where nothing has events."""
     begins_table = np.isneginf(forces.table_segments["low"])
     if not len(forces.contacts) and not len(forces.one_sided_springs) and not begins_table.any() and not forces.kinks.size:
         return np.zeros(0)
     scales, parameters = forces.contacts["scale"], forces.parameters
-    contact_scales = np.column_stack([scales / parameters[ForceParameter.TIME_SCALE], scales, scales]).ravel()
+    contact_scales = scales / parameters[ForceParameter.TIME_SCALE], scales, scales
     force_scales = np.full(2, parameters[ForceParameter.FORCE_SCALE])
-    tolerances = EVENT_ROUNDING_RATIO * np.concatenate([contact_scales, forces.one_sided_springs[:, 2], force_scales])
+    tolerances = EVENT_ROUNDING_RATIO * np.concatenate([*contact_scales, forces.one_sided_springs[:, 2], force_scales])
     return np.concatenate([tolerances, np.repeat(forces.table_segments["tolerance"][begins_table], 2), forces.kinks["tolerance"]])
 
 
 def make_mode(forces: ReducedForces) -> IntArray:
     """Return a contact mode without anything held, with slack springs, tables on their lowest segments, and all kinks monitored."""
-    mode = [0] * (1 + len(forces.contacts) + len(forces.one_sided_springs))
+    mode = [0] * forces.mode_layout.tables
     mode += np.flatnonzero(np.isneginf(forces.table_segments["low"])).tolist()
     n_gases = len(forces.shaft_forces) + int(np.sum(forces.output_forces[:, OutputForceColumn.PHASE] >= 0))
     return np.array(mode + [1] * len(forces.kinks) + [IN_NO_PHASE] * n_gases, dtype=np.int64)
 
 
 @jit_in_place
-def first_table_index(model: ReducedModel) -> int:
-    """Return the index in the contact mode of the segment of the first table; those of the kinks follow after all tables."""
-    return int(1 + model.contacts.shape[0] + model.one_sided_springs.shape[0])
-
-
-@jit_in_place
 def set_table_terms(model: ReducedModel) -> None:
     """Set the terms of the inputs to the segments of tables in the contact mode."""
-    first = first_table_index(model)
     for k in range(int(model.parameters[ForceParameter.TABLE_COUNT])):
-        segment = model.table_segments[model.mode[first + k]]
+        segment = model.table_segments[model.mode[model.mode_layout.tables + k]]
         term = model.input_terms[segment.term_index]
         term.a, term.b, term.c = segment.a, segment.b, segment.c
 
 
 @jit_in_place
 def change_table_segments(model: ReducedModel, event_values: FloatArray) -> None:
-    """Let tables whose event functions (2 tables,) are positive go on to the next segment."""
-    first = first_table_index(model)
-    for k in range(event_values.size // 2):
-        model.mode[first + k] += int(event_values[2 * k] > 0.0) - int(event_values[2 * k + 1] > 0.0)
+    """Let tables whose event functions are positive go on to the next segment."""
+    for k in range(int(model.parameters[ForceParameter.TABLE_COUNT])):
+        upper_end = model.event_layout.table_ends + 2 * k
+        is_above, is_below = event_values[upper_end] > 0.0, event_values[upper_end + 1] > 0.0
+        model.mode[model.mode_layout.tables + k] += int(is_above) - int(is_below)
     set_table_terms(model)
 
 
 @jit_in_place
 def _evaluate_table_ends(model: ReducedModel, piece: int, t: float, state: FloatArray, event_values: FloatArray) -> None:
-    """Fill the event functions (2 tables,) at the ends of the segments of tables."""
-    first = first_table_index(model)
-    for k in range(event_values.size // 2):
-        segment = model.table_segments[model.mode[first + k]]
+    """Fill the event functions at the ends of the segments of tables."""
+    for k in range(int(model.parameters[ForceParameter.TABLE_COUNT])):
+        segment = model.table_segments[model.mode[model.mode_layout.tables + k]]
+        upper_end = model.event_layout.table_ends + 2 * k
         value = evaluate_output(model, piece, t, segment.source_index)[0]
         if segment.is_rate:
             value = evaluate_output_rate(model, piece, t, segment.source_index, state[1], state[StateIndex.SHAFT_SPEED])
         if segment.high < math.inf:
-            event_values[2 * k] = value - segment.high
+            event_values[upper_end] = value - segment.high
         if segment.low > -math.inf:
-            event_values[2 * k + 1] = segment.low - value
+            event_values[upper_end + 1] = segment.low - value
 
 
 @jit_in_place
 def _evaluate_kinks(model: ReducedModel, piece: int, t: float, event_values: FloatArray) -> None:
-    """Fill the event functions (kinks,) of the kinks that are monitored."""
-    first = first_table_index(model) + int(model.parameters[ForceParameter.TABLE_COUNT])
-    for i in range(event_values.size):
+    """Fill the event functions of the kinks that are monitored."""
+    for i in range(model.kinks.size):
         kink, argument = model.kinks[i], 0.0
-        if model.mode[first + i] != 0:
-            if kink.argument_index != NO_ARGUMENT:
+        if model.mode[model.mode_layout.kinks + i] != 0:
+            if kink.argument_index != NO_INDEX:
                 argument = evaluate_output(model, piece, t, kink.argument_index)[0]
             value = evaluate_output(model, piece, t, kink.source_index)[0]
-            event_values[i] = evaluate_event_function(model.kinks, i, value, argument, 0.0)
+            event_values[model.event_layout.kinks + i] = evaluate_event_function(model.kinks, i, value, argument, 0.0)
 
 
 @jit_in_place
@@ -221,31 +206,31 @@ def evaluate_reduced_event_functions(
     piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
     if side >= 0:
         return
-    n_contacts, n_springs = model.contacts.shape[0], model.one_sided_springs.shape[0]
-    first_kink = event_values.size - model.kinks.size
-    first_table = first_kink - 2 * int(model.parameters[ForceParameter.TABLE_COUNT])
+    layout = model.event_layout
     evaluate_shaft_outputs(model.shaft_outputs, state[StateIndex.SHAFT_ANGLE])
-    _evaluate_table_ends(model, piece, t, state, event_values[first_table:first_kink])
-    _evaluate_kinks(model, piece, t, event_values[first_kink:])
-    if model.mode[MODE_HELD] != 0:
+    _evaluate_table_ends(model, piece, t, state, event_values)
+    _evaluate_kinks(model, piece, t, event_values)
+    if model.mode[model.mode_layout.held] != 0:
         force, resistance = evaluate_static_force(model, piece, t, state, local_time)
         up_blocked, down_blocked = find_blocked_directions(model, piece, t)
         if not up_blocked:
-            event_values[3 * n_contacts + n_springs] = force - resistance
+            event_values[layout.release_up] = force - resistance
         if not down_blocked:
-            event_values[3 * n_contacts + n_springs + 1] = -force - resistance
+            event_values[layout.release_down] = -force - resistance
         return
-    for k in range(n_contacts):
+    for k in range(model.contacts.shape[0]):
         value, output_derivative = evaluate_table_output(model, piece, t, model.contacts[k].output_index)
-        if model.mode[1 + k] != 0:
-            event_values[3 * k] = -model.mode[1 + k] * output_derivative * state[1]
+        sliding_sign = model.mode[model.mode_layout.contacts + k]
+        if sliding_sign != 0:
+            event_values[layout.sticks + k] = -sliding_sign * output_derivative * state[StateIndex.RATE]
         if model.contacts[k].high < math.inf:
-            event_values[3 * k + 1] = value - model.contacts[k].high
+            event_values[layout.high_stops + k] = value - model.contacts[k].high
         if model.contacts[k].low > -math.inf:
-            event_values[3 * k + 2] = model.contacts[k].low - value
-    for i in range(n_springs):
+            event_values[layout.low_stops + k] = model.contacts[k].low - value
+    for i in range(model.one_sided_springs.shape[0]):
         elongation = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])[0] - model.one_sided_springs[i, 1]
-        event_values[3 * n_contacts + i] = -elongation if model.mode[1 + n_contacts + i] != 0 else elongation
+        is_taut = model.mode[model.mode_layout.springs + i] != 0
+        event_values[layout.springs + i] = -elongation if is_taut else elongation
 
 
 @jit_in_place
@@ -255,12 +240,12 @@ def begin_phases(model: ReducedModel, state: FloatArray, local_time: float, piec
     Those are functions of the kink at which the integration goes on. Before they rise again there is a dead centre, at which they are
     monitored again. The event values are overwritten.
     """
-    first, first_value = first_table_index(model) + int(model.parameters[ForceParameter.TABLE_COUNT]), event_values.size - model.kinks.size
+    first_mode, first_value = model.mode_layout.kinks, model.event_layout.kinks
     for i in range(model.kinks.size):
-        model.mode[first + i] = 1
+        model.mode[first_mode + i] = 1
     evaluate_reduced_event_functions(model, state, local_time, piece_guess, event_values)
     for i in range(model.kinks.size):
-        model.mode[first + i] = event_values[first_value + i] < 0.0
+        model.mode[first_mode + i] = event_values[first_value + i] < 0.0
     piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
     if side < 0:
         _keep_phases(model, model.output_forces, piece, t)
@@ -270,6 +255,5 @@ def begin_phases(model: ReducedModel, state: FloatArray, local_time: float, piec
 @jit_in_place
 def end_phases(model: ReducedModel) -> None:
     """Let the phase of each gas follow from the state again."""
-    first = first_table_index(model) + int(model.parameters[ForceParameter.TABLE_COUNT]) + model.kinks.size
-    for i in range(first, model.mode.size):
+    for i in range(model.mode_layout.phases, model.mode.size):
         model.mode[i] = IN_NO_PHASE

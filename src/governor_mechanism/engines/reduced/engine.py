@@ -135,11 +135,7 @@ class ReducedRunner(CertifiedRunner):
         history = reduced_run.state_history(solution)
         is_kept = is_reported[: len(history.times)]
         outcome, detail = describe_passage_end(
-            self.scene,
-            reduced_run.motion_table.describe_end(solution.side, solution.stops_short),
-            solution.status,
-            solution.end_time,
-            self.max_steps,
+            reduced_run.motion_table, solution.status, solution.end_time, solution.side, self.max_steps, stops_short=solution.stops_short
         )
         motion_exit = self._find_exit(reduced_run, solution, tolerance)
         if motion_exit is not None:

@@ -32,7 +32,7 @@ from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_e
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.reduced_forces import ForceParameter, ReducedForces
-from governor_mechanism.mechanics.reduction.reduced_model import MODE_HELD, N_STATES, ReducedModel, StateIndex, make_reduced_model
+from governor_mechanism.mechanics.reduction.reduced_model import N_STATES, ReducedModel, StateIndex, make_reduced_model
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable, allocate_table, find_piece
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.array_copy import copy_array
@@ -342,8 +342,7 @@ def integrate_with_contacts(
     parameters, mode = model.parameters, model.mode
     is_conservative, time_scale = parameters[ForceParameter.IS_CONSERVATIVE] != 0.0, parameters[ForceParameter.TIME_SCALE]
     is_load_steady = parameters[ForceParameter.FLUCTUATION_AMPLITUDE] == 0.0 and model.input_terms.size == 0
-    n_located, n_tables = buffers.event_tolerances.size - buffers.n_kinks, int(parameters[ForceParameter.TABLE_COUNT])
-    n_contact_events = n_located - 2 * n_tables
+    layout = model.event_layout
     set_table_terms(model)
     is_released = False
     while True:
@@ -351,7 +350,7 @@ def integrate_with_contacts(
             apply_transition(model, time, time - span[0], equation.piece[0], is_released, state, event_log)
             if end == span[0]:
                 return IntegrationStatus.DONE, step, n_reached, time
-        is_held, n_steps = mode[MODE_HELD] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
+        is_held, n_steps = mode[model.mode_layout.held] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
         max_step = limits.max_step * (HELD_STEP_FACTOR if is_held and is_load_steady else 1.0)
         min_stiff_steps = math.inf if is_conservative or is_held else 0.0
         segment_limits = dop853.StepLimits(
@@ -375,10 +374,10 @@ def integrate_with_contacts(
             end_phases(model)
             return IntegrationStatus.ENDLESS_EVENTS, step, n_reached, time
         time, values = segment_end, buffers.event_values[LAST_SAMPLE]
-        change_table_segments(model, values[n_contact_events:n_located])
-        selects_mode = is_any_positive(values, n_contact_events)
+        change_table_segments(model, values)
+        selects_mode = is_any_positive(values, layout.table_ends)
         if selects_mode:
-            is_released = is_held and max(values[n_contact_events - 2], values[n_contact_events - 1]) > 0.0
+            is_released = is_held and max(values[layout.release_up], values[layout.release_down]) > 0.0
             step = min(step, POST_EVENT_STEP_RATIO * limits.max_step)
 
 

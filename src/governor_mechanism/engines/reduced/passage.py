@@ -9,15 +9,13 @@ import numpy as np
 from governor_mechanism.engines.certificate import describe_end
 from governor_mechanism.engines.reduced.integration import ReducedEquation, integrate_reduced
 from governor_mechanism.engines.reduced.settings import ReducedSettings
-from governor_mechanism.engines.reduced.table_end import approach_table_end, find_motion_end, make_table_end_limits, time_at_rate
 from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.equation import StepBuffers
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.transition import EventLog
-from governor_mechanism.mechanics.reduction.motion_table import MotionTable, TableEnd, describe_table_end
+from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.reduced_model import StateIndex
 from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray, IntArray
 
 NEWTON_STEPS = 5
@@ -129,7 +127,7 @@ def integrate_passage(
         How the integration ended: with TABLE_ENDED where the motion reaches the end of its table.
     """
     (time, end), step, n_filled, side = span, step_limits.step, 0, 0
-    last_time, limits, origin = -math.inf, make_table_end_limits(settings), time
+    last_time, origin = -math.inf, time
     approach: tuple[float, FloatArray, FloatArray] | None = None
     while time < end:
         origin = time
@@ -143,16 +141,16 @@ def integrate_passage(
             continue
         scale = motion_table.arrays.lagrangian.assembly.coordinate_scale
         travel_left = motion_table.edge(side) - state[0]
-        time_left, distance_scale = time_at_rate(travel_left, state[1]), max(scale, abs(state[0]))
-        step, is_end = approach_table_end(
-            travel_left, time_left, step, time > last_time, distance_scale, max(time_scale, end - time), limits
+        time_left, distance_scale = _time_at_rate(travel_left, state[1]), max(scale, abs(state[0]))
+        step, is_end = _approach_table_end(
+            travel_left, time_left, step, time > last_time, distance_scale, max(time_scale, end - time), settings
         )
         last_time, derivative = time, buffers.stages.derivatives[:, 0]
         approach = approach or (time, state.copy(), derivative.copy())
         if is_end:
             edge, acceleration, end_coordinate = motion_table.edge(side), float(derivative[1]), motion_table.end_coordinate(side)
             tail = Tail((approach[0], time), (approach[1], state.copy()), (approach[2], derivative.copy()))
-            stops_short, time_left = find_motion_end(edge, end_coordinate, state[0], state[1], acceleration)
+            stops_short, time_left = _find_motion_end(edge, end_coordinate, state[0], state[1], acceleration)
             if not stops_short and time_left > 0.0:
                 return PassageEnd(
                     IntegrationStatus.TABLE_ENDED, step, n_filled, tail.locate(end_coordinate, time + time_left), side, origin, tail=tail
@@ -161,12 +159,55 @@ def integrate_passage(
     return PassageEnd(IntegrationStatus.DONE, step, n_filled, time, side, origin)
 
 
+def _time_at_rate(travel: float, rate: float) -> float:
+    """Return the time (s) of a travel at a rate; 0 if the rate does not lead there."""
+    return max(travel / rate, 0.0) if rate != 0.0 else 0.0
+
+
+def _approach_table_end(
+    travel_left: float,
+    time_left: float,
+    step: float,
+    has_advanced: bool,
+    distance_scale: float,
+    longest_time: float,
+    settings: ReducedSettings,
+) -> tuple[float, bool]:
+    """Return the next step (s) towards the end of a table, and whether it is reached but for rounding.
+
+    The first step goes almost to the end of the last piece; after one that leads beyond it, shorter ones do. `time_left` (s) is that
+    of the travel left at the present rate; rounding is relative to `distance_scale` (SI) and `longest_time` (s).
+    """
+    step = settings.table_end_approach * time_left if has_advanced and time_left != 0.0 else step * settings.table_end_step_ratio
+    is_end = step < settings.min_end_step_ratio * longest_time or abs(travel_left) < settings.min_remaining_travel * distance_scale
+    return step, is_end
+
+
+def _find_motion_end(edge: float, end_coordinate: float, coordinate: float, rate: float, acceleration: float) -> tuple[bool, float]:
+    """Return where and when a motion near the end of a table ends, at its present rate (SI/s) and a constant acceleration (SI/s2).
+
+    The table has values up to its edge; the end coordinate, the bound if that is near, may lie a little behind that, so near that rounding
+    separates them. The first result is whether the motion turns back between them: it ends at the edge then. The second is the time (s)
+    to its end: at the rate alone if the acceleration stops it before, and 0 if it leads away.
+    """
+    travel = end_coordinate - coordinate
+    stops_short = end_coordinate != edge and not (rate * travel > 0.0 and rate * rate + 2.0 * acceleration * travel > 0.0)
+    if stops_short:
+        travel = edge - coordinate
+    if rate == 0.0 or travel / rate <= 0.0:
+        return stops_short, 0.0
+    square_of_end_rate = rate * rate + 2.0 * acceleration * travel
+    if not square_of_end_rate > 0.0:
+        return stops_short, travel / rate
+    return stops_short, 2.0 * travel / (rate + math.copysign(math.sqrt(square_of_end_rate), rate))
+
+
 def describe_passage_end(
-    scene: Scene, table_end: TableEnd, status: IntegrationStatus, time: float, max_steps: int
+    motion_table: MotionTable, status: IntegrationStatus, time: float, side: int, max_steps: int, *, stops_short: bool
 ) -> tuple[Outcome | None, str]:
     """Return outcome and message of an integration that ended at a time, s, on a side of its table; no outcome if it reached its end."""
     time_text = f"t = {time:.9g} s"
     if status != IntegrationStatus.TABLE_ENDED:
-        return describe_end(scene, status, time_text, max_steps)
-    is_at_limit, message = describe_table_end(scene, table_end)
+        return describe_end(motion_table.scene, status, time_text, max_steps)
+    is_at_limit, message = motion_table.end_message(side, stops_short=stops_short)
     return Outcome.LEFT_RANGE if is_at_limit else Outcome.DEAD_CENTRE, f"{message}, at {time_text}"

@@ -14,7 +14,6 @@ from governor_mechanism.effects.spring import helical_spring_rate
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine, dimension_field, optional_field
 from governor_mechanism.model.output_variables import Limit
-from governor_mechanism.numerics import elementary
 from governor_mechanism.types import Vector2
 
 N_TRAVEL_SAMPLES = 720
@@ -104,17 +103,17 @@ class HartungDimensions(Machine):
 
     def weight_radius(self, lever_angle: float) -> float:
         """Return the distance of a weight's centre from the axis, m."""
-        return self.fulcrum_radius - self.weight_arm * elementary.sin(lever_angle)
+        return self.fulcrum_radius - self.weight_arm * math.sin(lever_angle)
 
     def hanger_top(self, lever_angle: float) -> Vector2:
         """Return the upper end of the right hanger: distance from the axis and height above the fulcrum, m."""
         sleeve_arm_angle = self.bell_crank_angle + lever_angle
-        return self.fulcrum_radius - self.sleeve_arm * elementary.sin(sleeve_arm_angle), self.sleeve_arm * elementary.cos(sleeve_arm_angle)
+        return self.fulcrum_radius - self.sleeve_arm * math.sin(sleeve_arm_angle), self.sleeve_arm * math.cos(sleeve_arm_angle)
 
     def lug_height(self, lever_angle: float) -> float:
         """Return the height of the sleeve's lugs above the fulcrum, m; that of the hangers' upper ends for vertical hangers."""
         x, y = self.hanger_top(lever_angle)
-        return y if self.hanger is None else y - elementary.sqrt(self.hanger**2 - (x - self.lug_offset) ** 2)
+        return y if self.hanger is None else y - math.sqrt(self.hanger**2 - (x - self.lug_offset) ** 2)
 
     def lift_derivative(self, lever_angle: float) -> float:
         """Return the derivative of the sleeve height with respect to the lever angle, m/rad."""
@@ -122,8 +121,8 @@ class HartungDimensions(Machine):
         hanger_tangent = 0.0
         if self.hanger is not None:
             reach = x - self.lug_offset
-            hanger_tangent = reach / elementary.sqrt(self.hanger**2 - reach**2)
-        return -self.sleeve_arm * (elementary.sin(sleeve_arm_angle) + elementary.cos(sleeve_arm_angle) * hanger_tangent)
+            hanger_tangent = reach / math.sqrt(self.hanger**2 - reach**2)
+        return -self.sleeve_arm * (math.sin(sleeve_arm_angle) + math.cos(sleeve_arm_angle) * hanger_tangent)
 
     def failure_at(self, lever_angle: float) -> Failure | None:
         """Return why the governor does not work at a lever angle (rad), or None if it does."""
@@ -228,8 +227,8 @@ class HartungDimensions(Machine):
     def _holding_force(self, lever_angle: float, speed: float, gravity: float) -> float:
         """Return the spring force (N) for equilibrium of a weight, by virtual work."""
         mass, sleeve_mass = self.weight_mass, self.sleeve_mass
-        outward_derivative = -self.weight_arm * elementary.cos(lever_angle)  # displacement of the weight per rad
-        upward_derivative = -self.weight_arm * elementary.sin(lever_angle)
+        outward_derivative = -self.weight_arm * math.cos(lever_angle)  # displacement of the weight per rad
+        upward_derivative = -self.weight_arm * math.sin(lever_angle)
         gravity_work = gravity * (mass * upward_derivative + 0.5 * sleeve_mass * self.lift_derivative(lever_angle))
         return mass * speed**2 * self.weight_radius(lever_angle) - gravity_work / outward_derivative
 

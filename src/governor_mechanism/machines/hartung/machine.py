@@ -22,7 +22,6 @@ from governor_mechanism.model.force_elements import Spring
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import LineAngle, Reading, SpringForce, StaticForce
-from governor_mechanism.numerics import elementary
 from governor_mechanism.types import Vector2
 from governor_mechanism.units.quantities import format_quantity
 
@@ -129,7 +128,7 @@ class HartungBuilder:
     def _hanger_top(self) -> Vector2:
         """Position of the right hanger's upper end relative to the fulcrum, m."""
         angle, arm = self.governor.bell_crank_angle, self.governor.sleeve_arm
-        return -arm * elementary.sin(angle), arm * elementary.cos(angle)
+        return -arm * math.sin(angle), arm * math.cos(angle)
 
     @cached_property
     def _right_crank(self) -> MassElement:

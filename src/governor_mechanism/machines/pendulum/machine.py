@@ -20,7 +20,6 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import FollowerHeight, Limit, LineAngle, Reading
-from governor_mechanism.numerics import elementary
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 RIGHT_LINK, LEFT_LINK = "right link", "left link"
@@ -97,7 +96,7 @@ class PendulumGovernor(Machine):
     def sleeve_height(self, angle: float) -> float:
         """Return the height of the sleeve on its links above the suspension at an arm angle (rad), m."""
         reach = self._link_reach(angle)
-        return -self.joint_length * elementary.cos(angle) - elementary.sqrt(max(self.link_length**2 - reach**2, 0.0))
+        return -self.joint_length * math.cos(angle) - math.sqrt(max(self.link_length**2 - reach**2, 0.0))
 
     def dimensions(self) -> dict[str, float]:
         """Return all dimensions in SI, with the values that stand for omitted ones; no sleeve load is 0 kg."""
@@ -106,7 +105,7 @@ class PendulumGovernor(Machine):
 
     def _angle_range_with_ball_off_axis(self) -> tuple[float, float]:
         ratio = -self.offset / self.arm
-        return (elementary.asin(ratio) if -1 < ratio < 1 else elementary.copysign(math.pi / 2, ratio)), math.pi / 2
+        return (math.asin(ratio) if -1 < ratio < 1 else math.copysign(math.pi / 2, ratio)), math.pi / 2
 
     def _min_link_reach(self, low: float, high: float) -> float:
         """Return the smallest horizontal distance of arm joint and lug over these arm angles (m)."""
@@ -115,7 +114,7 @@ class PendulumGovernor(Machine):
 
     def _link_reach(self, angle: float) -> float:
         """Return the horizontal distance of the arm joint from the lug at an arm angle (rad), m."""
-        return self.offset + self.joint_length * elementary.sin(angle) - self.lug_distance
+        return self.offset + self.joint_length * math.sin(angle) - self.lug_distance
 
     def travel_limit(self) -> Limit:
         """Return the range of the arm angle, and what happens at its ends."""
@@ -123,12 +122,12 @@ class PendulumGovernor(Machine):
         low_message = "the balls meet on the spindle axis"
         high_message = "the arms are at 90 degrees to the spindle (dead centre)"
         reach = self.lug_distance - self.offset
-        in_line_angle = elementary.asin(reach / (self.joint_length + self.link_length))
+        in_line_angle = math.asin(reach / (self.joint_length + self.link_length))
         if in_line_angle > low:
             low, low_message = in_line_angle, "arms and links are in line (dead centre)"
         max_sine = (reach + self.link_length) / self.joint_length
         if max_sine < 1.0:
-            high, high_message = elementary.asin(max_sine), "the link is at 90 degrees to the spindle; it is too short"
+            high, high_message = math.asin(max_sine), "the link is at 90 degrees to the spindle; it is too short"
         return Limit(reading="arm_angle", low=low, high=high, low_message=low_message, high_message=high_message)
 
     def mechanism(self, rod_masses: RodMasses | None = None, clearance: Clearance | None = None) -> Mechanism:
@@ -196,7 +195,7 @@ class PendulumBuilder:
             readings=self._readings(self.governor.sleeve_height(zero_lift_angle)),
             coordinate="arm_angle",
             length_scale=self.governor.arm,
-            initial_guess=self.poses(min(max(elementary.radians(40.0), travel.low + margin), travel.high - margin)),
+            initial_guess=self.poses(min(max(math.radians(40.0), travel.low + margin), travel.high - margin)),
             limits=(travel, *(limit for _, limit in dead_centres)),
             internal_outputs=tuple(reading for reading, _ in dead_centres),
         )
@@ -268,15 +267,15 @@ class PendulumBuilder:
     def poses(self, angle: float) -> tuple[tuple[float, float, float], ...]:
         """Return the poses of all bodies at an arm angle (rad), with the sleeve hanging on its links."""
         governor, mass_centre = self.governor, self._arm_with_ball.centre[0]
-        x, y = governor.offset + mass_centre * elementary.sin(angle), -mass_centre * elementary.cos(angle)
+        x, y = governor.offset + mass_centre * math.sin(angle), -mass_centre * math.cos(angle)
         right, left = (angle - math.pi / 2, -math.pi / 2 - angle) if self._can_arms_rotate else (0.0, 0.0)
         poses = [(x, y, right), (-x, y, left)]
         if governor.sleeve_mass is not None:
             poses.append((0.0, governor.sleeve_height(angle), 0.0))
         if self.link_mass:
-            knee_x = governor.offset + governor.joint_length * elementary.sin(angle)
-            knee_y, lug_y = -governor.joint_length * elementary.cos(angle), governor.sleeve_height(angle)
-            link_angle = elementary.atan2(lug_y - knee_y, governor.lug_distance - knee_x)
+            knee_x = governor.offset + governor.joint_length * math.sin(angle)
+            knee_y, lug_y = -governor.joint_length * math.cos(angle), governor.sleeve_height(angle)
+            link_angle = math.atan2(lug_y - knee_y, governor.lug_distance - knee_x)
             x, y = (knee_x + governor.lug_distance) / 2, (knee_y + lug_y) / 2
             poses += [(x, y, link_angle), (-x, y, -math.pi - link_angle)]
         return tuple(poses)

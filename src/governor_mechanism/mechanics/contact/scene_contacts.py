@@ -22,7 +22,7 @@ from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_o
 from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate
 from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace, make_system_workspace
 from governor_mechanism.mechanics.dynamics.system.holding_rows import with_held_values
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.system.lowering import make_system, multibody_input_layout
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.model.events import Event
@@ -122,8 +122,8 @@ class SceneContacts:
     def __init__(self, scene: Scene, time_scale: float, constraint_tolerance: float) -> None:
         mechanism, names, contacts = scene.mechanism, forced_output_names(scene), contacts_of(scene)
         position_solver, springs = PositionSolver(mechanism), one_sided_forces_of(scene)
-        system, self.input_functions = make_system(scene)
-        self.contacts = make_contact_table(scene, names, system.first_friction_input)
+        _, self.input_functions = make_system(scene)
+        self.contacts = make_contact_table(scene, names, multibody_input_layout(scene).friction_inputs)
         self._outputs = self.contacts["output_index"]
         self._subjects = [contact.output_name for contact in contacts] + [spring.reading for spring in springs]
         self._scene, self._time_scale, self._constraint_tolerance = scene, time_scale, constraint_tolerance

@@ -11,7 +11,6 @@ from governor_mechanism.model.force_elements import CylinderGas, Force, ForceEle
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics import elementary
 from governor_mechanism.numerics.once_per_object import once_per_object
 
 MAX_STEP_SCALE_RATIO = 8.0
@@ -92,7 +91,7 @@ def _max_spindle_rate(scene: Scene) -> float:
 def _max_spring_rate(scene: Scene) -> float:
     """Return the largest characteristic rate (1/s) of a spring."""
     springs = [element for element in scene.mechanism.force_elements if isinstance(element, Spring | TorsionSpring)]
-    return elementary.sqrt(max((_force_element_rate_squared(scene.mechanism, spring) for spring in springs), default=0.0))
+    return math.sqrt(max((_force_element_rate_squared(scene.mechanism, spring) for spring in springs), default=0.0))
 
 
 def _max_load_rate(scene: Scene) -> float:
@@ -101,7 +100,7 @@ def _max_load_rate(scene: Scene) -> float:
     rates_squared = [max(scene.system.gravity, default=0.0) / length_scale]
     loads = [element for element in mechanism.force_elements if not isinstance(element, Spring | TorsionSpring)]
     rates_squared += [_force_element_rate_squared(mechanism, load) for load in loads]
-    rates = [0.0, *(elementary.sqrt(square) for square in rates_squared)]
+    rates = [0.0, *(math.sqrt(square) for square in rates_squared)]
     spindle_angles = {f"{plane.prefix}{SPINDLE_ANGLE}" for plane in scene.system.planes}
     rates += [abs(rate) / mechanism.output_scale(name) for name, rate in scene.start.rates.items() if name not in spindle_angles]
     for joint in mechanism.joints:

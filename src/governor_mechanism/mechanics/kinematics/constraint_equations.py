@@ -1,6 +1,7 @@
 """Joints as constraint rows, and the constraint equations of a mechanism over whole trajectories."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,21 +17,20 @@ from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import PrescribedMotion
-from governor_mechanism.numerics import elementary
 from governor_mechanism.numerics.once_per_object import once_per_object
-from governor_mechanism.types import FloatArray, IntArray, RecordArray
+from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray
 
 
 @dataclass(frozen=True)
 class ConstraintRow:
     """One constraint equation of a joint.
 
-    `kind` and `parameters` are as in `constraint_kernels`. `motion` drives the row, in units of `drive_scale` (m per unit
-    of the motion). `curve` is the guide curve of a curve slot.
+    `parameters` are the fields of `CONSTRAINT_ROW_DTYPE` that its kind has. `motion` drives the row, in units of `drive_scale` (m per
+    unit of the motion). `curve` is the guide curve of a curve slot.
     """
 
-    kind: int
-    parameters: tuple[float, ...]
+    kind: RowKind
+    parameters: Mapping[str, float]
     motion: PrescribedMotion | None = None
     drive_scale: float = 1.0
     curve: Curve | None = None
@@ -43,39 +43,59 @@ def _constraint_rows(joint: Joint, length_scale: float) -> list[ConstraintRow]:
             return _coincidence_rows()
         case joints.Weld():
             return [*_coincidence_rows(), _relative_angle_row(joint.relative_angle, length_scale)]
-        case joints.Distance() | joints.ArcSlot():
-            return [ConstraintRow(RowKind.DISTANCE, (joint.length if isinstance(joint, joints.Distance) else joint.radius,))]
+        case joints.Distance():
+            return [ConstraintRow(RowKind.DISTANCE, {"constant": joint.length})]
+        case joints.ArcSlot():
+            return [ConstraintRow(RowKind.DISTANCE, {"constant": joint.radius})]
         case joints.Prismatic():  # a kind of slider
-            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,)), _relative_angle_row(joint.relative_angle, length_scale)]
-        case joints.Slider() | joints.CurveSlot():
-            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle,), curve=joint.curve if isinstance(joint, joints.CurveSlot) else None)]
+            return [ConstraintRow(RowKind.BODY_NORMAL, {"angle": joint.angle}), _relative_angle_row(joint.relative_angle, length_scale)]
+        case joints.CurveSlot():
+            return [ConstraintRow(RowKind.BODY_NORMAL, {"angle": joint.angle}, curve=joint.curve)]
+        case joints.Slider():
+            return [ConstraintRow(RowKind.BODY_NORMAL, {"angle": joint.angle})]
         case joints.Gear():
-            angle_terms = -length_scale * joint.ratio, length_scale, length_scale * joint.offset
-            return [ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 0.0, *angle_terms))]
+            factors = {"first_angle_factor": -length_scale * joint.ratio, "second_angle_factor": length_scale}
+            return [ConstraintRow(RowKind.FIXED_DIRECTION, {**factors, "constant": length_scale * joint.offset})]
         case joints.RackAndPinion():
-            return [ConstraintRow(RowKind.FIXED_DIRECTION, (*_direction(joint.angle), -joint.radius, 0.0, joint.offset))]
+            parameters = {"first_angle_factor": -joint.radius, "constant": joint.offset}
+            return [ConstraintRow(RowKind.FIXED_DIRECTION, _direction(joint.angle) | parameters)]
         case joints.ProportionalDisplacement():
-            return [ConstraintRow(RowKind.FIXED_DIRECTION, (*_direction(joint.angle), 0.0, 0.0, joint.offset, 1.0 - joint.ratio))]
+            parameters = {"first_point_weight": joint.ratio, "constant": joint.offset}
+            return [ConstraintRow(RowKind.FIXED_DIRECTION, _direction(joint.angle) | parameters)]
         case joints.RotationalDriver():
             return [_relative_angle_row(0.0, length_scale, joint.motion)]
         case joints.TranslationalDriver():
-            return [ConstraintRow(RowKind.BODY_NORMAL, (joint.angle - math.pi / 2,), joint.motion)]
+            return [ConstraintRow(RowKind.BODY_NORMAL, {"angle": joint.angle - math.pi / 2}, joint.motion)]
     raise TypeError(f"no constraint equations are defined for joints of type {type(joint).__name__}")
 
 
 def _coincidence_rows() -> list[ConstraintRow]:
     """Return the rows that make two points coincide."""
-    return [ConstraintRow(RowKind.FIXED_DIRECTION, (1.0, 0.0)), ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 1.0))]
+    return [ConstraintRow(RowKind.FIXED_DIRECTION, {name: 1.0}) for name in ("direction_x", "direction_y")]
 
 
-def _direction(angle: float) -> tuple[float, float]:
-    """Return the unit vector at an angle (rad)."""
-    return elementary.cos(angle), elementary.sin(angle)
+def _direction(angle: float) -> dict[str, float]:
+    """Return the unit vector at an angle (rad) as fields of a row."""
+    return {"direction_x": math.cos(angle), "direction_y": math.sin(angle)}
 
 
 def _relative_angle_row(angle: float, length_scale: float, motion: PrescribedMotion | None = None) -> ConstraintRow:
     """Return the row that keeps the angle (rad) of the second body relative to the first, or drives it by a motion."""
-    return ConstraintRow(RowKind.FIXED_DIRECTION, (0.0, 0.0, -length_scale, length_scale, length_scale * angle), motion, length_scale)
+    factors = {"first_angle_factor": -length_scale, "second_angle_factor": length_scale}
+    return ConstraintRow(RowKind.FIXED_DIRECTION, {**factors, "constant": length_scale * angle}, motion, length_scale)
+
+
+def make_row_table(n_rows: int) -> RecordArray:
+    """Return rows without parameters and drives."""
+    table = np.zeros(n_rows, dtype=constraint_kernels.CONSTRAINT_ROW_DTYPE)
+    table["first_point_weight"], table["drive_scale"], table["drive"] = 1.0, 1.0, NO_INDEX
+    return table
+
+
+def set_fields(record: RecordArray, values: Mapping[str, float]) -> None:
+    """Set some fields of a record."""
+    for name, value in values.items():
+        record[name] = value
 
 
 @dataclass(frozen=True)
@@ -120,15 +140,16 @@ def make_constraint_table(mechanism: Mechanism, origins: Origins | None = None) 
         for row in _constraint_rows(joint, mechanism.length_scale)
         if not _is_trivially_satisfied(mechanism, joint, row)
     ]
-    table, curve_segments, n_segments = np.zeros(len(entries), dtype=constraint_kernels.CONSTRAINT_ROW_DTYPE), [np.zeros((0, 2))], 0
+    table, curve_segments, n_segments = make_row_table(len(entries)), [np.zeros((0, 2))], 0
     motions: list[PrescribedMotion] = []
     for i, (_, joint, row) in enumerate(entries):
         segments = [] if row.curve is None else [make_curve_segments(row.curve)]
         n_own_segments = sum(map(len, segments))
-        drive = -1 if row.motion is None else len(motions)
-        points = attachment_fields(mechanism, joint.first, joint.second, origins or {})
-        parameters = row.parameters + (0.0,) * (constraint_kernels.N_ROW_PARAMETERS - len(row.parameters))
-        table[i] = (row.kind, *points, *parameters, row.drive_scale, drive, n_segments, n_own_segments)
+        set_fields(table[i], attachment_fields(mechanism, joint.first, joint.second, origins or {}))
+        set_fields(table[i], row.parameters)
+        table[i]["kind"], table[i]["drive_scale"] = row.kind, row.drive_scale
+        table[i]["drive"] = NO_INDEX if row.motion is None else len(motions)
+        table[i]["first_segment"], table[i]["n_segments"] = n_segments, n_own_segments
         curve_segments += segments
         n_segments += n_own_segments
         motions += [] if row.motion is None else [row.motion]
@@ -157,12 +178,12 @@ def _is_trivially_satisfied(mechanism: Mechanism, joint: Joint, row: ConstraintR
 
     Raises MechanismError if the row demands a rotation of them.
     """
-    if row.kind != RowKind.FIXED_DIRECTION or row.parameters[:2] != (0.0, 0.0):
+    if row.kind != RowKind.FIXED_DIRECTION or {"direction_x", "direction_y"} & set(row.parameters):
         return False
     bodies = [mechanism.body_index(point.body) for point in (joint.first, joint.second)]
     if any(index >= 0 and mechanism.bodies[index].can_rotate for index in bodies):
         return False
-    if row.motion is not None or row.parameters[4] != 0.0:
+    if row.motion is not None or row.parameters["constant"] != 0.0:
         raise MechanismError(
             f"joint {joint.name!r} prescribes a relative angle of two bodies that cannot rotate; "
             "make one of them rotate, or remove the relative angle from the joint"
@@ -226,7 +247,7 @@ class ConstraintEquations:
     @property
     def is_driven(self) -> NDArray[np.bool_]:
         """Whether each row is driven; shape (rows,)."""
-        is_driven: NDArray[np.bool_] = self._rows.table["drive"] >= 0
+        is_driven: NDArray[np.bool_] = self._rows.table["drive"] != NO_INDEX
         return is_driven
 
     def prescribed_motion(self, times: FloatArray) -> FloatArray:

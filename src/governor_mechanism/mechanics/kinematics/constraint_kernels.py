@@ -13,8 +13,8 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_motion
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
-from governor_mechanism.numerics.jit import jit, jit_in_place
-from governor_mechanism.types import FloatArray, IntArray, RecordArray, record_dtype
+from governor_mechanism.numerics.jit import jit, jit_in_place, jit_inline
+from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray
 
 
 class RowKind(IntEnum):
@@ -24,13 +24,7 @@ class RowKind(IntEnum):
     angles. BODY_NORMAL: the component of d normal to a line of the first body, or the distance from a curve on that line.
     LINE_ANGLE: the angle of d from the downward vertical (rad). FOLLOWER_HEIGHT: the height of a follower that hangs by a
     link from a rod through the second point, plus the height of the first point. ARC_POSITION: the angle of d in the axes
-    of the first body, times a radius. The last three serve as outputs only.
-
-    Parameters p0 to p5: DISTANCE: length. FIXED_DIRECTION: direction x and y, m per rad of the first and of the second
-    angle, constant, and 1 minus the weight of the first point. BODY_NORMAL: angle of the line, -, -, -, constant.
-    LINE_ANGLE: -, -, -, -, constant. FOLLOWER_HEIGHT: x (from the guide of the follower) and y of the other end of the
-    rod, both weighted, weight of the second point, length of the link, constant, sign. ARC_POSITION: direction of zero,
-    radius, -, -, constant.
+    of the first body, times a radius. The last three serve as outputs only. Of each the constant of the row is subtracted.
     """
 
     DISTANCE = 0
@@ -41,17 +35,35 @@ class RowKind(IntEnum):
     ARC_POSITION = 5
 
 
-N_ROW_PARAMETERS = 6
-"""Number of parameters of a row, p0 to p5."""
-
-CONSTRAINT_ROW_DTYPE = record_dtype(
-    "i8 kind first second", "f8 x1 y1 x2 y2 p0 p1 p2 p3 p4 p5 drive_scale", "i8 drive first_segment n_segments"
+CONSTRAINT_ROW_DTYPE = np.dtype(
+    [
+        ("kind", "i8"),  # a RowKind
+        ("first", "i8"),  # first body, or -1 for the ground
+        ("second", "i8"),  # second body, or -1 for the ground
+        ("x1", "f8"),  # point on the first body, in its axes, m
+        ("y1", "f8"),
+        ("x2", "f8"),  # point on the second body, in its axes, m
+        ("y2", "f8"),
+        ("constant", "f8"),  # what is subtracted, m; rad for LINE_ANGLE
+        ("direction_x", "f8"),  # FIXED_DIRECTION: the direction
+        ("direction_y", "f8"),
+        ("first_angle_factor", "f8"),  # FIXED_DIRECTION: multiples of the angles of the bodies, m/rad
+        ("second_angle_factor", "f8"),
+        ("first_point_weight", "f8"),  # FIXED_DIRECTION: factor on the position of the first point
+        ("angle", "f8"),  # BODY_NORMAL: angle of the line; ARC_POSITION: direction of zero, rad
+        ("radius", "f8"),  # ARC_POSITION, m
+        ("rod_x", "f8"),  # FOLLOWER_HEIGHT: weighted other end of the rod, x from the guide of the follower, m
+        ("rod_y", "f8"),
+        ("rod_weight", "f8"),  # FOLLOWER_HEIGHT: weight of the second point
+        ("link_length", "f8"),  # FOLLOWER_HEIGHT, m
+        ("follower_sign", "f8"),  # FOLLOWER_HEIGHT
+        ("drive_scale", "f8"),  # m per unit of the drive
+        ("drive", "i8"),  # input that drives the row, or NO_INDEX
+        ("first_segment", "i8"),  # BODY_NORMAL: first segment of the guide curve
+        ("n_segments", "i8"),  # BODY_NORMAL: number of its segments, 0 for a straight line
+    ]
 )
-"""One constraint row.
-
-Kind, both bodies, a point on each (m, in body axes), the parameters, the scale (m per unit of the drive), the input
-that drives it or -1, and first index and number of the segments of its guide curve.
-"""
+"""One constraint row; fields of other kinds are zero, but for the weight of the first point, which is 1."""
 
 
 class RowColumn(IntEnum):
@@ -99,7 +111,7 @@ def evaluate_drives(rows: ConstraintRows, input_cubics: FloatArray, local_time: 
     """Fill the prescribed motion into row_values (rows, 5) from the local cubics and harmonics of the inputs."""
     for i in range(rows.table.size):
         drive, drive_scale = rows.table[i].drive, rows.table[i].drive_scale
-        if drive >= 0:
+        if drive != NO_INDEX:
             value, rate, acceleration = evaluate_motion(input_cubics, drive, local_time)
             row_values[i, RowColumn.DRIVE_VALUE] = drive_scale * value
             row_values[i, RowColumn.DRIVE_RATE] = drive_scale * rate
@@ -137,6 +149,145 @@ def evaluate_curve(curve_segments: FloatArray, first_segment: int, n_segments: i
     return value, derivative, 2.0 * half_second_derivative
 
 
+class PointMotion(NamedTuple):
+    """A point of a body: position (m), lever from the origin (m), velocity (m/s), and angle (rad) and rate (rad/s) of the body."""
+
+    x: float
+    y: float
+    lever_x: float
+    lever_y: float
+    u: float
+    v: float
+    angle: float
+    angular_velocity: float
+
+
+class RowGeometry(NamedTuple):
+    """Value of a constraint row and its derivatives by the second point and by the angles of both bodies.
+
+    The quadratic term is the second time derivative of the value without accelerations and without centripetal ones.
+    """
+
+    value: float
+    normal_x: float
+    normal_y: float
+    first_angle_derivative: float
+    second_angle_derivative: float
+    quadratic_term: float
+
+
+@jit_inline
+def _move_point(poses: FloatArray, velocities: FloatArray, body: int, x: float, y: float) -> PointMotion:
+    """Return the motion of a point (m) in the axes of a body, or on the ground."""
+    if body < 0:
+        return PointMotion(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    lever_x, lever_y = 0.0, 0.0
+    angle, angular_velocity = poses[body, 2], velocities[body, 2]
+    if x != 0.0 or y != 0.0:
+        lever_x, lever_y = rotate_vector_jit(angle, x, y)
+    u, v = velocities[body, 0] - lever_y * angular_velocity, velocities[body, 1] + lever_x * angular_velocity
+    return PointMotion(poses[body, 0] + lever_x, poses[body, 1] + lever_y, lever_x, lever_y, u, v, angle, angular_velocity)
+
+
+@jit_inline
+def _scale_point(point: PointMotion, weight: float) -> PointMotion:
+    """Return the motion of a point with a weighted position."""
+    lever_x, lever_y = weight * point.lever_x, weight * point.lever_y
+    u, v = weight * point.u, weight * point.v
+    return PointMotion(weight * point.x, weight * point.y, lever_x, lever_y, u, v, point.angle, point.angular_velocity)
+
+
+@jit_inline
+def _distance_row(row: RecordArray, dx: float, dy: float, du: float, dv: float) -> RowGeometry:
+    length = math.hypot(dx, dy)
+    nx, ny = dx / length, dy / length
+    radial_velocity = nx * du + ny * dv
+    return RowGeometry(length, nx, ny, 0.0, 0.0, (du * du + dv * dv - radial_velocity * radial_velocity) / length)
+
+
+@jit_inline
+def _fixed_direction_row(row: RecordArray, dx: float, dy: float, first_angle: float, second_angle: float) -> RowGeometry:
+    nx, ny, first_factor, second_factor = row.direction_x, row.direction_y, row.first_angle_factor, row.second_angle_factor
+    value = nx * dx + ny * dy + first_factor * first_angle + second_factor * second_angle
+    return RowGeometry(value, nx, ny, first_factor, second_factor, 0.0)
+
+
+@jit_inline
+def _line_angle_row(row: RecordArray, dx: float, dy: float, du: float, dv: float) -> RowGeometry:
+    length_squared = dx * dx + dy * dy
+    nx, ny = -dy / length_squared, dx / length_squared
+    quadratic_term = -2.0 * (nx * du + ny * dv) * (dx * du + dy * dv) / length_squared
+    return RowGeometry(math.atan2(dx, -dy), nx, ny, 0.0, 0.0, quadratic_term)
+
+
+@jit_inline
+def _arc_position_row(row: RecordArray, dx: float, dy: float, du: float, dv: float, first_angle: float) -> RowGeometry:
+    angle, scale = row.angle + first_angle, row.radius / (dx * dx + dy * dy)
+    ux, uy = math.cos(angle), math.sin(angle)
+    nx, ny = -scale * dy, scale * dx
+    value = row.radius * math.atan2(ux * dy - uy * dx, ux * dx + uy * dy)
+    quadratic_term = -2.0 * (nx * du + ny * dv) * (dx * du + dy * dv) / (dx * dx + dy * dy)
+    return RowGeometry(value, nx, ny, -row.radius, 0.0, quadratic_term)
+
+
+@jit_inline
+def _follower_height_row(row: RecordArray, first: PointMotion, second: PointMotion) -> RowGeometry:
+    """Return the height of a follower; its derivative by the first point is 1 in y."""
+    horizontal_offset, weighted_ratio = row.rod_x + row.rod_weight * second.x, row.follower_sign * row.rod_weight
+    vertical_drop = math.sqrt(max(row.link_length * row.link_length - horizontal_offset * horizontal_offset, MIN_DROP_SQUARED))
+    rod_slope = horizontal_offset / vertical_drop
+    nx, ny = weighted_ratio * rod_slope, weighted_ratio
+    value = row.follower_sign * (row.rod_y + row.rod_weight * second.y - vertical_drop) + first.y
+    w1 = first.angular_velocity
+    quadratic_term = weighted_ratio * row.rod_weight * (1.0 + rod_slope * rod_slope) / vertical_drop * second.u * second.u - w1 * w1 * (
+        nx * first.lever_x + (ny + 1.0) * first.lever_y
+    )
+    return RowGeometry(value, nx, ny, 0.0, 0.0, quadratic_term)
+
+
+@jit_inline
+def _body_normal_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
+    dx, dy, du, dv, w1 = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v, first.angular_velocity
+    angle = row.angle + first.angle
+    ux, uy = math.cos(angle), math.sin(angle)
+    nx, ny = -uy, ux
+    normal_offset, axial_offset = nx * dx + ny * dy, ux * dx + uy * dy
+    normal_velocity, axial_velocity = nx * du + ny * dv, ux * du + uy * dv
+    value = normal_offset
+    angle_derivative = -axial_offset  # the line rotates with its body
+    quadratic_term = -2.0 * w1 * axial_velocity - w1 * w1 * normal_offset
+    if row.n_segments > 0:
+        curve_value, curve_derivative, curve_second_derivative = evaluate_curve(
+            curve_segments, row.first_segment, row.n_segments, axial_offset
+        )
+        value -= curve_value
+        angle_derivative -= curve_derivative * normal_offset
+        slot_velocity = axial_velocity + w1 * normal_offset
+        quadratic_term -= (
+            curve_derivative * (2.0 * w1 * normal_velocity - w1 * w1 * axial_offset)
+            + curve_second_derivative * slot_velocity * slot_velocity
+        )
+        nx, ny = nx - curve_derivative * ux, ny - curve_derivative * uy
+    return RowGeometry(value, nx, ny, angle_derivative, 0.0, quadratic_term)
+
+
+@jit_inline
+def _evaluate_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
+    """Return the value of a row of any kind, and its derivatives."""
+    dx, dy, du, dv = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v
+    if row.kind == RowKind.DISTANCE:
+        return _distance_row(row, dx, dy, du, dv)
+    if row.kind == RowKind.FIXED_DIRECTION:
+        return _fixed_direction_row(row, dx, dy, first.angle, second.angle)
+    if row.kind == RowKind.LINE_ANGLE:
+        return _line_angle_row(row, dx, dy, du, dv)
+    if row.kind == RowKind.ARC_POSITION:
+        return _arc_position_row(row, dx, dy, du, dv, first.angle)
+    if row.kind == RowKind.FOLLOWER_HEIGHT:
+        return _follower_height_row(row, first, second)
+    return _body_normal_row(row, curve_segments, first, second)
+
+
 @jit_in_place
 def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, row_values: FloatArray, jacobian: FloatArray) -> None:
     """Fill residual and gamma of row_values (rows, 5), and the Jacobian (rows, 2, 3) with respect to both bodies' poses.
@@ -146,87 +297,24 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
     """
     for i in range(rows.table.size):
         row = rows.table[i]
-        first, second = row.first, row.second
-        x1, y1, rx1, ry1, u1, v1, w1, angle1 = row.x1, row.y1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        if first >= 0:
-            angle1, w1 = poses[first, 2], velocities[first, 2]
-            if x1 != 0.0 or y1 != 0.0:
-                rx1, ry1 = rotate_vector_jit(angle1, x1, y1)
-            x1, y1 = poses[first, 0] + rx1, poses[first, 1] + ry1
-            u1, v1 = velocities[first, 0] - ry1 * w1, velocities[first, 1] + rx1 * w1
-        x2, y2, rx2, ry2, u2, v2, w2, angle2 = row.x2, row.y2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        if second >= 0:
-            angle2, w2 = poses[second, 2], velocities[second, 2]
-            if x2 != 0.0 or y2 != 0.0:
-                rx2, ry2 = rotate_vector_jit(angle2, x2, y2)
-            x2, y2 = poses[second, 0] + rx2, poses[second, 1] + ry2
-            u2, v2 = velocities[second, 0] - ry2 * w2, velocities[second, 1] + rx2 * w2
-        first_point_weight = 1.0 - row.p5 if row.kind == RowKind.FIXED_DIRECTION else 1.0
-        if first_point_weight != 1.0:
-            x1, y1 = first_point_weight * x1, first_point_weight * y1
-            rx1, ry1 = first_point_weight * rx1, first_point_weight * ry1
-            u1, v1 = first_point_weight * u1, first_point_weight * v1
-        dx, dy, du, dv = x2 - x1, y2 - y1, u2 - u1, v2 - v1
-        angle_derivative1 = angle_derivative2 = quadratic_term = 0.0
-        if row.kind == RowKind.DISTANCE:
-            length = math.hypot(dx, dy)
-            nx, ny = dx / length, dy / length
-            residual = length - row.p0
-            radial_velocity = nx * du + ny * dv
-            quadratic_term = (du * du + dv * dv - radial_velocity * radial_velocity) / length
-        elif row.kind == RowKind.FIXED_DIRECTION:
-            nx, ny, angle_derivative1, angle_derivative2 = row.p0, row.p1, row.p2, row.p3
-            residual = nx * dx + ny * dy + angle_derivative1 * angle1 + angle_derivative2 * angle2 - row.p4
-        elif row.kind == RowKind.LINE_ANGLE:
-            length_squared = dx * dx + dy * dy
-            nx, ny = -dy / length_squared, dx / length_squared
-            residual = math.atan2(dx, -dy) - row.p4
-            quadratic_term = -2.0 * (nx * du + ny * dv) * (dx * du + dy * dv) / length_squared
-        elif row.kind == RowKind.ARC_POSITION:
-            angle, scale = row.p0 + angle1, row.p1 / (dx * dx + dy * dy)
-            ux, uy = math.cos(angle), math.sin(angle)
-            nx, ny, angle_derivative1 = -scale * dy, scale * dx, -row.p1
-            residual = row.p1 * math.atan2(ux * dy - uy * dx, ux * dx + uy * dy) - row.p4
-            quadratic_term = -2.0 * (nx * du + ny * dv) * (dx * du + dy * dv) / (dx * dx + dy * dy)
-        elif row.kind == RowKind.FOLLOWER_HEIGHT:
-            horizontal_offset, weighted_ratio = row.p0 + row.p2 * x2, row.p5 * row.p2
-            vertical_drop = math.sqrt(max(row.p3 * row.p3 - horizontal_offset * horizontal_offset, MIN_DROP_SQUARED))
-            rod_slope = horizontal_offset / vertical_drop
-            nx, ny = weighted_ratio * rod_slope, weighted_ratio
-            residual = row.p5 * (row.p1 + row.p2 * y2 - vertical_drop) + y1 - row.p4
-            quadratic_term = weighted_ratio * row.p2 * (1.0 + rod_slope * rod_slope) / vertical_drop * u2 * u2 - w1 * w1 * (
-                nx * rx1 + (ny + 1.0) * ry1
-            )
-        else:
-            angle = row.p0 + angle1
-            ux, uy = math.cos(angle), math.sin(angle)
-            nx, ny = -uy, ux
-            normal_offset, axial_offset = nx * dx + ny * dy, ux * dx + uy * dy
-            normal_velocity, axial_velocity = nx * du + ny * dv, ux * du + uy * dv
-            residual = normal_offset - row.p4
-            angle_derivative1 = -axial_offset  # the line rotates with its body
-            quadratic_term = -2.0 * w1 * axial_velocity - w1 * w1 * normal_offset
-            if row.n_segments > 0:
-                curve_value, curve_derivative, curve_second_derivative = evaluate_curve(
-                    rows.curve_segments, row.first_segment, row.n_segments, axial_offset
-                )
-                residual -= curve_value
-                angle_derivative1 -= curve_derivative * normal_offset
-                slot_velocity = axial_velocity + w1 * normal_offset
-                quadratic_term -= (
-                    curve_derivative * (2.0 * w1 * normal_velocity - w1 * w1 * axial_offset)
-                    + curve_second_derivative * slot_velocity * slot_velocity
-                )
-                nx, ny = nx - curve_derivative * ux, ny - curve_derivative * uy
-        row_values[i, RowColumn.RESIDUAL] = residual - row_values[i, RowColumn.DRIVE_VALUE]
-        jacobian[i, 0, 0], jacobian[i, 0, 1] = -first_point_weight * nx, -first_point_weight * ny
-        jacobian[i, 0, 2] = nx * ry1 - ny * rx1 + angle_derivative1
-        jacobian[i, 1, 0], jacobian[i, 1, 1], jacobian[i, 1, 2] = nx, ny, ny * rx2 - nx * ry2 + angle_derivative2
+        first = _move_point(poses, velocities, row.first, row.x1, row.y1)
+        second = _move_point(poses, velocities, row.second, row.x2, row.y2)
+        weight = row.first_point_weight
+        if weight != 1.0:
+            first = _scale_point(first, weight)
+        geometry = _evaluate_row(row, rows.curve_segments, first, second)
+        nx, ny, w1, w2 = geometry.normal_x, geometry.normal_y, first.angular_velocity, second.angular_velocity
+        row_values[i, RowColumn.RESIDUAL] = geometry.value - row.constant - row_values[i, RowColumn.DRIVE_VALUE]
+        jacobian[i, 0, 0], jacobian[i, 0, 1] = -weight * nx, -weight * ny
+        jacobian[i, 0, 2] = nx * first.lever_y - ny * first.lever_x + geometry.first_angle_derivative
+        jacobian[i, 1, 0], jacobian[i, 1, 1] = nx, ny
+        jacobian[i, 1, 2] = ny * second.lever_x - nx * second.lever_y + geometry.second_angle_derivative
         if row.kind == RowKind.FOLLOWER_HEIGHT:
-            jacobian[i, 0, 0], jacobian[i, 0, 1], jacobian[i, 0, 2] = 0.0, 1.0, rx1
-        centripetal_x, centripetal_y = w1 * w1 * rx1 - w2 * w2 * rx2, w1 * w1 * ry1 - w2 * w2 * ry2
+            jacobian[i, 0, 0], jacobian[i, 0, 1], jacobian[i, 0, 2] = 0.0, 1.0, first.lever_x
+        centripetal_x = w1 * w1 * first.lever_x - w2 * w2 * second.lever_x
+        centripetal_y = w1 * w1 * first.lever_y - w2 * w2 * second.lever_y
         row_values[i, RowColumn.GAMMA] = row_values[i, RowColumn.DRIVE_ACCELERATION] - (
-            nx * centripetal_x + ny * centripetal_y + quadratic_term
+            nx * centripetal_x + ny * centripetal_y + geometry.quadratic_term
         )
 
 

@@ -24,7 +24,7 @@ def evaluate_cubic(input_cubics: FloatArray, k: int, local_time: float) -> float
 
 @jit_in_place
 def evaluate_input(input_cubics: FloatArray, k: int, local_time: float) -> float:
-    """Return the value of input k, its cubic plus its harmonics, or 0 for k = -1."""
+    """Return the value of input k, its cubic plus its harmonics, or 0 for k = NO_INDEX."""
     if k < 0:
         return 0.0
     value = evaluate_cubic(input_cubics, k, local_time)

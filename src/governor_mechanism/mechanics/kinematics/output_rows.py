@@ -4,13 +4,14 @@ An output row is a constraint row whose residual is the value of the output vari
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
-from governor_mechanism.mechanics.kinematics.constraint_kernels import CONSTRAINT_ROW_DTYPE, N_ROW_PARAMETERS, ConstraintRows, RowKind
+from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_row_table, set_fields
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowKind
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import Mechanism
@@ -23,57 +24,66 @@ from governor_mechanism.model.output_variables import (
     PointDistance,
     Reading,
 )
-from governor_mechanism.numerics import elementary
-
-OutputRowData = tuple[int, Point, Point, tuple[float, ...]]
-"""Kind, first and second point, and parameters of an output row."""
-
-CONSTANT_PARAMETER = {int(kind): "p0" if kind == RowKind.DISTANCE else "p4" for kind in RowKind}
-"""Field of the parameter that is subtracted in the residual, for each kind of row."""
 
 
-def _output_row_data(reading: Reading) -> OutputRowData:
-    """Return kind, points and parameters of the output row of a reading."""
+@dataclass(frozen=True)
+class OutputRow:
+    """Kind, points and parameters of an output row; the parameters are fields of `CONSTRAINT_ROW_DTYPE`."""
+
+    kind: RowKind
+    first: Point
+    second: Point
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+
+def _output_row(reading: Reading) -> OutputRow:
+    """Return the output row of a reading."""
     match reading:
         case LineAngle():
-            return RowKind.LINE_ANGLE, reading.start, reading.end, (0.0, 0.0, 0.0, 0.0, reading.zero)
+            return OutputRow(RowKind.LINE_ANGLE, reading.start, reading.end, {"constant": reading.zero})
         case BodyAngle():
-            return RowKind.FIXED_DIRECTION, Point(body=reading.reference_body), Point(body=reading.body), (0.0, 0.0, -1.0, 1.0)
+            factors = {"first_angle_factor": -1.0, "second_angle_factor": 1.0}
+            return OutputRow(RowKind.FIXED_DIRECTION, Point(body=reading.reference_body), Point(body=reading.body), factors)
         case PointDistance():
-            return RowKind.DISTANCE, reading.first, reading.second, (0.0,)
+            return OutputRow(RowKind.DISTANCE, reading.first, reading.second)
         case PointCoordinate():
             return _point_coordinate_row(reading)
         case ArcPosition():
-            return RowKind.ARC_POSITION, reading.centre, reading.point, (reading.angle, reading.radius, 0.0, 0.0, reading.zero)
+            arc = {"angle": reading.angle, "radius": reading.radius, "constant": reading.zero}
+            return OutputRow(RowKind.ARC_POSITION, reading.centre, reading.point, arc)
         case FollowerHeight():
             return _follower_height_row(reading)
     raise TypeError(f"no output row is defined for readings of type {type(reading).__name__}")
 
 
-def _point_coordinate_row(reading: PointCoordinate) -> OutputRowData:
-    direction = reading.direction_x, reading.direction_y
+def _point_coordinate_row(reading: PointCoordinate) -> OutputRow:
     if reading.origin.body == GROUND:
-        return RowKind.FIXED_DIRECTION, reading.origin, reading.point, (*direction, 0.0, 0.0, reading.zero)
-    if not math.isclose(elementary.hypot(*direction), 1.0, rel_tol=1e-12):
-        raise MechanismError(
-            f"reading {reading.name!r} has a direction, relative to a body, of length {math.hypot(*direction):g}; give a unit vector"
-        )
-    angle = elementary.atan2(-reading.direction_x, reading.direction_y)
-    return RowKind.BODY_NORMAL, reading.origin, reading.point, (angle, 0.0, 0.0, 0.0, reading.zero)
+        direction = {"direction_x": reading.direction_x, "direction_y": reading.direction_y}
+        return OutputRow(RowKind.FIXED_DIRECTION, reading.origin, reading.point, {**direction, "constant": reading.zero})
+    length = math.hypot(reading.direction_x, reading.direction_y)
+    if not math.isclose(length, 1.0, rel_tol=1e-12):
+        raise MechanismError(f"reading {reading.name!r} has a direction, relative to a body, of length {length:g}; give a unit vector")
+    angle = math.atan2(-reading.direction_x, reading.direction_y)
+    return OutputRow(RowKind.BODY_NORMAL, reading.origin, reading.point, {"angle": angle, "constant": reading.zero})
 
 
-def _follower_height_row(reading: FollowerHeight) -> OutputRowData:
+def _follower_height_row(reading: FollowerHeight) -> OutputRow:
     if reading.top.body != GROUND:
         raise MechanismError(
             f"reading {reading.name!r} has a follower that hangs from a rod whose top is on body {reading.top.body!r}; "
             "the top must be on the ground"
         )
-    complement = 1.0 - reading.fraction
-    offset = complement * reading.top.x - reading.guide_x, complement * reading.top.y
-    reference_point = reading.reference_point
-    sign = 1.0 if reference_point is None else -1.0
+    complement, reference_point = 1.0 - reading.fraction, reading.reference_point
+    parameters = {
+        "rod_x": complement * reading.top.x - reading.guide_x,
+        "rod_y": complement * reading.top.y,
+        "rod_weight": reading.fraction,
+        "link_length": reading.length,
+        "constant": reading.zero,
+        "follower_sign": 1.0 if reference_point is None else -1.0,
+    }
     base_point = Point(body=GROUND) if reference_point is None else reference_point
-    return RowKind.FOLLOWER_HEIGHT, base_point, reading.knee, (*offset, reading.fraction, reading.length, reading.zero, sign)
+    return OutputRow(RowKind.FOLLOWER_HEIGHT, base_point, reading.knee, parameters)
 
 
 def make_output_rows(mechanism: Mechanism, names: Sequence[str], origins: Origins) -> ConstraintRows:
@@ -98,9 +108,10 @@ def make_output_rows(mechanism: Mechanism, names: Sequence[str], origins: Origin
 
 def rows_of_readings(mechanism: Mechanism, readings: Sequence[Reading], origins: Origins) -> ConstraintRows:
     """Return the output rows of readings, which the mechanism need not list, as `make_output_rows` does."""
-    table = np.zeros(len(readings), dtype=CONSTRAINT_ROW_DTYPE)
-    for i, reading in enumerate(readings):
-        kind, first, second, parameters = _output_row_data(reading)
-        points = attachment_fields(mechanism, first, second, origins)
-        table[i] = (kind, *points, *parameters, *(0.0,) * (N_ROW_PARAMETERS - len(parameters)), 1.0, -1, 0, 0)
+    table = make_row_table(len(readings))
+    for record, reading in zip(table, readings, strict=True):
+        row = _output_row(reading)
+        set_fields(record, attachment_fields(mechanism, row.first, row.second, origins))
+        set_fields(record, row.parameters)
+        record["kind"] = row.kind
     return ConstraintRows(table, bodies_of_rows(table), np.zeros((0, 2)))

@@ -18,11 +18,10 @@ def rotate_vector(angle: Any, x: Any, y: Any) -> tuple[Any, Any]:
     return cosine * x - sine * y, sine * x + cosine * y
 
 
-def attachment_fields(mechanism: Mechanism, first: Point, second: Point, origins: Origins) -> tuple[float, ...]:
-    """Return the fields of two points in a record: both bodies, then x and y (m) of each relative to its body's origin."""
-    bodies = [mechanism.body_index(point.body) for point in (first, second)]
-    coordinates = []
-    for point in (first, second):
+def attachment_fields(mechanism: Mechanism, first: Point, second: Point, origins: Origins) -> dict[str, float]:
+    """Return the fields of two points in a record: both bodies, and x and y (m) of each relative to its body's origin."""
+    fields: dict[str, float] = {"first": mechanism.body_index(first.body), "second": mechanism.body_index(second.body)}
+    for number, point in enumerate((first, second), start=1):
         x, y = origins.get(point.body, (0.0, 0.0))
-        coordinates += [point.x - x, point.y - y]
-    return (*bodies, *coordinates)
+        fields |= {f"x{number}": point.x - x, f"y{number}": point.y - y}
+    return fields

@@ -12,10 +12,10 @@ from governor_mechanism.mechanics.reduction.model_outputs import (
 )
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.reduced_forces import ForceParameter, OutputForceColumn
-from governor_mechanism.mechanics.reduction.reduced_model import MODE_HELD, N_FURTHER_STATES, ReducedModel, StateIndex
+from governor_mechanism.mechanics.reduction.reduced_model import N_FURTHER_STATES, ReducedModel, StateIndex
 from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place, jit_inline
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import NO_INDEX, FloatArray
 
 
 @jit_in_place
@@ -138,7 +138,7 @@ def _add_output_forces(
     for i in range(model.output_forces.shape[0]):
         output_force = model.output_forces[i]
         mode_index = int(output_force[OutputForceColumn.MODE])
-        if mode_index < 0 or model.mode[mode_index] != 0:
+        if mode_index == NO_INDEX or model.mode[mode_index] != 0:
             value, output_derivative = evaluate_table_output(model, piece, t, output_force[OutputForceColumn.OUTPUT])
             force = evaluate_force(model, output_force, piece, t, value, output_derivative * v)
             if output_force[OutputForceColumn.INPUT] >= 0.0:
@@ -154,9 +154,10 @@ def _add_friction(
 ) -> tuple[float, float]:
     """Return acceleration and dissipated power (W) with those of the sliding contacts added."""
     for i in range(model.contacts.shape[0]):
-        if model.mode[1 + i] != 0:
+        sliding_sign = model.mode[model.mode_layout.contacts + i]
+        if sliding_sign != 0:
             output_derivative = evaluate_table_output(model, piece, t, model.contacts[i].output_index)[1]
-            force = model.mode[1 + i] * friction_limit(model, i)
+            force = sliding_sign * friction_limit(model, i)
             acceleration -= force * output_derivative * inverse_inertia
             dissipated_power += force * output_derivative * v
     return acceleration, dissipated_power
@@ -207,7 +208,7 @@ def evaluate_equation_of_motion(
             model.coefficients, piece, TableColumn.POTENTIAL, t
         )
     acceleration = evaluate_acceleration(model, piece, t, v, shaft_angle, shaft_speed, local_time, True, further_rates, stage)
-    return 0.0 if model.mode[MODE_HELD] != 0 else acceleration
+    return 0.0 if model.mode[model.mode_layout.held] != 0 else acceleration
 
 
 @jit

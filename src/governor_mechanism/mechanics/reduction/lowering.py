@@ -10,6 +10,7 @@ from governor_mechanism.mechanics.dynamics.characteristic_scales import time_sca
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, make_contact_table, one_sided_forces_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.forces.force_elements import element_law
 from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
+from governor_mechanism.mechanics.dynamics.forces.input_layout import InputLayout, make_input_layout
 from governor_mechanism.mechanics.dynamics.forces.inputs import make_input_terms, make_table_segments
 from governor_mechanism.mechanics.dynamics.forces.loads import loads_of, reading_tables_of
 from governor_mechanism.mechanics.dynamics.forces.output_forces import (
@@ -21,8 +22,16 @@ from governor_mechanism.mechanics.dynamics.forces.output_forces import (
 from governor_mechanism.mechanics.dynamics.system.event_functions import EVENT_FUNCTION_DTYPE, make_gas_event_functions
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.lagrangian_lowering import acts_elsewhere, lower_lagrangian
-from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, ReductionArrays
-from governor_mechanism.mechanics.reduction.reduced_forces import COORDINATE, N_OUTPUT_FORCE_COLUMNS, ForceParameter, ReducedForces
+from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays
+from governor_mechanism.mechanics.reduction.reduced_forces import (
+    COORDINATE,
+    N_OUTPUT_FORCE_COLUMNS,
+    ForceParameter,
+    ModeLayout,
+    ReducedForces,
+    lay_out_events,
+    lay_out_mode,
+)
 from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
 from governor_mechanism.mechanics.reduction.shaft_outputs import lower_shaft_outputs
 from governor_mechanism.model.effect import OutputForce
@@ -32,7 +41,7 @@ from governor_mechanism.model.part import Part, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.numerics.once_per_object import once_per_object
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import NO_INDEX, FloatArray
 
 UNBOUNDED_RANGE = 1e9
 """Bound of the coordinate where the scene sets none, in coordinate scales."""
@@ -79,48 +88,53 @@ def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedForces, t
         high=high,
         full_turn=math.tau if mechanism.reading(mechanism.coordinate).quantity == "angle" else 0.0,
         is_conservative=is_steady and not scene.mechanism.force_elements and not scene.output_effects and not train.motion,
-        fit_tolerance=MIN_FIT_TOLERANCE,
     )
     loads, contacts = loads_of(scene), contacts_of(scene)
-    first_friction_input = 1 + len(loads) - sum(contact.friction is not None for contact in contacts)
-    input_terms, _, n_further_inputs = make_input_terms(
-        all_names, [0] * len(reading_tables_of(scene)), 1, loads, len(loads) + 1 - first_friction_input
-    )
-    inputs = (spindle.speed_function, *loads, *(InputFunction(),) * n_further_inputs)
+    layout = make_input_layout(loads, contacts, n_spindle_speeds=1, n_drives=0)
+    input_terms, _ = make_input_terms(all_names, [0] * len(reading_tables_of(scene)), layout, loads)
+    inputs = [spindle.speed_function, *loads]
+    inputs += [InputFunction()] * (layout.n_inputs - len(inputs))
     one_sided_springs = [
         (names.index(one.reading), one.slack_below, scene.mechanism.output_scale(one.reading)) for one in one_sided_forces_of(scene)
     ]
-    shaft_elements, first_load_input = _shaft_elements(scene, prefix, part, train)
-    gas_records = [_gas_record(scene, all_names, gas, prefix + mechanism.coordinate) for gas in (*gases, *shaft_gases)]
-    kinks = make_gas_event_functions(np.array(gas_records, dtype=OUTPUT_FORCE_DTYPE), -1)
+    shaft_elements, first_load_input = _shaft_elements(scene, prefix, part, train, layout.element_loads.start)
+    gas_records = [_gas_record(scene, all_names, gas, prefix + mechanism.coordinate, layout) for gas in (*gases, *shaft_gases)]
+    kinks = make_gas_event_functions(np.array(gas_records, dtype=OUTPUT_FORCE_DTYPE), NO_INDEX)
     n_tables, scales = len(reading_tables_of(scene)), [scene.mechanism.output_scale(name) for name in all_names]
-    first_phase = 1 + len(contacts) + len(one_sided_springs) + n_tables + len(kinks)
+    mode_layout = lay_out_mode(len(contacts), len(one_sided_springs), n_tables, len(kinks))
+    output_rows = [*_effect_rows(scene, names, mode_layout), *_gas_rows(gas_records[: len(gases)], mode_layout.phases)]
     forces = ReducedForces(
         parameters=_make_parameters(scene, part, arrays, train, shaft_elements, first_load_input),
         one_sided_springs=np.array(one_sided_springs).reshape(-1, 3),
-        output_forces=np.array([*_effect_rows(scene, names), *_gas_rows(gas_records[: len(gases)], first_phase)], dtype=float).reshape(
-            -1, N_OUTPUT_FORCE_COLUMNS
-        ),
-        contacts=make_contact_table(scene, names, first_friction_input),
-        shaft_torques=np.array([(index, ratio) for index, ratio, _ in shaft_elements if index >= 0]).reshape(-1, 2),
-        shaft_forces=np.array(_gas_rows(gas_records[len(gases) :], first_phase + len(gases))).reshape(-1, N_OUTPUT_FORCE_COLUMNS),
+        output_forces=np.array(output_rows, dtype=float).reshape(-1, N_OUTPUT_FORCE_COLUMNS),
+        contacts=make_contact_table(scene, names, layout.friction_inputs),
+        shaft_torques=np.array([(index, ratio) for index, ratio, _ in shaft_elements if index != NO_INDEX]).reshape(-1, 2),
+        shaft_forces=np.array(_gas_rows(gas_records[len(gases) :], mode_layout.phases + len(gases))).reshape(-1, N_OUTPUT_FORCE_COLUMNS),
         shaft_outputs=lower_shaft_outputs(scene, train, shaft_names),
         kinks=np.array(kinks, dtype=EVENT_FUNCTION_DTYPE),
         table_segments=make_table_segments(all_names, scales, arrays.time_scale, loads),
         input_terms=input_terms,
-        inputs=np.zeros(len(inputs)),
+        inputs=np.zeros(layout.n_inputs),
+        mode_layout=mode_layout,
+        event_layout=lay_out_events(len(contacts), len(one_sided_springs), n_tables),
     )
     return arrays, forces, tuple(map(CubicTimeFunction, inputs))
 
 
-def _shaft_elements(scene: Scene, prefix: str, part: Part, train: ShaftTrain) -> tuple[list[tuple[int, float, float]], int]:
-    """Return input (-1 for a damper), relative ratio and damping of the force elements on the shaft, and the first input of the others."""
-    shaft_elements, next_input, first_own_input = list[tuple[int, float, float]](), 1, 1
+def _shaft_elements(
+    scene: Scene, prefix: str, part: Part, train: ShaftTrain, first_input: int
+) -> tuple[list[tuple[int, float, float]], int]:
+    """Return input, NO_INDEX for a damper, relative ratio and damping of the elements on the shaft, and the first input of the others.
+
+    `first_input` is that of the loads of force elements.
+    """
+    shaft_elements = list[tuple[int, float, float]]()
+    next_input = first_own_input = first_input
     for element in scene.mechanism.force_elements:
         ratio = train.ratio(element.bodies[1]) - train.ratio(element.bodies[0])
         if acts_elsewhere(element, prefix, part):
             if not isinstance(element, CylinderGas):
-                shaft_elements.append((next_input, ratio, 0.0) if element.loads else (-1, ratio, element_law(element)[1][0]))
+                shaft_elements.append((next_input, ratio, 0.0) if element.loads else (NO_INDEX, ratio, element_law(element)[1][0]))
             first_own_input += len(element.inputs) if first_own_input == next_input else 0
         next_input += len(element.inputs)
     return shaft_elements, first_own_input
@@ -148,26 +162,27 @@ def _output_names(
     return list(dict.fromkeys(own)), list(dict.fromkeys([*(name for name in forced if name in given_by_shaft), *of_gas]))
 
 
-def _effect_rows(scene: Scene, names: Sequence[str]) -> list[tuple[float, ...]]:
+def _effect_rows(scene: Scene, names: Sequence[str], mode_layout: ModeLayout) -> list[tuple[float, ...]]:
     """Return the laws of effects that the table does not contain, as in `ReducedForces.output_forces`."""
-    one_sided, n_contacts, rows = one_sided_forces_of(scene), len(contacts_of(scene)), list[tuple[float, ...]]()
+    one_sided, rows = one_sided_forces_of(scene), list[tuple[float, ...]]()
     for effect in (effect for effect in output_forces_of(scene) if not _is_tabulated(effect)):
         law, output_index, _, dissipates, *_, coefficients = output_force_record(effect, names.index(effect.reading))
-        mode_index = 1 + n_contacts + one_sided.index(effect) if effect in one_sided else -1
-        rows.append((output_index, law, dissipates, mode_index, -1, -1, -1, *coefficients))
+        mode_index = mode_layout.springs + one_sided.index(effect) if effect in one_sided else NO_INDEX
+        rows.append((output_index, law, dissipates, mode_index, NO_INDEX, NO_INDEX, NO_INDEX, *coefficients))
     return rows
 
 
-def _gas_record(scene: Scene, names: Sequence[str], gas: CylinderGas, coordinate: str) -> OutputForceRecord:
+def _gas_record(scene: Scene, names: Sequence[str], gas: CylinderGas, coordinate: str, layout: InputLayout) -> OutputForceRecord:
     """Return the gas in a cylinder as a record of `OUTPUT_FORCE_DTYPE`."""
     law, coefficients = element_law(gas)
     inputs = [load for element in scene.mechanism.force_elements for load in element.inputs]
+    first_input = layout.element_loads.start
     return make_output_force(
         FORCE_LAWS.index(law),
         names.index(gas.travel.name),
         coefficients,
         argument_index=COORDINATE if gas.crank_angle.name == coordinate else names.index(gas.crank_angle.name),
-        input_index=-1 if gas.factor is None else 1 + next(k for k, load in enumerate(inputs) if load is gas.factor),
+        input_index=NO_INDEX if gas.factor is None else first_input + next(k for k, load in enumerate(inputs) if load is gas.factor),
     )
 
 
@@ -175,7 +190,7 @@ def _gas_rows(records: Sequence[OutputForceRecord], first_phase: int) -> list[tu
     """Return records of gas, whose phases begin at an index of the contact mode, as in `ReducedForces.output_forces`."""
     rows = list[tuple[float, ...]]()
     for phase, (law, output_index, crank_angle, _, factor, *_, coefficients) in enumerate(records, start=first_phase):
-        rows.append((output_index, law, False, -1, crank_angle, phase, factor, *coefficients))
+        rows.append((output_index, law, False, NO_INDEX, crank_angle, phase, factor, *coefficients))
     return rows
 
 

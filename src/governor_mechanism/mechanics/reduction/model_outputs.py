@@ -10,7 +10,7 @@ from governor_mechanism.mechanics.reduction.reduced_model import ReducedModel
 from governor_mechanism.mechanics.reduction.shaft_outputs import evaluate_shaft_outputs
 from governor_mechanism.numerics.chebyshev import evaluate_piece, evaluate_piece_derivative
 from governor_mechanism.numerics.jit import jit_in_place
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import NO_INDEX, FloatArray
 
 
 @jit_in_place
@@ -74,12 +74,12 @@ def evaluate_force(model: ReducedModel, force: FloatArray, piece: int, t: float,
     """
     argument, phase_index = rate, int(force[OutputForceColumn.PHASE])
     coefficients, factor = force[OutputForceColumn.FIRST_COEFFICIENT :], int(force[OutputForceColumn.INPUT])
-    if phase_index >= 0:
+    if phase_index != NO_INDEX:
         argument = float(model.mode[phase_index])
         if argument == IN_NO_PHASE:
             argument = evaluate_gas_phase(coefficients, value, evaluate_output(model, piece, t, force[OutputForceColumn.CRANK_ANGLE])[0])
     result = evaluate_force_law(int(force[OutputForceColumn.LAW]), coefficients, value, argument)
-    return float(result * model.inputs[factor] if factor >= 0 else result)
+    return float(result * model.inputs[factor] if factor != NO_INDEX else result)
 
 
 @jit_in_place
@@ -99,7 +99,7 @@ def friction_limit(model: ReducedModel, k: int) -> float:
         Friction force, N or N m; 0 without friction.
     """
     friction_input = int(model.contacts[k].friction_input)
-    return float(model.inputs[friction_input]) if friction_input >= 0 else 0.0
+    return float(model.inputs[friction_input]) if friction_input != NO_INDEX else 0.0
 
 
 @jit_in_place

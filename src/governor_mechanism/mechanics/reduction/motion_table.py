@@ -1,14 +1,13 @@
 """Motion table of one scene: it grows with the motion, and says why it ends."""
 
 import time
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
-from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, make_lagrangian_workspace
+from governor_mechanism.mechanics.reduction.node_evaluation import make_lagrangian_workspace
 from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
 from governor_mechanism.mechanics.reduction.table import (
     BOUND_TOLERANCE,
@@ -40,8 +39,6 @@ class MotionTable:
         Poses at the start; shape (bodies, 3).
     width_ratio
         Factor on the width of the first pieces.
-    fit_tolerance
-        Truncation tolerance of the pieces, relative to the scale of a column.
 
     Attributes
     ----------
@@ -61,13 +58,10 @@ class MotionTable:
         Whether the first piece could be computed.
     """
 
-    def __init__(
-        self, scene: Scene, q: float, poses: FloatArray, width_ratio: float = 1.0, fit_tolerance: float = MIN_FIT_TOLERANCE
-    ) -> None:
+    def __init__(self, scene: Scene, q: float, poses: FloatArray, width_ratio: float = 1.0) -> None:
         start_time = time.perf_counter()
         self.scene = scene
-        arrays, forces, self.time_functions = lower_reduced_scene(scene)
-        self.arrays = arrays._replace(fit_tolerance=fit_tolerance)
+        self.arrays, forces, self.time_functions = lower_reduced_scene(scene)
         self.forces = forces._replace(
             inputs=np.zeros_like(forces.inputs),
             input_terms=forces.input_terms.copy(),
@@ -98,22 +92,38 @@ class MotionTable:
 
     def end_coordinate(self, side: int) -> float:
         """Return the coordinate at which the table ends below (0) or above (1): its bound, or the end of the last piece."""
-        return find_end_coordinate(self.edge(side), self._bound(side), self.arrays.lagrangian.assembly.coordinate_scale)
+        edge = self.edge(side)
+        bound = self._bound(side)
+        return bound if abs(edge - bound) < BOUND_TOLERANCE * self.arrays.lagrangian.assembly.coordinate_scale else edge
 
     def edge(self, side: int) -> float:
         """Return the coordinate up to which the table has values, below (0) or above (1)."""
         return float(self.table.intervals[self.table.end_pieces[side], side])
 
-    def describe_end(self, side: int, stops_short: bool = False) -> "TableEnd":
-        """Return how the table ends below (0) or above (1) for a motion that reaches its bound, or stops short of it."""
-        if stops_short:
-            return TableEnd(side, EndReason.AT_SINGULARITY, self.edge(side), False)
-        coordinate = self.end_coordinate(side)
-        return TableEnd(side, int(self.table.end_reasons[side]), coordinate, coordinate == self._bound(side))
+    def end_message(self, side: int, *, stops_short: bool = False) -> tuple[bool, str]:
+        """Return whether the table ends at a limit given in the scene, and what happens there.
 
-    def end_message(self, side: int) -> tuple[bool, str]:
-        """Return whether the table ends at a limit given in the scene, and what happens there."""
-        return describe_table_end(self.scene, self.describe_end(side))
+        `stops_short` is whether the motion turns back between the end of the table and the bound of the coordinate.
+        """
+        prefix, part = parts_with_coordinate(self.scene)[0]
+        mechanism = part.mechanism
+        own_limits = [limit for limit in mechanism.limits if limit.reading == mechanism.coordinate]
+        other_limits = [limit for limit in mechanism.limits if limit.reading != mechanism.coordinate]
+        reason = EndReason.AT_SINGULARITY if stops_short else int(self.table.end_reasons[side])
+        coordinate = self.edge(side) if stops_short else self.end_coordinate(side)
+        is_at_bound = not stops_short and coordinate == self._bound(side)
+        if reason == EndReason.TOO_FAR:
+            return True, FLIGHT_DETAIL
+        if own_limits and (reason == EndReason.AT_BOUND or is_at_bound):
+            limit, at_high = own_limits[0], side == 1
+        elif reason >= EndReason.AT_LIMIT:
+            limit, at_high = other_limits[(reason - EndReason.AT_LIMIT) // 2], bool((reason - EndReason.AT_LIMIT) % 2)
+        else:
+            return False, (
+                f"{prefix + mechanism.coordinate!r} is at a turning point, or the joints at a change point, and does not determine "
+                f"the poses at {coordinate:.6g}"
+            )
+        return True, f"{prefix}{limit.reading}: {limit.high_message if at_high else limit.low_message}"
 
     def _bound(self, side: int) -> float:
         return self.arrays.high if side == 1 else self.arrays.low
@@ -140,38 +150,3 @@ class MotionTable:
     @cached_property
     def _solver(self) -> CoordinateSolver:
         return CoordinateSolver(parts_with_coordinate(self.scene)[0][1].mechanism)
-
-
-def find_end_coordinate(edge: float, bound: float, coordinate_scale: float) -> float:
-    """Return the coordinate at which a table ends: its bound if the end of its last piece is near that, else that end."""
-    return bound if abs(edge - bound) < BOUND_TOLERANCE * coordinate_scale else edge
-
-
-@dataclass(frozen=True)
-class TableEnd:
-    """How a table ends: side (0 below, 1 above), reason (`EndReason`), coordinate there, and whether that is its bound."""
-
-    side: int
-    reason: int
-    coordinate: float
-    is_at_bound: bool
-
-
-def describe_table_end(scene: Scene, end: TableEnd) -> tuple[bool, str]:
-    """Return whether the table of a scene ends at a limit given in the scene, and what happens there."""
-    prefix, part = parts_with_coordinate(scene)[0]
-    mechanism, reason = part.mechanism, end.reason
-    own_limits = [limit for limit in mechanism.limits if limit.reading == mechanism.coordinate]
-    other_limits = [limit for limit in mechanism.limits if limit.reading != mechanism.coordinate]
-    if reason == EndReason.TOO_FAR:
-        return True, FLIGHT_DETAIL
-    if own_limits and (reason == EndReason.AT_BOUND or end.is_at_bound):
-        limit, at_high = own_limits[0], end.side == 1
-    elif reason >= EndReason.AT_LIMIT:
-        limit, at_high = other_limits[(reason - EndReason.AT_LIMIT) // 2], bool((reason - EndReason.AT_LIMIT) % 2)
-    else:
-        return False, (
-            f"{prefix + mechanism.coordinate!r} is at a turning point, or the joints at a change point, and does not determine "
-            f"the poses at {end.coordinate:.6g}"
-        )
-    return True, f"{prefix}{limit.reading}: {limit.high_message if at_high else limit.low_message}"

@@ -20,9 +20,6 @@ from governor_mechanism.types import FloatArray, RecordArray
 CANCELLATION_RATIO = 1e-15
 """Derivative of the spindle inertia relative to its terms below which it is rounding and set to zero."""
 
-MIN_FIT_TOLERANCE = 1e-13
-"""Truncation tolerance of the pieces of the most accurate table, relative to the scale of a column."""
-
 spindle_inertia_jit = jit_in_place(force_laws.spindle_inertia)
 spindle_inertia_rate_jit = jit_in_place(force_laws.spindle_inertia_rate)
 spindle_inertia_second_derivative_jit = jit_in_place(force_laws.spindle_inertia_second_derivative)
@@ -229,8 +226,6 @@ class ReductionArrays(NamedTuple):
         Whole turn of a coordinate that is an angle, rad; else 0.
     is_conservative
         Whether the quadratic and the potential column hold all forces.
-    fit_tolerance
-        Truncation tolerance of the pieces of the table, relative to the scale of a column; at least `MIN_FIT_TOLERANCE`.
     """
 
     lagrangian: LagrangianArrays
@@ -242,7 +237,6 @@ class ReductionArrays(NamedTuple):
     high: float
     full_turn: float
     is_conservative: bool
-    fit_tolerance: float
 
 
 @jit_in_place

@@ -11,6 +11,94 @@ COORDINATE = -2
 """Index that stands for the coordinate among those of outputs."""
 
 
+class ModeLayout(NamedTuple):
+    """First index of each part of a contact mode, in their order.
+
+    Attributes
+    ----------
+    held
+        Whether the mechanism is held at rest.
+    contacts
+        State of each contact: 1, -1, 0 or HELD, see `mechanics.contact.rules`.
+    springs
+        Whether each one-sided spring is taut.
+    tables
+        Segment of each table of a reading.
+    kinks
+        Whether each kink is monitored.
+    phases
+        Phase of the cycle that each gas is kept in, or IN_NO_PHASE.
+    """
+
+    held: int
+    contacts: int
+    springs: int
+    tables: int
+    kinks: int
+    phases: int
+
+
+class EventLayout(NamedTuple):
+    """First index of each kind of event function, in their order.
+
+    Attributes
+    ----------
+    sticks
+        Rate of each contact, against its sliding.
+    high_stops
+        Value of each contact beyond its high stop.
+    low_stops
+        Value of each contact beyond its low stop.
+    springs
+        Elongation of each one-sided spring, or its negative value while it is taut.
+    release_up
+        Static force upwards beyond what holds the mechanism.
+    release_down
+        Static force downwards beyond that.
+    table_ends
+        Value of each table beyond the upper and the lower end of its segment, in turn.
+    kinks
+        Those of gas.
+    """
+
+    sticks: int
+    high_stops: int
+    low_stops: int
+    springs: int
+    release_up: int
+    release_down: int
+    table_ends: int
+    kinks: int
+
+
+def lay_out_mode(n_contacts: int, n_springs: int, n_tables: int, n_kinks: int) -> ModeLayout:
+    """Return the layout of a contact mode."""
+    contacts = 1
+    springs = contacts + n_contacts
+    tables = springs + n_springs
+    kinks = tables + n_tables
+    return ModeLayout(held=0, contacts=contacts, springs=springs, tables=tables, kinks=kinks, phases=kinks + n_kinks)
+
+
+def lay_out_events(n_contacts: int, n_springs: int, n_tables: int) -> EventLayout:
+    """Return the layout of the event functions."""
+    high_stops = n_contacts
+    low_stops = high_stops + n_contacts
+    springs = low_stops + n_contacts
+    release_up = springs + n_springs
+    table_ends = release_up + 2
+    return EventLayout(
+        sticks=0,
+        high_stops=high_stops,
+        low_stops=low_stops,
+        springs=springs,
+        release_up=release_up,
+        release_down=release_up + 1,
+        table_ends=table_ends,
+        kinks=table_ends + 2 * n_tables,
+    )
+
+
 class ReducedForces(NamedTuple):
     """The forces along the output columns of the motion table; few arrays, because each one adds to the cost of a kernel call.
 
@@ -38,6 +126,10 @@ class ReducedForces(NamedTuple):
         Records of `INPUT_TERM_DTYPE`; those of tables are set where a segment begins.
     inputs
         Values of the inputs at the last evaluation; shape (inputs,).
+    mode_layout
+        Layout of the contact mode.
+    event_layout
+        Layout of the event functions.
     """
 
     parameters: FloatArray
@@ -51,6 +143,8 @@ class ReducedForces(NamedTuple):
     table_segments: RecordArray
     input_terms: RecordArray
     inputs: FloatArray
+    mode_layout: ModeLayout
+    event_layout: EventLayout
 
 
 class OutputForceColumn(IntEnum):
@@ -63,13 +157,13 @@ class OutputForceColumn(IntEnum):
     DISSIPATES = 2
     """Whether the force dissipates energy."""
     MODE = 3
-    """Index in the contact mode of whether a one-sided spring is taut; -1 for a force that always acts."""
+    """Index in the contact mode of whether a one-sided spring is taut; NO_INDEX for a force that always acts."""
     CRANK_ANGLE = 4
     """Output that is the crank angle of a gas, or COORDINATE."""
     PHASE = 5
-    """Index in the contact mode of the phase of the cycle that a gas is kept in, or IN_NO_PHASE; -1 for other forces."""
+    """Index in the contact mode of the phase of the cycle that a gas is kept in, or IN_NO_PHASE; NO_INDEX for other forces."""
     INPUT = 6
-    """Input by which the force is multiplied, or -1."""
+    """Input by which the force is multiplied, or NO_INDEX."""
     FIRST_COEFFICIENT = 7
     """From here on the coefficients of the law."""
 

@@ -3,7 +3,7 @@
 from enum import IntEnum
 from typing import NamedTuple
 
-from governor_mechanism.mechanics.reduction.reduced_forces import ReducedForces
+from governor_mechanism.mechanics.reduction.reduced_forces import EventLayout, ModeLayout, ReducedForces
 from governor_mechanism.mechanics.reduction.shaft_outputs import ShaftOutputs
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
@@ -29,12 +29,6 @@ N_STATES = len(StateIndex)
 
 N_FURTHER_STATES = N_STATES - 2
 """Number of states after the coordinate and its rate, which a conservative model has none of."""
-
-MODE_HELD = 0
-"""Index in a mode (1 + contacts + springs,) of whether the mechanism is held at rest.
-
-After it follow the state of each contact (1, -1, 0 or HELD, see `mechanics.contact.rules`) and whether each one-sided spring is taut.
-"""
 
 
 class ReducedModel(NamedTuple):
@@ -72,11 +66,14 @@ class ReducedModel(NamedTuple):
         As in `ReducedForces`.
     inputs
         As in `ReducedForces`.
+    mode_layout
+        As in `ReducedForces`.
+    event_layout
+        As in `ReducedForces`.
     input_cubics
         Cubics of the inputs in local time, highest power first, then the integral at local time 0; shape (inputs, 5).
     mode
-        Contact mode, see `MODE_HELD`; then the segment of each table, which kinks are monitored, and the phase of each gas; shape
-        (1 + contacts + one-sided springs + tables + kinks + gases,).
+        Contact mode, see `ModeLayout`.
     """
 
     coefficients: FloatArray
@@ -94,6 +91,8 @@ class ReducedModel(NamedTuple):
     table_segments: RecordArray
     input_terms: RecordArray
     inputs: FloatArray
+    mode_layout: ModeLayout
+    event_layout: EventLayout
     input_cubics: FloatArray
     mode: IntArray
 
@@ -110,7 +109,7 @@ def make_reduced_model(table: PiecewiseTable, forces: ReducedForces, input_cubic
     input_cubics
         Inputs from the local time 0 on; shape (inputs, 5).
     mode
-        Contact mode; see `MODE_HELD`.
+        Contact mode, see `ModeLayout`.
 
     Returns
     -------

@@ -6,15 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.reduction.node_evaluation import MIN_FIT_TOLERANCE, ReductionArrays, TableColumn
+from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays, TableColumn
 from governor_mechanism.numerics.chebyshev import N_CHEBYSHEV_NODES, barycentric_weights
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 
 INITIAL_PIECE_WIDTH = 0.1
-"""Width of the first piece of the most accurate table, in coordinate scales. The truncation error grows with the power
-`N_CHEBYSHEV_NODES` of the width, so that a less accurate table begins with a wider one.
-"""
+"""Width of the first piece, in coordinate scales."""
 
 BOUND_TOLERANCE = 1e-3
 """Distance from the coordinate's bound, in coordinate scales, within which a table that cannot be extended counts as ending there."""
@@ -112,39 +110,25 @@ def allocate_table(arrays: ReductionArrays, capacity: int, q: float, poses: Floa
         A table without pieces.
     """
     n_columns, n_bodies = count_columns(arrays), len(arrays.lagrangian.bodies)
+    width = INITIAL_PIECE_WIDTH * arrays.lagrangian.assembly.coordinate_scale
     table = PiecewiseTable(
         intervals=np.zeros((capacity, 4)),
-        neighbours=np.zeros((capacity, 2), dtype=np.int64),
+        neighbours=np.full((capacity, 2), -1, dtype=np.int64),
         coefficients=np.zeros((capacity, n_columns, N_CHEBYSHEV_NODES)),
         nodes=np.zeros((capacity, N_CHEBYSHEV_NODES, 3, 3 * n_bodies)),
         n_pieces=np.zeros(1, dtype=np.int64),
         end_pieces=np.zeros(2, dtype=np.int64),
         end_reasons=np.zeros(2, dtype=np.int64),
-        next_widths=np.zeros(2),
-        periodicity=np.zeros(5),
+        next_widths=np.full(2, width),
+        periodicity=np.array([0.0, q, 1.0, 0.0, 0.0]),
         pose_increment=np.zeros(3 * n_bodies),
         column_scales=np.zeros(n_columns),
         node_scales=np.zeros((2, 3 * n_bodies)),
         initial_node=np.zeros((3, 3 * n_bodies)),
     )
-    begin_table(arrays, table, q, poses)
+    table.intervals[0, :2] = q
+    table.initial_node[0] = poses.ravel()
     return table
-
-
-def begin_table(arrays: ReductionArrays, table: PiecewiseTable, q: float, poses: FloatArray) -> None:
-    """Empty a table that starts at a coordinate (SI), near poses (bodies, 3)."""
-    width = INITIAL_PIECE_WIDTH * (arrays.fit_tolerance / MIN_FIT_TOLERANCE) ** (1.0 / N_CHEBYSHEV_NODES)
-    table.n_pieces[0] = 0
-    table.end_pieces[:] = 0
-    table.end_reasons[:] = EndReason.NOT_ENDED
-    table.next_widths[:] = width * arrays.lagrangian.assembly.coordinate_scale
-    table.neighbours[0, :] = -1
-    table.periodicity[:] = 0.0
-    table.periodicity[1], table.periodicity[2] = q, 1.0
-    table.intervals[0, 0] = table.intervals[0, 1] = q
-    for k in range(poses.shape[0]):
-        for c in range(3):
-            table.initial_node[0, 3 * k + c] = poses[k, c]
 
 
 def grow_table(table: PiecewiseTable) -> PiecewiseTable:

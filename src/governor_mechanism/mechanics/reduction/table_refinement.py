@@ -1,7 +1,7 @@
 """Adaptive construction of the motion table, piece by piece, as far as a motion needs it; compiled.
 
-Each piece is a Chebyshev fit (see `chebyshev`) with a truncation error of at most the fit tolerance of the table; a piece that exceeds
-it is computed again with half the width. The table of a closed motion becomes periodic.
+Each piece is a Chebyshev fit (see `chebyshev`) with a truncation error of at most `FIT_TOLERANCE`; a piece that exceeds it is computed
+again with half the width. The table of a closed motion becomes periodic.
 """
 
 import math
@@ -16,6 +16,9 @@ from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray
+
+FIT_TOLERANCE = 1e-13
+"""Truncation tolerance of the pieces, relative to the scale of a column."""
 
 MAX_PIECE_WIDTH = 1.0
 """Largest width of a piece, in coordinate scales."""
@@ -70,29 +73,14 @@ def extend_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table:
     ExtensionStatus
         Whether a piece was added.
     """
-    if table.n_pieces[0] == 0 and not start_table(arrays, workspace, table):
+    if table.n_pieces[0] == 0 and not _start_table(arrays, workspace, table):
         return ExtensionStatus.TABLE_ENDED
     return _add_piece(arrays, workspace, table, side)
 
 
 @jit
-def start_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: PiecewiseTable) -> bool:
-    """Solve the initial node of a table and set the scales from it.
-
-    Parameters
-    ----------
-    arrays
-        The lowered mechanism.
-    workspace
-        Buffers of the node evaluation; they hold the coefficients of the node afterwards.
-    table
-        The table without pieces; changed in place.
-
-    Returns
-    -------
-    bool
-        Whether that was possible.
-    """
+def _start_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: PiecewiseTable) -> bool:
+    """Solve the initial node of a table and set the scales from it; return whether that was possible."""
     node, columns = table.initial_node, np.zeros(table.column_scales.size)
     if not solve_position(arrays.lagrangian.assembly, workspace.assembly, table.intervals[0, 0], node):
         table.end_reasons[:] = EndReason.AT_SINGULARITY
@@ -158,7 +146,7 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
             table.end_reasons[side] = EndReason.AT_BOUND if at_bound else EndReason.AT_SINGULARITY
             return ExtensionStatus.TABLE_ENDED
         residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
-        if residual <= 1.0 and rounding * arrays.fit_tolerance < MAX_ROUNDING_ERROR:
+        if residual <= 1.0 and rounding * FIT_TOLERANCE < MAX_ROUNDING_ERROR:
             if (
                 rounding > noise_limit
                 and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.lagrangian.assembly.coordinate_scale
@@ -312,7 +300,7 @@ def _fit_residual(arrays: ReductionArrays, table: PiecewiseTable, piece: int, va
             error, has_stagnated = fit_piece(column, unused_coefficients)
             error /= max(table.node_scales[order, c], _largest_magnitude(column))
             truncation, rounding = (truncation, max(rounding, error)) if has_stagnated else (max(truncation, error), rounding)
-    return truncation / arrays.fit_tolerance, rounding / arrays.fit_tolerance
+    return truncation / FIT_TOLERANCE, rounding / FIT_TOLERANCE
 
 
 @jit_in_place

@@ -1,7 +1,7 @@
 """Where a governed engine is stable: eigenvalues with mean torque over two parameters, and the border under the cyclic torque."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -289,15 +289,12 @@ class _MapPoints:
 
     document: Mapping[str, Any]
     axes: tuple[SweepAxis, ...]
-    rows_at_once: int = field(default=1, init=False)
 
-    def __call__(self, indices: Sequence[int]) -> list[tuple[int, float, float, float, float]]:
-        """Return index, growth rate, frequency and Vyshnegradskii's parameters of points."""
-        n = len(self.axes[1].values)
-        return [
-            (index, *self._evaluate(*(float(axis.values[k]) for axis, k in zip(self.axes, divmod(index, n), strict=True))))
-            for index in indices
-        ]
+    def __call__(self, index: int) -> tuple[int, float, float, float, float]:
+        """Return index, growth rate, frequency and Vyshnegradskii's parameters of a point."""
+        places = divmod(index, len(self.axes[1].values))
+        x, y = (float(axis.values[place]) for axis, place in zip(self.axes, places, strict=True))
+        return index, *self._evaluate(x, y)
 
     def scene_at(self, x: float, y: float, document: Mapping[str, Any] | None = None) -> Scene:
         """Return the scene at values of both parameters, SI."""
@@ -332,13 +329,8 @@ class _BorderColumns:
     points: _MapPoints
     cyclic_document: Mapping[str, Any] | None
     brackets: Mapping[int, tuple[int, int] | None]
-    rows_at_once: int = field(default=1, init=False)
 
-    def __call__(self, indices: Sequence[int]) -> list[BorderPoint]:
-        """Return the points of the border in columns."""
-        return [self._locate(index) for index in indices]
-
-    def _locate(self, index: int) -> BorderPoint:
+    def __call__(self, index: int) -> BorderPoint:
         """Return the border at a value of the first parameter."""
         from scipy.optimize import brentq  # slow to import
 

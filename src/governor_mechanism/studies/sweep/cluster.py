@@ -13,6 +13,7 @@ from governor_mechanism.studies.sweep.workers import (
     RowComputer,
     RowFunction,
     compute_alone,
+    compute_chunk,
     compute_in_parallel,
     make_chunks,
     record_interrupts,
@@ -157,7 +158,7 @@ def _compute_on_cluster(function: RowFunction[SweepRow], indices: Sequence[int],
         parallel = Parallel(n_jobs=-1, return_as="generator_unordered", batch_size=1)
     with record_interrupts(only_first=True):
         try:
-            with closing(parallel(delayed(function)(one) for one in chunks)) as results:
+            with closing(parallel(delayed(partial(compute_chunk, function))(one) for one in chunks)) as results:
                 yield from results
         except (KilledWorker, CancelledError, CommClosedError) as error:
             raise RunFailed(f"the cluster was lost: {error}; finished rows on disk are kept") from error

@@ -83,9 +83,9 @@ class RunQuantity:
         run, rule = numbers.run, self.rule
         if rule == DURATION_RULE:
             return float(run.times[-1])
-        if rule in VALVE_RULES and isinstance(run, Trajectory):  # a driven scene is not run in a batch
+        if rule in VALVE_RULES:
             return evaluate_valve_rule(rule, run.scene)
-        if rule in ENGINE_RULES and isinstance(run, Trajectory):
+        if rule in ENGINE_RULES:
             return evaluate_engine_rule(rule, run)
         if rule == ERROR_ESTIMATE_RULE:
             return math.nan if run.error_estimate is None else run.error_estimate
@@ -140,12 +140,6 @@ def parse_quantities(
     collector.add(ProblemCode.DUPLICATE, *(f"quantity {name!r} is listed twice; list it once" for name in repeated))
     collector.raise_if_failed()
     return tuple(quantities)
-
-
-def find_quantity_reading(quantity: RunQuantity, scene: Scene) -> str | None:
-    """Return the mechanism's reading of a quantity, "" for the duration, or None for any other quantity."""
-    reading = "" if quantity.rule == DURATION_RULE else _split_rule(quantity.rule)[2]
-    return reading if quantity.rule == DURATION_RULE or any(one.name == reading for one in scene.part.mechanism.readings) else None
 
 
 def find_reading_units(scene: Scene) -> dict[str, str]:

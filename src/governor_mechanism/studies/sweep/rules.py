@@ -8,7 +8,6 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from governor_mechanism.engines.reduced.batch import UncertifiedResult
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
 from governor_mechanism.mechanics.dynamics.forces.loads import has_kinks
@@ -51,10 +50,6 @@ class MissingNumberError(Exception):
         self.outcome = outcome
 
 
-RunOutput = Trajectory | UncertifiedResult
-"""What a number is taken from."""
-
-
 class RunNumbers:
     """A run from which numbers are taken; what several of them need is computed once.
 
@@ -64,7 +59,7 @@ class RunNumbers:
         The run.
     """
 
-    def __init__(self, run: RunOutput) -> None:
+    def __init__(self, run: Trajectory) -> None:
         self.run = run
         self._turning_points = cache(self._find_turning_points)
 
@@ -75,7 +70,7 @@ class RunNumbers:
         if reading not in source:
             raise MechanismError(f"this scene has no {reading!r}; its readings are {', '.join(run.readings)}")
         rates = run.rates.get(reading, _NO_SAMPLES) if not is_rate else _NO_SAMPLES
-        has_breaks = isinstance(run, Trajectory) and (has_contacts(run.scene) or has_kinks(run.scene))
+        has_breaks = has_contacts(run.scene) or has_kinks(run.scene)
         return ReadingSamples(run.times, source[reading], rates, min_swing, is_smooth=not has_breaks)
 
     def turning_points(self, reading: str, min_swing: float) -> TurningPoints:

@@ -8,14 +8,13 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from governor_mechanism.engines import select_engine
-from governor_mechanism.engines.reduced.batch import UncertifiedResult
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
@@ -30,7 +29,6 @@ from governor_mechanism.studies.sweep.parameters import AxisGrid, SweepAxis, par
 from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, parse_quantities
 from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.studies.sweep.rows import ROW_FAILED, ROW_OK, ROW_REFUSED, SweepRow, SweepRows
-from governor_mechanism.studies.sweep.rows_together import RowsTogether, is_quick_key, prepare_rows
 from governor_mechanism.studies.sweep.rules import DURATION_RULE, MissingNumberError, RunNumbers
 from governor_mechanism.studies.sweep.workers import RowComputer
 from governor_mechanism.units.quantities import format_value
@@ -41,10 +39,7 @@ SweepProgress = Callable[[int, int], None]
 
 @dataclass(frozen=True, kw_only=True)
 class SweepTask(AxisGrid):
-    """Everything that determines the rows; it can be pickled.
-
-    Rows that differ in dimensions and spindle speed only may have a fast path (see `rows_together`), without certificates.
-    """
+    """Everything that determines the rows; it can be pickled."""
 
     document: Mapping[str, Any]
     quantities: tuple[RunQuantity, ...]
@@ -65,24 +60,6 @@ class SweepTask(AxisGrid):
         scene = parse_scene_with(self.document, [(axis.key, axis.document_values[place]) for axis, place in self.places(index)])
         chosen_engine, reason = select_engine(scene.run.engine if self.engine == "auto" else self.engine, scene, self.accuracy)
         return chosen_engine.run(scene, accuracy=self.accuracy, certify=self.certify, reason=reason)
-
-    def run_together(self, indices: Sequence[int]) -> list[UncertifiedResult | None]:
-        """Return the runs of rows by the fast path, or None for a row to which that does not apply."""
-        if self.rows_together is None:
-            return [None] * len(indices)
-        places = np.unravel_index(np.asarray(indices), self.shape)
-        return self.rows_together.run(np.column_stack([np.array(axis.values)[own] for axis, own in zip(self.axes, places, strict=True)]))
-
-    @cached_property
-    def rows_together(self) -> RowsTogether | None:
-        """What the rows of the fast path share, or None if that does not apply."""
-        if self.certify or not all(is_quick_key(axis.key) and axis.is_numeric for axis in self.axes):
-            return None
-        return prepare_rows([axis.key for axis in self.axes], self.document, self.quantities, self.engine, self.accuracy)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Return the fields: another process prepares what its rows share itself."""
-        return {name: value for name, value in vars(self).items() if name != "rows_together"}
 
 
 def make_task(
@@ -199,7 +176,7 @@ def _compute_missing_rows(
     if not missing:
         return
     journal: AbstractContextManager[RowWriter] = nullcontext(lambda rows: None) if files is None else files.open_journal(rows)
-    with journal as append_rows, closing(compute(RowFunction(task), missing)) as computed:
+    with journal as append_rows, closing(compute(partial(compute_row, task), missing)) as computed:
         for new_rows in computed:
             rows.add(new_rows)
             append_rows(new_rows)
@@ -217,31 +194,11 @@ def _require_unchanged_document(scene: Scene) -> Mapping[str, Any]:
     return scene.document if parsed_scene.run == scene.run else {**scene.document, "run": asdict(scene.run)}
 
 
-@dataclass(frozen=True, eq=False)  # a cluster hashes functions, and a document has no hash
-class RowFunction:
-    """Function that computes the rows of indices; it can be pickled."""
-
-    task: SweepTask
-
-    @property
-    def rows_at_once(self) -> int:
-        """Largest number of rows that are computed at once; 1 if each row is a run of its own."""
-        return 1 if self.task.rows_together is None else self.task.rows_together.rows_at_once
-
-    def __call__(self, indices: Sequence[int]) -> list[SweepRow]:
-        """Return the rows of indices, each of which depends on no other row."""
-        rows: list[SweepRow] = []
-        for first in range(0, len(indices), self.rows_at_once):
-            chunk = indices[first : first + self.rows_at_once]
-            rows += map(partial(compute_row, self.task), chunk, self.task.run_together(chunk))
-        return rows
-
-
-def compute_row(task: SweepTask, index: int, run: UncertifiedResult | None = None) -> SweepRow:
-    """Return a row, which depends on no other row; `run` is its run, unless it needs one of its own."""
+def compute_row(task: SweepTask, index: int) -> SweepRow:
+    """Return a row, which depends on no other row."""
     numbers: tuple[float, ...] = (math.nan,) * len(task.quantities)
     try:
-        numbers, outcome, message = _compute_numbers(task, run or task.run(index))
+        numbers, outcome, message = _compute_numbers(task, task.run(index))
     except GovernorMechanismError as error:
         outcome, message = ROW_REFUSED, "; ".join(getattr(error, "problems", (str(error),)))
     except Exception as error:  # an error of one row is stored in that row; the others continue
@@ -249,7 +206,7 @@ def compute_row(task: SweepTask, index: int, run: UncertifiedResult | None = Non
     return SweepRow(index=index, numbers=numbers, outcome=outcome, message=" ".join(message.split()))
 
 
-def _compute_numbers(task: SweepTask, run: Trajectory | UncertifiedResult) -> tuple[tuple[float, ...], str, str]:
+def _compute_numbers(task: SweepTask, run: Trajectory) -> tuple[tuple[float, ...], str, str]:
     """Return numbers, outcome and message of a run; one that ended early has only its duration: its last value is not the final one."""
     has_final_values = run.outcome.ok or run.outcome is Outcome.ACCURACY_MISSED
     outcome = ROW_OK if run.outcome is Outcome.NOT_CERTIFIED else run.outcome.name.lower()

@@ -10,10 +10,9 @@ from governor_mechanism.mechanics.dynamics.equations.body_forces import evaluate
 from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME, contacts_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.forces.force_elements import lower_outputs
 from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
-from governor_mechanism.mechanics.dynamics.forces.loads import loads_of
 from governor_mechanism.mechanics.dynamics.forces.output_forces import SLIDING_FRICTION, add_output_forces, evaluate_force_law
 from governor_mechanism.mechanics.dynamics.system.arrays import N_PLANE_COLUMNS, PlaneColumn, System
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.system.lowering import make_system, multibody_input_layout
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
 from governor_mechanism.mechanics.kinematics.points import Origins
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
@@ -92,21 +91,20 @@ class AppliedForces:
 
     `origins` are the centres of the pymunk bodies in body axes (m), to which `system` refers. `output_values` (outputs,) and
     `output_jacobian` (outputs, bodies, 3) belong to the last evaluation. `output_forces` are the records of the present contact mode, at
-    first of the initial one. `first_load` is the index of the first load among the inputs; those of drives are before it.
-    `evaluation_counts` states how often one step evaluates each force law. `dissipated_energy` is in J.
+    first of the initial one. `evaluation_counts` states how often one step evaluates each force law. `dissipated_energy` is in J.
     """
 
     def __init__(self, scene: Scene, origins: Origins) -> None:
         mechanism, system, contacts = scene.part.mechanism, lower_scene(scene)[0], contacts_of(scene)
         n_bodies, n_frictions = len(mechanism.bodies), sum(contact.friction is not None for contact in contacts)
-        self.first_load = system.first_friction_input + n_frictions - len(loads_of(scene))
+        self.input_layout = multibody_input_layout(scene)
         bodies = system.bodies[:n_bodies].copy()  # without the shaft of a free spindle
         bodies["x"], bodies["y"] = -np.array([origins[body.name] for body in mechanism.bodies]).T
         self._turning_bodies = bodies.copy()
         self._turning_bodies["plane"] = 0
         bodies["plane"][[_is_on_spindle_axis(mechanism, body) for body in mechanism.bodies]] = -1
         names, elements = forced_output_names(scene), mechanism.force_elements
-        output_rows, force_elements = lower_outputs(mechanism, names, elements, origins, self.first_load)
+        output_rows, force_elements = lower_outputs(mechanism, names, elements, origins, self.input_layout.element_loads.start)
         self.system = system._replace(bodies=bodies, force_elements=force_elements, output_rows=output_rows)
         self.output_forces = system.output_forces
         self.dissipated_energy, self._previous_step = 0.0, (np.zeros(0), np.zeros(0))

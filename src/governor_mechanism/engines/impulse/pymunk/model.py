@@ -16,7 +16,7 @@ from governor_mechanism.mechanics.dynamics.system.reference_points import to_mas
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RotationalDriver, TranslationalDriver
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import NO_INDEX, FloatArray
 
 BODY_STATE = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
 """Pose and velocity of a body."""
@@ -157,7 +157,7 @@ class PymunkModel:
         for joint in self._mechanism.joints:
             if self._is_replaced_by_pin(joint):
                 continue
-            drive = self.forces.first_load - len(drives) + drives.index(joint) if joint in drives else -1
+            drive = self.forces.input_layout.drives.start + drives.index(joint) if joint in drives else NO_INDEX
             points = self._attach_point(joint.first), self._attach_point(joint.second)
             joint_constraints = make_joint_constraints(joint, *points, self._mechanism.length_scale, drive)
             updates += joint_constraints.updates

@@ -44,7 +44,9 @@ class Contact:
 
 
 CONTACT_DTYPE = record_dtype("i8 output_index friction_input", "f8 low high restitution scale")
-"""One contact: index of its output, input of the friction force or -1, both stops, coefficient of restitution, scale of the output."""
+"""One contact: index of its output, input of the friction limit or NO_INDEX, both stops, coefficient of restitution, and scale of
+the output.
+"""
 
 
 @once_per_object
@@ -68,7 +70,7 @@ def contacts_of(scene: Scene) -> tuple[Contact, ...]:
     return tuple(Contact(name, **given) for name, given in properties.items())
 
 
-def make_contact_table(scene: Scene, output_names: Sequence[str], first_friction_input: int) -> RecordArray:
+def make_contact_table(scene: Scene, output_names: Sequence[str], friction_inputs: Sequence[int]) -> RecordArray:
     """Return the contacts of a scene for compiled functions.
 
     Parameters
@@ -77,20 +79,19 @@ def make_contact_table(scene: Scene, output_names: Sequence[str], first_friction
         Scene with its output effects.
     output_names
         Names of the outputs in the order of their indices.
-    first_friction_input
-        Index of the first friction force among the inputs.
+    friction_inputs
+        Input of the friction limit of each contact, see `InputLayout`.
 
     Returns
     -------
     RecordArray
         Records of `CONTACT_DTYPE`; shape (contacts,).
     """
-    rows, friction_input = [], first_friction_input
-    for contact in contacts_of(scene):
-        has_friction, scale = contact.friction is not None, scene.mechanism.output_scale(contact.output_name)
+    rows = []
+    for contact, friction_input in zip(contacts_of(scene), friction_inputs, strict=True):
         output = output_names.index(contact.output_name)
-        rows.append((output, friction_input if has_friction else -1, contact.low, contact.high, contact.restitution, scale))
-        friction_input += has_friction
+        scale = scene.mechanism.output_scale(contact.output_name)
+        rows.append((output, friction_input, contact.low, contact.high, contact.restitution, scale))
     return np.array(rows, dtype=CONTACT_DTYPE)
 
 

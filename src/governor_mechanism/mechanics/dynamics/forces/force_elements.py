@@ -17,7 +17,7 @@ from governor_mechanism.model.effect import ForceLaw
 from governor_mechanism.model.force_elements import CylinderGas, Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Reading
-from governor_mechanism.types import FloatArray, RecordArray
+from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
 
 _ELEMENT_LAWS: dict[type[ForceElement], tuple[type[ForceLaw], tuple[str, ...]]] = {
     Spring: (OutputSpring, ("stiffness", "free_length")),
@@ -82,8 +82,8 @@ def lower_outputs(
                     coefficients,
                     argument_index=argument,
                     has_power=law.dissipates or not element.has_potential,
-                    input_index=-1 if element.factor is None else first_input,
-                    switch_input=-1 if element.switch is None else first_input + (element.factor is not None),
+                    input_index=NO_INDEX if element.factor is None else first_input,
+                    switch_input=NO_INDEX if element.switch is None else first_input + (element.factor is not None),
                 )
             )
             first_input += len(element.inputs)
@@ -91,9 +91,9 @@ def lower_outputs(
 
 
 def _row_of_argument(element: ForceElement, readings: list[Reading]) -> int:
-    """Return the row of the argument of a force element, appended to the readings if it is not among them; -1 without one."""
+    """Return the row of the argument of a force element, appended to the readings if it is not among them; NO_INDEX without one."""
     if element.argument is None:
-        return -1
+        return NO_INDEX
     if element.argument not in readings:
         readings.append(element.argument)
     return readings.index(element.argument)

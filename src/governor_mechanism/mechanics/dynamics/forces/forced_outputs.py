@@ -1,5 +1,7 @@
 """Outputs along which forces act or on which loads depend, and the output forces in a contact mode."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.forces import output_forces
@@ -29,7 +31,7 @@ def forced_output_names(scene: Scene) -> list[str]:
     return list(dict.fromkeys([effect.reading for effect in scene.output_effects] + [one.source for one in functions]))
 
 
-def make_output_forces(scene: Scene, mode: ContactMode, friction_input: int) -> RecordArray:
+def make_output_forces(scene: Scene, mode: ContactMode, friction_inputs: Sequence[int]) -> RecordArray:
     """Return the output forces in a contact mode: effects with a force law, then friction of sliding contacts.
 
     Parameters
@@ -38,8 +40,8 @@ def make_output_forces(scene: Scene, mode: ContactMode, friction_input: int) -> 
         Scene with its output effects.
     mode
         Contact mode.
-    friction_input
-        Index of the first friction force among the inputs.
+    friction_inputs
+        Input of the friction limit of each contact, see `InputLayout`.
 
     Returns
     -------
@@ -48,9 +50,9 @@ def make_output_forces(scene: Scene, mode: ContactMode, friction_input: int) -> 
     """
     output_names = forced_output_names(scene)
     records = [output_forces.output_force_record(effect, output_names.index(effect.reading)) for effect in active_forces_of(scene, mode)]
-    for contact, sign in zip(contacts_of(scene), mode.sliding_signs, strict=True):
+    law = output_forces.SLIDING_FRICTION
+    for contact, sign, friction_input in zip(contacts_of(scene), mode.sliding_signs, friction_inputs, strict=True):
         if sign:
-            output, law = output_names.index(contact.output_name), output_forces.SLIDING_FRICTION
+            output = output_names.index(contact.output_name)
             records.append(output_forces.make_output_force(law, output, (float(sign),), has_power=True, input_index=friction_input))
-        friction_input += contact.friction is not None
     return np.array(records, dtype=output_forces.OUTPUT_FORCE_DTYPE)

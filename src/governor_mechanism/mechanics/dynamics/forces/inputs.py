@@ -3,10 +3,11 @@
 import math
 from collections.abc import Iterator, Sequence
 from enum import IntEnum
-from itertools import count, pairwise
+from itertools import pairwise
 
 import numpy as np
 
+from governor_mechanism.mechanics.dynamics.forces.input_layout import InputLayout
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_input
 from governor_mechanism.model.time_functions import (
@@ -18,9 +19,8 @@ from governor_mechanism.model.time_functions import (
     StrokeHold,
     TableFunction,
 )
-from governor_mechanism.numerics import elementary
 from governor_mechanism.numerics.jit import jit_in_place
-from governor_mechanism.types import FloatArray, RecordArray, record_dtype
+from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray, record_dtype
 
 
 class InputTermKind(IntEnum):
@@ -64,8 +64,8 @@ segment holds with their rounding, and the coefficients of the term."""
 
 
 def make_input_terms(
-    output_names: Sequence[str], segments: Sequence[int], first_input: int, loads: Sequence[InputFunction], n_frictions: int
-) -> tuple[RecordArray, RecordArray, int]:
+    output_names: Sequence[str], segments: Sequence[int], layout: InputLayout, loads: Sequence[InputFunction]
+) -> tuple[RecordArray, RecordArray]:
     """Return the terms of loads that depend on readings, and their lags.
 
     Parameters
@@ -74,12 +74,10 @@ def make_input_terms(
         Names of the outputs of the system.
     segments
         Segment of each table of a reading, in the order in which the tables are met.
-    first_input
-        Index of the input of the first load.
+    layout
+        Layout of the inputs.
     loads
-        Loads, whose inputs follow each other.
-    n_frictions
-        How many of them, the last ones, are friction forces; these are never negative.
+        Loads; friction limits are never negative.
 
     Returns
     -------
@@ -87,13 +85,11 @@ def make_input_terms(
         Records of `INPUT_TERM_DTYPE`, in the order of their evaluation.
     lags : RecordArray
         Records of `LAG_DTYPE`.
-    n_inputs : int
-        Number of inputs behind those of the loads that factors and lags need; as functions of time these are zero.
     """
     terms, products, last_terms = (list[tuple[int, int, int, float, float, float]]() for _ in range(3))
-    lags, first_further_input, table_segments = list[tuple[int, int, float]](), first_input + len(loads), iter(segments)
-    further_inputs = count(first_further_input)
-    for index, load in enumerate(loads, start=first_input):
+    lags, table_segments = list[tuple[int, int, float]](), iter(segments)
+    further_inputs = iter(range(layout.further.start, layout.further.stop))
+    for index, load in enumerate(loads, start=layout.loads.start):
         for position, function in enumerate((*load.functions, *load.factors)):
             is_factor = position >= len(load.functions)
             factor = target = next(further_inputs) if is_factor or function.lag else index
@@ -105,13 +101,13 @@ def make_input_terms(
                 lags.append((target, 0, function.lag))
             if is_factor:
                 products.append((InputTermKind.PRODUCT, index, factor, 0.0, 0.0, 0.0))
-        if index >= first_further_input - n_frictions and load.depends_on_readings:
-            last_terms.append((InputTermKind.NOT_NEGATIVE, index, -1, 0.0, 0.0, 0.0))
+        if index >= layout.friction_limits.start and load.depends_on_readings:
+            last_terms.append((InputTermKind.NOT_NEGATIVE, index, NO_INDEX, 0.0, 0.0, 0.0))
         if load.hold:
             last_terms.append((InputTermKind.HOLD, index, len(lags), 0.0, 0.0, 0.0))
             lags.append((index, HOLD_KINDS.index(load.hold), math.inf))
     records = np.array(terms + products + last_terms, dtype=INPUT_TERM_DTYPE)
-    return records, np.array(lags, dtype=LAG_DTYPE), next(further_inputs) - first_further_input
+    return records, np.array(lags, dtype=LAG_DTYPE)
 
 
 def make_table_segments(output_names: Sequence[str], scales: Sequence[float], time: float, loads: Sequence[InputFunction]) -> RecordArray:
@@ -161,7 +157,7 @@ def _function_terms(
 
 def _cosine_and_sine(harmonic: AngleHarmonic) -> tuple[float, float]:
     """Return the coefficients of the cosine and the sine of order times angle."""
-    return harmonic.amplitude * elementary.sin(harmonic.phase), harmonic.amplitude * elementary.cos(harmonic.phase)
+    return harmonic.amplitude * math.sin(harmonic.phase), harmonic.amplitude * math.cos(harmonic.phase)
 
 
 def _table_segment(table: TableFunction, segment: int) -> tuple[float, float, float]:

@@ -15,7 +15,7 @@ from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, RowKind
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.numerics.jit import jit_in_place
-from governor_mechanism.types import FloatArray, RecordArray
+from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
 
 MAX_COEFFICIENTS = 8
 """Largest number of coefficients of a force law along an output."""
@@ -49,10 +49,10 @@ def make_output_force(
     output_index: int,
     coefficients: Sequence[float],
     *,
-    argument_index: int = -1,
+    argument_index: int = NO_INDEX,
     has_power: bool = False,
-    input_index: int = -1,
-    switch_input: int = -1,
+    input_index: int = NO_INDEX,
+    switch_input: int = NO_INDEX,
     slack_below: float = -math.inf,
 ) -> OutputForceRecord:
     """Return a record of `OUTPUT_FORCE_DTYPE`; coefficients that are left out are zero."""

@@ -65,8 +65,6 @@ class System(NamedTuple):
         Records of `LAG_DTYPE`.
     n_inputs
         Number of inputs.
-    first_friction_input
-        Index of the first friction force among them.
     """
 
     constraint_rows: ConstraintRows
@@ -85,7 +83,6 @@ class System(NamedTuple):
     input_terms: RecordArray
     lags: RecordArray
     n_inputs: int
-    first_friction_input: int
 
 
 class SystemWorkspace(NamedTuple):

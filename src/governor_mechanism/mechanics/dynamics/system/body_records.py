@@ -9,15 +9,16 @@ from governor_mechanism.mechanics.kinematics.points import Origins
 from governor_mechanism.model.mechanism import Body, Mechanism, Shaft
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.types import FloatArray, RecordArray, record_dtype
+from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray, record_dtype
 
 BODY_DTYPE = record_dtype("f8 mass x y xx yy xy zz gravity", "i8 plane")
 """One body: mass (kg), mass centre relative to the origin in body axes (m), second moments about the mass centre (kg m2), gravitational
-acceleration (m/s2), and the plane whose centrifugal forces it carries, or -1."""
+acceleration (m/s2), and the plane whose centrifugal forces it carries, or NO_INDEX."""
 
 PLANE_DTYPE = record_dtype("i8 shaft input_index has_reaction", "f8 ratio amplitude cycles_per_turn")
-"""One plane with centrifugal forces: body that it turns with, or -1, and then the input of its given speed; whether its bodies act on the
-shaft; ratio of its speed to that of shaft or input; relative amplitude of a fluctuation of the given speed and its cycles per turn."""
+"""One plane with centrifugal forces: body that it turns with, or NO_INDEX, and then the input of its given speed; whether its bodies act
+on the shaft; ratio of its speed to that of shaft or input; relative amplitude of a fluctuation of the given speed and its cycles per turn.
+"""
 
 STAND_IN_INERTIA_RATIO = 1e-3
 """Stand-in inertia of massless coordinates, relative to the smallest mass and moment of inertia of the mechanism.
@@ -37,7 +38,7 @@ def make_body_record(body: Body, gravity: float, plane: int, origin: tuple[float
     gravity
         Gravitational acceleration, m/s2.
     plane
-        Index of the plane whose centrifugal forces it carries, or -1.
+        Index of the plane whose centrifugal forces it carries, or NO_INDEX.
     origin
         Its origin in body axes from the mass centre, m.
 
@@ -55,7 +56,7 @@ def make_body_records(scene: Scene, origins: Origins) -> RecordArray:
     loaded_planes = [plane for plane in scene.system.planes if plane.is_loaded]
     plane_of_body = {body: index for index, plane in enumerate(loaded_planes) for body in plane.bodies}
     records = [
-        make_body_record(body, gravity, plane_of_body.get(index, -1), origins[body.name])
+        make_body_record(body, gravity, plane_of_body.get(index, NO_INDEX), origins[body.name])
         for index, (body, gravity) in enumerate(zip(scene.mechanism.bodies, scene.system.gravity, strict=True))
     ]
     return np.array(records, dtype=BODY_DTYPE)
@@ -67,9 +68,9 @@ def make_plane_records(scene: Scene, speeds: Sequence[Spindle]) -> RecordArray:
     for plane in scene.system.planes:
         if plane.is_loaded and plane.given_speed:
             given = plane.given_speed
-            records.append((-1, speeds.index(given), 0, plane.ratio, 0.5 * given.speed_fluctuation, given.cycles_per_turn))
+            records.append((NO_INDEX, speeds.index(given), 0, plane.ratio, 0.5 * given.speed_fluctuation, given.cycles_per_turn))
         elif plane.is_loaded:
-            records.append((scene.mechanism.body_index(plane.shaft), -1, plane.has_reaction, plane.ratio, 0.0, 1.0))
+            records.append((scene.mechanism.body_index(plane.shaft), NO_INDEX, plane.has_reaction, plane.ratio, 0.0, 1.0))
     return np.array(records, dtype=PLANE_DTYPE)
 
 

@@ -20,7 +20,7 @@ from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWo
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_rows
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit_in_place
-from governor_mechanism.types import FloatArray, IntArray, RecordArray, record_dtype
+from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray, record_dtype
 
 
 class EventFunctionKind(IntEnum):
@@ -44,7 +44,7 @@ EVENT_FUNCTION_DTYPE = record_dtype("i8 kind source_index argument_index", "f8 s
 """One event function g = sign * quantity - threshold - input. An event is an upward zero crossing of g.
 
 source_index: the output row, or for a force the constraint row that holds the output. argument_index: the output row of the crank angle
-for a switch, or -1; its sign is 1 / stroke. tolerance: rounding level of g. input_index: the input that is subtracted, or -1.
+for a switch, or NO_INDEX; its sign is 1 / stroke. tolerance: rounding level of g. input_index: the input that is subtracted, or NO_INDEX.
 contact_index: the contact or one-sided spring concerned.
 """
 
@@ -71,7 +71,7 @@ class EventTolerances(NamedTuple):
 
 
 def make_event_functions(
-    scene: Scene, mode: ContactMode, friction_input: int, held_rows: IntArray, force_elements: RecordArray
+    scene: Scene, mode: ContactMode, friction_inputs: Sequence[int], held_rows: IntArray, force_elements: RecordArray
 ) -> RecordArray:
     """Return the event functions of a mode.
 
@@ -81,8 +81,8 @@ def make_event_functions(
         Scene with its effects.
     mode
         Contact mode.
-    friction_input
-        Index of the first friction force among the inputs.
+    friction_inputs
+        Input of the friction limit of each contact, see `InputLayout`.
     held_rows
         Constraint rows of the held outputs; shape (held outputs,).
     force_elements
@@ -97,7 +97,7 @@ def make_event_functions(
     tolerances = _event_tolerances(scene)
     first_table = len(mode.held_values) + len(mode.taut)
     records = [
-        *_contact_event_functions(scene, mode, friction_input, held_rows, tolerances),
+        *_contact_event_functions(scene, mode, friction_inputs, held_rows, tolerances),
         *_slack_event_functions(scene, mode, tolerances),
         *_table_event_functions(scene, mode, first_table, tolerances),
         *make_gas_event_functions(force_elements, first_table + len(mode.segments)),
@@ -117,29 +117,27 @@ def _event_tolerances(scene: Scene) -> EventTolerances:
 
 
 def _contact_event_functions(
-    scene: Scene, mode: ContactMode, friction_input: int, held_rows: IntArray, tolerances: EventTolerances
+    scene: Scene, mode: ContactMode, friction_inputs: Sequence[int], held_rows: IntArray, tolerances: EventTolerances
 ) -> Iterator[EventFunctionRecord]:
     """Yield the event functions of friction and stops: the force that holds an output, else its rate and its stops."""
     output_names, rows = forced_output_names(scene), iter(held_rows.tolist())
-    states = zip(contacts_of(scene), mode.held_values, mode.sliding_signs, strict=True)
-    for contact_index, (contact, held, sign) in enumerate(states):
+    states = zip(contacts_of(scene), mode.held_values, mode.sliding_signs, friction_inputs, strict=True)
+    for contact_index, (contact, held, sign, friction_index) in enumerate(states):
         output_index, tolerance = output_names.index(contact.output_name), tolerances.outputs[contact.output_name]
-        friction_index = friction_input if contact.friction is not None else -1
-        friction_input += contact.friction is not None
         if held is not None:
             row = next(rows)
             # A stop pushes with unlimited force in one direction; friction holds in both, up to its limit.
             for direction, is_unlimited in ((1.0, held <= contact.low), (-1.0, held >= contact.high)):
                 if not is_unlimited:
-                    yield EventFunctionKind.FORCE, row, -1, direction, 0.0, tolerances.force, friction_index, contact_index
+                    yield EventFunctionKind.FORCE, row, NO_INDEX, direction, 0.0, tolerances.force, friction_index, contact_index
             continue
         if mode.is_locked:
             continue
         if sign:
-            yield EventFunctionKind.RATE, output_index, -1, -float(sign), 0.0, tolerance / tolerances.time, -1, contact_index
+            yield EventFunctionKind.RATE, output_index, NO_INDEX, -float(sign), 0.0, tolerance / tolerances.time, NO_INDEX, contact_index
         for direction, bound in ((1.0, contact.high), (-1.0, -contact.low)):
             if np.isfinite(bound):
-                yield EventFunctionKind.VALUE, output_index, -1, direction, bound, tolerance, -1, contact_index
+                yield EventFunctionKind.VALUE, output_index, NO_INDEX, direction, bound, tolerance, NO_INDEX, contact_index
 
 
 def _slack_event_functions(scene: Scene, mode: ContactMode, tolerances: EventTolerances) -> Iterator[EventFunctionRecord]:
@@ -149,7 +147,7 @@ def _slack_event_functions(scene: Scene, mode: ContactMode, tolerances: EventTol
     for contact_index, (effect, taut) in enumerate(zip(one_sided, mode.taut, strict=False), start=len(mode.held_values)):
         direction, name = (-1.0 if taut else 1.0), effect.reading
         threshold, tolerance = direction * effect.slack_below, tolerances.outputs[name]
-        yield EventFunctionKind.VALUE, output_names.index(name), -1, direction, threshold, tolerance, -1, contact_index
+        yield EventFunctionKind.VALUE, output_names.index(name), NO_INDEX, direction, threshold, tolerance, NO_INDEX, contact_index
 
 
 def _table_event_functions(scene: Scene, mode: ContactMode, first_index: int, tolerances: EventTolerances) -> Iterator[EventFunctionRecord]:
@@ -160,9 +158,9 @@ def _table_event_functions(scene: Scene, mode: ContactMode, first_index: int, to
         kind = EventFunctionKind.RATE if table.is_rate else EventFunctionKind.VALUE
         tolerance = tolerance / tolerances.time if table.is_rate else tolerance
         if segment > 0:
-            yield kind, output, -1, -1.0, -table.positions[segment - 1], tolerance, -1, contact_index
+            yield kind, output, NO_INDEX, -1.0, -table.positions[segment - 1], tolerance, NO_INDEX, contact_index
         if segment < len(table.positions):
-            yield kind, output, -1, 1.0, table.positions[segment], tolerance, -1, contact_index
+            yield kind, output, NO_INDEX, 1.0, table.positions[segment], tolerance, NO_INDEX, contact_index
 
 
 def make_gas_event_functions(force_elements: RecordArray, contact_index: int) -> list[EventFunctionRecord]:
@@ -189,13 +187,13 @@ def _gas_event_functions(gases: Sequence[Any], contact_index: int) -> Iterator[E
     for gas in gases:
         switch, stroke = float(gas["coefficients"][SWITCH_COEFFICIENT]), float(gas["coefficients"][7])
         rows, switch_input = (int(gas["output_index"]), int(gas["argument_index"])), int(gas["switch_input"])
-        if switch_input >= 0:
+        if switch_input != NO_INDEX:
             yield EventFunctionKind.SWITCH, *rows, 1.0 / stroke, 0.0, EVENT_ROUNDING_RATIO, switch_input, contact_index
         elif 0.0 < switch < 1.0:
-            yield EventFunctionKind.SWITCH, *rows, 1.0 / stroke, switch, EVENT_ROUNDING_RATIO, -1, contact_index
+            yield EventFunctionKind.SWITCH, *rows, 1.0 / stroke, switch, EVENT_ROUNDING_RATIO, NO_INDEX, contact_index
     for angle in sorted({int(gas["argument_index"]) for gas in gases}):
         for sign in (1.0, -1.0):
-            yield EventFunctionKind.DEAD_CENTRE, angle, -1, sign, 0.0, EVENT_ROUNDING_RATIO, -1, contact_index
+            yield EventFunctionKind.DEAD_CENTRE, angle, NO_INDEX, sign, 0.0, EVENT_ROUNDING_RATIO, NO_INDEX, contact_index
 
 
 @jit_in_place
@@ -252,8 +250,8 @@ def evaluate_event_functions(system: System, workspace: SystemWorkspace, state: 
         if not workspace.is_armed[i]:
             event_values[i] = -1.0
             continue
-        limit = workspace.inputs[event_function.input_index] if event_function.input_index >= 0 else 0.0
-        argument = row_values[event_function.argument_index, RowColumn.RESIDUAL] if event_function.argument_index >= 0 else 0.0
+        limit = workspace.inputs[event_function.input_index] if event_function.input_index != NO_INDEX else 0.0
+        argument = row_values[event_function.argument_index, RowColumn.RESIDUAL] if event_function.argument_index != NO_INDEX else 0.0
         if event_function.kind == EventFunctionKind.RATE:
             value = output_rate(system.output_rows, jacobian, event_function.source_index, velocities)
         elif event_function.kind == EventFunctionKind.FORCE:

@@ -12,7 +12,7 @@ from governor_mechanism.mechanics.dynamics.system.event_functions import EventFu
 from governor_mechanism.mechanics.dynamics.system.row_order import bandwidth_reducing_order
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
-from governor_mechanism.mechanics.kinematics.output_rows import CONSTANT_PARAMETER, make_output_rows
+from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import IntArray, RecordArray
@@ -22,7 +22,7 @@ def disable_rows(constraint_table: ConstraintTable, joints: Sequence[int]) -> Re
     """Return the rows of the joints, those of broken ones without effect."""
     table: RecordArray = constraint_table.rows.table.copy()
     is_broken = np.isin(constraint_table.joint_indices, joints)
-    for name in ("p0", "p1", "p2", "p3", "p4", "p5"):
+    for name in ("direction_x", "direction_y", "first_angle_factor", "second_angle_factor", "constant"):
         table[name][is_broken] = 0.0
     return table
 
@@ -67,7 +67,7 @@ def make_holding_rows(scene: Scene, mode: ContactMode, output_rows: ConstraintRo
     held = [(output, value) for output, value in zip(outputs, mode.held_values, strict=True) if value is not None]
     rows: RecordArray = output_rows.table[[output for output, _ in held]]
     for i, (_, value) in enumerate(held):
-        rows[i][CONSTANT_PARAMETER[int(rows[i]["kind"])]] += value
+        rows[i]["constant"] += value
     return rows
 
 
@@ -95,6 +95,5 @@ def with_held_values(system: System, output_indices: Sequence[int], mode: Contac
         if value is not None:
             is_hold = (system.event_functions["kind"] == EventFunctionKind.FORCE) & (system.event_functions["contact_index"] == k)
             row, output_row = int(system.event_functions["source_index"][is_hold][0]), system.output_rows.table[output_indices[k]]
-            constant = CONSTANT_PARAMETER[int(output_row["kind"])]
-            table[row][constant] = output_row[constant] + value
+            table[row]["constant"] = output_row["constant"] + value
     return system._replace(constraint_rows=system.constraint_rows._replace(table=table))

@@ -6,6 +6,7 @@ from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMo
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.forces.force_elements import lower_outputs
 from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names, make_output_forces
+from governor_mechanism.mechanics.dynamics.forces.input_layout import InputLayout, make_input_layout
 from governor_mechanism.mechanics.dynamics.forces.inputs import make_input_terms
 from governor_mechanism.mechanics.dynamics.forces.loads import loads_of
 from governor_mechanism.mechanics.dynamics.system.arrays import System
@@ -17,9 +18,11 @@ from governor_mechanism.mechanics.dynamics.system.row_order import find_coupled_
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
+from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.numerics.once_per_object import once_per_object
+from governor_mechanism.types import NO_INDEX
 
 
 def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, tuple[CubicTimeFunction, ...]]:
@@ -42,6 +45,18 @@ def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, 
     return _make_initial_system(scene) if mode is None else _make_system_in_mode(scene, mode)
 
 
+def given_speeds(scene: Scene) -> list[Spindle]:
+    """Return the given spindles of a scene, each once."""
+    return list(dict.fromkeys(plane.given_speed for plane in scene.system.planes if plane.given_speed))
+
+
+@once_per_object
+def multibody_input_layout(scene: Scene) -> InputLayout:
+    """Return the layout of the inputs of a scene, of which the drives move joints and points of the ground."""
+    n_drives = len(make_constraint_table(scene.mechanism).motions)
+    return make_input_layout(loads_of(scene), contacts_of(scene), len(given_speeds(scene)), n_drives)
+
+
 @once_per_object
 def _make_initial_system(scene: Scene) -> tuple[System, tuple[CubicTimeFunction, ...]]:
     return _make_system_in_mode(scene, initial_mode(scene))
@@ -52,22 +67,20 @@ def _make_system_in_mode(scene: Scene, mode: ContactMode) -> tuple[System, tuple
     origins = {body.name: body_reference_point(mechanism, body) for body in mechanism.bodies}
     constraint_table = make_constraint_table(mechanism, origins)
     output_names = forced_output_names(scene)
-    speeds = list(dict.fromkeys(plane.given_speed for plane in scene.system.planes if plane.given_speed))
-    first_load = len(speeds) + len(constraint_table.motions)
-    output_rows, force_elements = lower_outputs(mechanism, output_names, mechanism.force_elements, origins, first_load)
+    speeds, layout, loads = given_speeds(scene), multibody_input_layout(scene), loads_of(scene)
+    output_rows, force_elements = lower_outputs(mechanism, output_names, mechanism.force_elements, origins, layout.element_loads.start)
     holding_rows = make_holding_rows(scene, mode, output_rows)
     row_order = order_rows(constraint_table.rows, holding_rows)
     held_rows = np.argsort(row_order)[len(constraint_table.joint_indices) :]
     joint_rows = disable_rows(constraint_table, [mechanism.joint_index(name) for name in mode.broken])
     ordered_rows = np.concatenate([joint_rows, holding_rows])[row_order]
     rows = ConstraintRows(ordered_rows, bodies_of_rows(ordered_rows), constraint_table.rows.curve_segments)
-    rows.table["drive"] += np.where(rows.table["drive"] >= 0, len(speeds), 0)
+    rows.table["drive"] += np.where(rows.table["drive"] != NO_INDEX, layout.drives.start, 0)
     row_pairs = find_coupled_rows(rows.row_bodies)
-    loads, n_frictions = loads_of(scene), sum(contact.friction is not None for contact in contacts_of(scene))
-    first_friction_input = first_load + len(loads) - n_frictions
-    input_terms, lags, n_further_inputs = make_input_terms(output_names, mode.segments, first_load, loads, n_frictions)
+    input_terms, lags = make_input_terms(output_names, mode.segments, layout, loads)
     inputs: list[InputFunction | PrescribedMotion] = [speed.speed_function for speed in speeds]
-    inputs += [*constraint_table.motions, *loads, *(InputFunction(),) * n_further_inputs]
+    inputs += [*constraint_table.motions, *loads]
+    inputs += [InputFunction()] * (layout.n_inputs - len(inputs))
     inertia, stand_in_inertia = make_inertia(mechanism, origins)
     total_inertia = inertia + stand_in_inertia
     inverse_mass = np.divide(1.0, total_inertia, out=np.zeros_like(inertia), where=total_inertia > 0)
@@ -83,11 +96,10 @@ def _make_system_in_mode(scene: Scene, mode: ContactMode) -> tuple[System, tuple
         has_stand_in_inertia=bool(stand_in_inertia.any()),
         planes=make_plane_records(scene, speeds),
         output_rows=output_rows,
-        output_forces=make_output_forces(scene, mode, first_friction_input),
-        event_functions=make_event_functions(scene, mode, first_friction_input, held_rows, force_elements),
+        output_forces=make_output_forces(scene, mode, layout.friction_inputs),
+        event_functions=make_event_functions(scene, mode, layout.friction_inputs, held_rows, force_elements),
         input_terms=input_terms,
         lags=lags,
-        n_inputs=len(inputs),
-        first_friction_input=first_friction_input,
+        n_inputs=layout.n_inputs,
     )
     return system, tuple(map(CubicTimeFunction, inputs))
