@@ -179,18 +179,15 @@ class ReducedRun:
         states[:count] = tail_states[:count]
         return count
 
-    def sample_run(self, solution: ReducedSolution) -> StateHistory:
+    def sample_exit(self, solution: ReducedSolution, last: LastStep) -> StateHistory:
         """Return the states at the times reached, and those at both ends of the step in which the motion leaves its range."""
-        last = solution.exit_step
-        if last is None:
-            return self.state_history(solution)
         n_before = int(np.searchsorted(solution.times, last.start, side="right"))
         times = np.concatenate([solution.times[:n_before], [last.start, last.outside]])
         states = np.concatenate([solution.states[:n_before], last.state[np.newaxis], last.outside_state[np.newaxis]])
         return self.state_history(replace(solution, times=times, states=states))
 
     def state_between(self, solution: ReducedSolution, tolerance: float, k: int, time: float) -> StateHistory | None:
-        """Return the state at a time (s) after sample k of `sample_run`, or None if the integration fails; no shaft ends it."""
+        """Return the state at a time (s) after sample k of the run, or None if the integration fails; no shaft ends it."""
         last = solution.exit_step
         if last is not None and last.start <= time:
             start = last.start, last.state, last.mode
