@@ -99,6 +99,8 @@ class ReducedRun:
     def _make_initial_mode(self) -> IntArray:
         """Return the contact mode before the search for the one at the start, with the segments of tables at the start."""
         mode = make_mode(self.motion_table.forces)
+        if not self._has_tables:
+            return mode
         scene, first = self.evaluator.scene, 1 + len(self._subjects)
         outputs = [evaluate_output(self.evaluator.mechanism, name, self._initial_motion[0]) for name in forced_output_names(scene)]
         values, rates = (
@@ -159,7 +161,7 @@ class ReducedRun:
             if status != IntegrationStatus.DONE:
                 break
             # The work that a jump of the given spindle speed does on the bodies; a report at that time shows the right limit.
-            state[StateIndex.WORK] += speed_jump_work(self.evaluator, end, self._evaluate_motion(state[np.newaxis])[0][0])
+            state[StateIndex.WORK] += speed_jump_work(self.evaluator, end, lambda: self._evaluate_motion(state[np.newaxis])[0][0])
             if n_filled and times[n_filled - 1] == end:
                 states[n_filled - 1, StateIndex.WORK] = state[StateIndex.WORK]
             if self.has_contacts:
