@@ -95,8 +95,7 @@ def sweep(
     certify
         Whether to estimate the errors.
     workers
-        Largest number of processes, or of threads if the rows are run together; a sweep that is faster in one process stays there. The
-        rows do not depend on it.
+        Largest number of processes; a sweep that is faster in one process stays there. The rows do not depend on it.
     cluster
         A client of dask.distributed, or the address of its scheduler, as "tcp://host:8786": the rows are computed there.
     out

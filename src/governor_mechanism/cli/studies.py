@@ -90,7 +90,7 @@ def sweep(
     engine: Annotated[str, typer.Option(help="The engine of all rows; auto uses the engine of the scene.")] = "auto",
     accuracy: console.Accuracy = None,
     certify: Annotated[bool, typer.Option("--certify", help="Estimate the error of every run.")] = False,
-    workers: Annotated[int, typer.Option(help="Largest number of processes or threads. The result does not depend on it.")] = 1,
+    workers: Annotated[int, typer.Option(help="Largest number of processes. The result does not depend on it.")] = 1,
     cluster: Annotated[
         str | None, typer.Option(help="Address of the scheduler of a cluster (dask.distributed) that computes the rows: tcp://host:8786.")
     ] = None,

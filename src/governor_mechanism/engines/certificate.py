@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 
@@ -426,14 +426,14 @@ def _choose_better(best: RunResult, other: RunResult) -> RunResult:
     return other if (other.error_estimate or estimate) < estimate and other.n_reached >= best.n_reached else best
 
 
-def speed_jump_work(evaluator: ReadingEvaluator, time: float, poses: FloatArray) -> float:
-    """Return the work (J) that jumps of given spindle speeds do at a time on the bodies of loaded planes, with poses (bodies, 3)."""
+def speed_jump_work(evaluator: ReadingEvaluator, time: float, find_poses: Callable[[], FloatArray]) -> float:
+    """Return the work (J) that jumps of given spindle speeds do at a time on the bodies of loaded planes, at poses (bodies, 3)."""
     work = 0.0
     for rotation in evaluator.rotations:
         if rotation.plane.is_loaded and rotation.speed_function is not None:
             before, after = rotation.speed_function.limits_at(time)
             if before != after:
-                work += 0.5 * float(rotation.inertia(poses[np.newaxis])[0]) * (after**2 - before**2)
+                work += 0.5 * float(rotation.inertia(find_poses()[np.newaxis])[0]) * (after**2 - before**2)
     return work
 
 

@@ -111,9 +111,10 @@ class ReadingEvaluator:
 
     def make_trajectory(self, result: RunResult, *, cost: Cost, settings: dict[str, Any]) -> Trajectory:
         """Return the trajectory of a run; its joint reactions and events are computed on first access."""
-        states, observables, mobility = result.reported_states, result.observables, mobility_of(self.mechanism)
-        if result.n_reached:
-            mobility = PositionSolver(self.mechanism).count_degrees_of_freedom(states.poses[0])
+        states = result.reported_states
+        observables = result.observables
+        is_started = result.n_reached > 0
+        mobility = PositionSolver(self.mechanism).count_degrees_of_freedom(states.poses[0]) if is_started else mobility_of(self.mechanism)
         return Trajectory(
             scene=self.scene,
             times=states.times,

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_limited_readings
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
@@ -43,15 +43,15 @@ def find_first_excursion(mechanism: Mechanism, states: StateHistory, event_times
         The excursion.
     """
     times, excursions = states.times, list[Excursion]()
-    if len(times) < 2:
+    if len(times) < 2 or not mechanism.limits:
         return None
     is_smooth = np.ones(len(times) - 1, dtype=np.bool_)
     for side in ("left", "right"):  # an event at a monitor time may belong to either interval
         is_smooth[np.clip(np.searchsorted(times, event_times[event_times > times[0]], side) - 1, 0, len(times) - 2)] = False
-    for limit in mechanism.limits:
-        output, tolerance = evaluate_output(mechanism, limit.reading, states.poses), accuracy * mechanism.output_scale(limit.reading)
-        value, rate = output.value, output.rate(states.velocities)
-        reach = float(np.max(np.abs(rate)) * np.max(np.diff(times)))
+    longest = np.max(np.diff(times))
+    for limit, value, rate in zip(mechanism.limits, *evaluate_limited_readings(mechanism, states.poses, states.velocities), strict=True):
+        tolerance = accuracy * mechanism.output_scale(limit.reading)
+        reach = float(np.max(np.abs(rate)) * longest)
         for excess, rise, message in ((limit.low - value, -rate, limit.low_message), (value - limit.high, rate, limit.high_message)):
             if np.max(excess) + reach <= tolerance:
                 continue

@@ -282,6 +282,8 @@ def _find_intended_machine(document: Mapping[str, Any]) -> str:
     keys = [key for key in document if isinstance(key, str)]
     machine_key = "machine" if "machine" in document else next(iter(difflib.get_close_matches("machine", keys, n=1)), "")
     name = document.get(machine_key)
+    if isinstance(name, str) and (name in MACHINES or name == CUSTOM_MACHINE):
+        return name
     close_matches = difflib.get_close_matches(name, [*MACHINES, CUSTOM_MACHINE], n=1) if isinstance(name, str) else []
     return close_matches[0] if close_matches else CUSTOM_MACHINE if "body" in document and "dimensions" not in document else ""
 

@@ -62,7 +62,8 @@ class SceneFileTable(BaseModel, extra="forbid", protected_namespaces=()):
     def _report(cls, values: Any, handler: Callable[[Any], Self], info: ValidationInfo) -> Self:
         if not isinstance(values, Mapping):
             raise wrong_value(values, "must be a table", f"; write {cls.example}" if cls.example else "")
-        own_keys = [key for key in values if key in cls.fields_by_key()]
+        known_keys = cls.fields_by_key()
+        own_keys = [key for key in values if key in known_keys]
         misplaced_keys = [key for key in values if key in cls.alternative_keys] if own_keys else []
         problems = []
         for path in (f"{KEY}.{key}" for key in misplaced_keys[:1]):

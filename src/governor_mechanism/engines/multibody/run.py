@@ -242,7 +242,7 @@ class ConstrainedIntegrator:
                 break
             # The work of a jump of the given spindle speed; the state recorded there is the one after the jump.
             work_index = 6 * len(self.system.bodies)
-            state[work_index] += speed_jump_work(self.evaluator, end, self._to_mass_centres(state)[0])
+            state[work_index] += speed_jump_work(self.evaluator, end, lambda: self._to_mass_centres(state)[0])
             run.states[run.n_filled - 1, work_index] = state[work_index]
             if contacts is not None:  # an input function has a jump or a kink
                 contacts.change_mode(end, state, self.input_cubics(end))

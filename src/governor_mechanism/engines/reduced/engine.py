@@ -137,7 +137,7 @@ class ReducedRunner(CertifiedRunner):
         outcome, detail = describe_passage_end(
             reduced_run.motion_table, solution.status, solution.end_time, solution.side, self.max_steps, stops_short=solution.stops_short
         )
-        motion_exit = self._find_exit(reduced_run, solution, tolerance)
+        motion_exit = self._find_exit(reduced_run, solution, history, tolerance)
         if motion_exit is not None:
             outcome, detail = motion_exit.outcome, motion_exit.detail
             is_kept = is_kept & (history.times < motion_exit.time)
@@ -167,10 +167,11 @@ class ReducedRunner(CertifiedRunner):
         grid = make_time_grid(times, reduced_run.breakpoints, np.inf, max_interval)
         return grid.monitor_times, np.isin(np.arange(len(grid.monitor_times)), grid.reported_indices)
 
-    def _find_exit(self, reduced_run: ReducedRun, solution: ReducedSolution, tolerance: float) -> Exit | None:
+    def _find_exit(self, reduced_run: ReducedRun, solution: ReducedSolution, history: StateHistory, tolerance: float) -> Exit | None:
         """Return where a control leaves its range or a shaft stalls, or None; limits end the table of the motion."""
         event_times, state_at = np.array([event.time for event in solution.events]), partial(reduced_run.state_between, solution, tolerance)
-        return find_first_exit(self.evaluator, reduced_run.sample_run(solution), state_at, event_times, self.request.accuracy)
+        samples = history if solution.exit_step is None else reduced_run.sample_exit(solution, solution.exit_step)
+        return find_first_exit(self.evaluator, samples, state_at, event_times, self.request.accuracy)
 
     def _make_monitor_states(
         self, reduced_run: ReducedRun, tolerance: float, plan: StepPlan, end: FloatArray, max_times: int

@@ -99,6 +99,8 @@ class ReducedRun:
     def _make_initial_mode(self) -> IntArray:
         """Return the contact mode before the search for the one at the start, with the segments of tables at the start."""
         mode = make_mode(self.motion_table.forces)
+        if not self._has_tables:
+            return mode
         scene, first = self.evaluator.scene, 1 + len(self._subjects)
         outputs = [evaluate_output(self.evaluator.mechanism, name, self._initial_motion[0]) for name in forced_output_names(scene)]
         values, rates = (
@@ -159,7 +161,7 @@ class ReducedRun:
             if status != IntegrationStatus.DONE:
                 break
             # The work that a jump of the given spindle speed does on the bodies; a report at that time shows the right limit.
-            state[StateIndex.WORK] += speed_jump_work(self.evaluator, end, self._evaluate_motion(state[np.newaxis])[0][0])
+            state[StateIndex.WORK] += speed_jump_work(self.evaluator, end, lambda: self._evaluate_motion(state[np.newaxis])[0][0])
             if n_filled and times[n_filled - 1] == end:
                 states[n_filled - 1, StateIndex.WORK] = state[StateIndex.WORK]
             if self.has_contacts:
@@ -179,18 +181,15 @@ class ReducedRun:
         states[:count] = tail_states[:count]
         return count
 
-    def sample_run(self, solution: ReducedSolution) -> StateHistory:
+    def sample_exit(self, solution: ReducedSolution, last: LastStep) -> StateHistory:
         """Return the states at the times reached, and those at both ends of the step in which the motion leaves its range."""
-        last = solution.exit_step
-        if last is None:
-            return self.state_history(solution)
         n_before = int(np.searchsorted(solution.times, last.start, side="right"))
         times = np.concatenate([solution.times[:n_before], [last.start, last.outside]])
         states = np.concatenate([solution.states[:n_before], last.state[np.newaxis], last.outside_state[np.newaxis]])
         return self.state_history(replace(solution, times=times, states=states))
 
     def state_between(self, solution: ReducedSolution, tolerance: float, k: int, time: float) -> StateHistory | None:
-        """Return the state at a time (s) after sample k of `sample_run`, or None if the integration fails; no shaft ends it."""
+        """Return the state at a time (s) after sample k of the run, or None if the integration fails; no shaft ends it."""
         last = solution.exit_step
         if last is not None and last.start <= time:
             start = last.start, last.state, last.mode

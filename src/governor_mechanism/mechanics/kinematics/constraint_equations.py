@@ -234,6 +234,8 @@ class ConstraintEquations:
     ----------
     joints
         Joints of the mechanism.
+    rows
+        The rows as the kernels read them.
     joint_indices
         Index of the joint to which each row belongs; shape (rows,).
     """
@@ -241,13 +243,13 @@ class ConstraintEquations:
     def __init__(self, mechanism: Mechanism) -> None:
         self.joints = mechanism.joints
         table = make_constraint_table(mechanism)
-        self._rows, self.joint_indices = table.rows, table.joint_indices
+        self.rows, self.joint_indices = table.rows, table.joint_indices
         self._drive_functions = [CubicTimeFunction(motion) for motion in table.motions]
 
     @property
     def is_driven(self) -> NDArray[np.bool_]:
         """Whether each row is driven; shape (rows,)."""
-        is_driven: NDArray[np.bool_] = self._rows.table["drive"] != NO_INDEX
+        is_driven: NDArray[np.bool_] = self.rows.table["drive"] != NO_INDEX
         return is_driven
 
     def prescribed_motion(self, times: FloatArray) -> FloatArray:
@@ -255,25 +257,25 @@ class ConstraintEquations:
         flat_times = np.asarray(times, dtype=np.float64).ravel()
         result = np.zeros((flat_times.size, len(self.joint_indices), 3))
         for row in np.flatnonzero(self.is_driven):
-            motion, drive_scale = self._drive_functions[self._rows.table[row]["drive"]], self._rows.table[row]["drive_scale"]
+            motion, drive_scale = self._drive_functions[self.rows.table[row]["drive"]], self.rows.table[row]["drive_scale"]
             values = [motion(flat_times), motion.derivative(flat_times), motion.second_derivative(flat_times)]
             result[:, row] = drive_scale * np.stack(values, axis=-1)
         return result.reshape(*np.shape(times), *result.shape[1:])
 
     def residuals(self, poses: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
         """Return the signed residuals (m); shape (..., rows)."""
-        result = constraint_kernels.evaluate_residuals(self._rows, _flatten_poses(poses), self._prescribed_motion_per_pose(poses, times))
+        result = constraint_kernels.evaluate_residuals(self.rows, _flatten_poses(poses), self._prescribed_motion_per_pose(poses, times))
         return result.reshape(*poses.shape[:-2], len(self.joint_indices))
 
     def jacobian(self, poses: FloatArray) -> FloatArray:
         """Return the derivatives of the residuals with respect to the poses, m/m and m/rad; shape (..., rows, bodies, 3)."""
-        result = constraint_kernels.evaluate_jacobian(self._rows, _flatten_poses(poses))
+        result = constraint_kernels.evaluate_jacobian(self.rows, _flatten_poses(poses))
         return result.reshape(*poses.shape[:-2], len(self.joint_indices), *poses.shape[-2:])
 
     def gamma(self, poses: FloatArray, velocities: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
         """Return the right-hand side of J * accelerations = gamma (m/s2); shape (..., rows)."""
         drive_values = self._prescribed_motion_per_pose(poses, times)
-        result = constraint_kernels.evaluate_gamma(self._rows, _flatten_poses(poses), _flatten_poses(velocities), drive_values)
+        result = constraint_kernels.evaluate_gamma(self.rows, _flatten_poses(poses), _flatten_poses(velocities), drive_values)
         return result.reshape(*poses.shape[:-2], len(self.joint_indices))
 
     def largest_gap(self, poses: FloatArray, time: float = 0.0) -> tuple[Joint, float]:
@@ -285,6 +287,8 @@ class ConstraintEquations:
 
     def _prescribed_motion_per_pose(self, poses: FloatArray, times: FloatArray | float) -> FloatArray:
         """Return the prescribed motion at each of the flattened poses; shape (n, rows, 3)."""
+        if not self._drive_functions:
+            return np.zeros((math.prod(poses.shape[:-2]), len(self.joint_indices), 3))
         return self.prescribed_motion(np.broadcast_to(times, poses.shape[:-2]).ravel())
 
 

@@ -377,11 +377,12 @@ def evaluate_jacobian(rows: ConstraintRows, poses: FloatArray) -> FloatArray:
     """
     drive_values = np.zeros((len(poses), len(rows.table), 3))
     row_jacobians = _evaluate_rows_at_states(rows, poses, np.zeros(poses.shape), drive_values)[1]
-    jacobian = np.zeros((len(poses), len(rows.table), *poses.shape[1:]))
+    n_states, n_bodies, _ = poses.shape
+    jacobian = np.zeros((n_states, len(rows.table), n_bodies + 1, 3))  # the ground, of index -1, is the last body
+    indices = np.arange(len(rows.table))
     for side in range(2):
-        has_body = np.flatnonzero(rows.row_bodies[:, side] >= 0)
-        jacobian[:, has_body, rows.row_bodies[has_body, side]] += row_jacobians[:, has_body, side]
-    return jacobian
+        jacobian[:, indices, rows.row_bodies[:, side]] += row_jacobians[:, :, side]
+    return np.ascontiguousarray(jacobian[:, :, :n_bodies])
 
 
 def evaluate_values_and_rates(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
+from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, constraint_equations_of
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
@@ -95,7 +95,8 @@ def lower_assembly(mechanism: Mechanism) -> AssemblyArrays:
     AssemblyArrays
         Rows, free coordinates and scales.
     """
-    joint_rows, output_rows = make_constraint_table(mechanism).rows, make_output_rows(mechanism, [mechanism.coordinate], {})
+    joint_rows = constraint_equations_of(mechanism).rows
+    output_rows = make_output_rows(mechanism, [mechanism.coordinate], {})
     table = np.empty(len(joint_rows.table) + 1, dtype=joint_rows.table.dtype)
     table[:-1], table[-1:] = joint_rows.table, output_rows.table
     coordinate_scale = mechanism.output_scale(mechanism.coordinate)

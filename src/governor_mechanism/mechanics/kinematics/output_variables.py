@@ -141,6 +141,18 @@ def evaluate_reading_motions(
     return {reading.name: (values[:, k], rates[:, k], second[:, k]) for k, reading in enumerate(mechanism.readings)}
 
 
+def evaluate_limited_readings(mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Evaluate the readings that the limits of a mechanism bound, in their order, and their rates, as `evaluate_readings` does."""
+    values, rates = evaluate_values_and_rates(_limit_rows(mechanism), poses, velocities)
+    return values.T, rates.T
+
+
+@once_per_object
+def _limit_rows(mechanism: Mechanism) -> ConstraintRows:
+    """Return the output rows of the readings that limits bound."""
+    return rows_of_readings(mechanism, [mechanism.reading(limit.reading) for limit in mechanism.limits], {})
+
+
 @once_per_object
 def _reading_rows(mechanism: Mechanism) -> ConstraintRows:
     """Return the output rows of all readings that a mechanism lists."""

@@ -117,6 +117,8 @@ def shaft_readings(scene: Scene, train: ShaftTrain) -> set[str]:
     mechanism, (prefix, part) = scene.mechanism, parts_with_coordinate(scene)[0]
     own = {prefix + reading.name for reading in part.mechanism.readings}
     readings = [reading for reading in mechanism.readings if reading.name not in own]
+    if not readings:
+        return set()
     rotors = [mechanism.body_index(body) for body in train.motion]
     bodies = rows_of_readings(mechanism, readings, {}).row_bodies
     follows_shaft = (np.isin(bodies, rotors) | (bodies < 0)).all(axis=1) & (bodies >= 0).any(axis=1)

@@ -279,7 +279,10 @@ def find_load_sources(mechanism: Mechanism, effects: tuple[OutputEffect, ...]) -
         }
         return replace(owner, **changed) if changed else owner
 
-    return replace(mechanism, force_elements=tuple(map(find_sources, mechanism.force_elements))), tuple(map(find_sources, effects))
+    elements = tuple(map(find_sources, mechanism.force_elements))
+    if any(new is not old for new, old in zip(elements, mechanism.force_elements, strict=True)):
+        mechanism = replace(mechanism, force_elements=elements)  # else the same one, with the results that are kept with it
+    return mechanism, tuple(map(find_sources, effects))
 
 
 def _function_problems(mechanism: Mechanism, effects: Sequence[OutputEffect], speeds: Mapping[str, str]) -> Iterator[str]:
