@@ -36,6 +36,18 @@ print(json.dumps(counts))
 """
 
 
+def scalar_records():
+    """Return the names of the named tuples whose fields are all numbers."""
+    names = set()
+    for path in PACKAGE_ROOT.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef) and "NamedTuple" in map(ast.unparse, node.bases):
+                fields = [ast.unparse(field.annotation) for field in node.body if isinstance(field, ast.AnnAssign)]
+                if set(fields) <= {"float", "int", "bool"}:
+                    names.add(node.name)
+    return names
+
+
 def kernels():
     """Return file, name, decorator, return annotation and called names of every decorated kernel."""
     found = []
@@ -52,7 +64,8 @@ def kernels():
 
 def test_kernels_without_reference_counts_neither_return_arrays_nor_get_any():
     found = kernels()
-    returning = {name for _, name, _, returns, _ in found if not SCALAR.fullmatch(returns)}
+    records = scalar_records()
+    returning = {name for _, name, _, returns, _ in found if not SCALAR.fullmatch(returns) and returns not in records}
     uncounted = [kernel for kernel in found if kernel[2] in UNCOUNTED]
     assert len(uncounted) > 50
     assert len(returning) > 5
