@@ -1,5 +1,6 @@
 """Richardson extrapolation of event times over runs of one scene, each with half the step of the one before."""
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
@@ -39,11 +40,16 @@ class ExtrapolatedEvents:
 
 
 def extrapolate_events(
-    event_logs: Sequence[Sequence[Event]], end_time: float, first_step: float, min_error_ratio: float = MIN_EVENT_TIME_ERROR_RATIO
+    event_logs: Sequence[Sequence[Event]],
+    end_time: float,
+    first_step: float,
+    min_error_ratio: float = MIN_EVENT_TIME_ERROR_RATIO,
+    settled_difference: float = math.inf,
 ) -> ExtrapolatedEvents:
     """Extrapolate each event of the last log from the nearest events of its kind in the other logs, up to `end_time` (s).
 
-    The error of a time is at least `min_error_ratio` of the difference of the last two runs.
+    The error of a time is at least `min_error_ratio` of the difference of the last two runs. Where that exceeds `settled_difference` (s),
+    nothing is known of what follows.
     An event within the first step (s) of all runs is reached by one step of the same length in each: their agreement says nothing.
     """
     finest, time_error, is_matched = event_logs[-1], 0.0, len({len(log) for log in event_logs}) == 1
@@ -60,6 +66,8 @@ def extrapolate_events(
             extrapolation_intervals.append((min(event.time, best_time), max(event.time, best_time)))
         if len(known) > 1 and event.time < first_step and max(known) - min(known) <= SAME_STEP_TOLERANCE * event.time:
             time_error = max(time_error, SAME_STEP_ERROR_RATIO * event.time)
+        if len(known) > 1 and abs(known[-1] - known[-2]) > settled_difference:
+            time_error = max(time_error, end_time - event.time)
         if len(extrapolated) > 1:
             time_error = max(time_error, abs(extrapolated[-1] - extrapolated[-2]), min_error_ratio * abs(known[-1] - known[-2]))
     for event in chain.from_iterable(log for log in event_logs if len(log) != len(finest)):

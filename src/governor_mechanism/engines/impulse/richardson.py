@@ -81,6 +81,9 @@ MIN_READING_ERROR_RATIO, FIRST_EVENT_TIME_ERROR_RATIO = 0.005, 0.2
 motion leaves an error that falls with no order; and of event times in the first runs, whose steps may be too long for any order.
 """
 
+SETTLED_EVENT_DIFFERENCE = 0.05
+"""Difference of the last two runs in the time of an event, relative to the time scale, from which on later events may be others."""
+
 TRUSTED_EVENT_DECREASE, TRUSTED_DECREASE = 2.5, 5.0
 """Factors by which the differences of event times, and of readings in scenes with contacts, may fall when the steps are halved.
 
@@ -151,13 +154,11 @@ class RichardsonRefinement(Runner):
 
     def _with_contradiction(self, best: RunResult, finer: RunResult) -> RunResult:
         """Return the best result with an estimate of at least what events of a finer one that it does not have, or later, mean."""
-        if finer.outcome is Outcome.JOINT_OPENED or finer.n_reached < best.n_reached:
+        if not self.has_contacts or finer.outcome is Outcome.JOINT_OPENED or finer.n_reached < best.n_reached:
             return best
         times, time_tolerance = best.reported_states.times, self.request.accuracy * self.evaluator.time_scale
         difference, _ = compare_event_logs(best.contact_events, finer.contact_events, times, time_tolerance)
         errors = {**best.reading_errors, EVENT_TIMES: max(best.reading_errors.get(EVENT_TIMES, 0.0), difference)}
-        if not self.has_contacts:
-            return best
         return replace(best, reading_errors=errors, error_estimate=self.evaluator.to_relative_error(errors, best.observables))
 
     def _first_closed_result(self) -> tuple[RunResult, int]:
@@ -197,7 +198,8 @@ class RichardsonRefinement(Runner):
             first_step = float(self.grid.monitor_times[1] / self.grid.min_steps[0]) / 2 ** levels[-1]
             logs = [[event for event in solution.events if event.time <= last] for solution in solutions]
             min_error_ratio = MIN_EVENT_TIME_ERROR_RATIO if level else FIRST_EVENT_TIME_ERROR_RATIO
-            events = extrapolate_events(logs, last, first_step, min_error_ratio)
+            settled_difference = SETTLED_EVENT_DIFFERENCE * self.evaluator.time_scale
+            events = extrapolate_events(logs, last, first_step, min_error_ratio, settled_difference)
         extrapolated = [solution.states.at(slice(count)) for solution in solutions]
         if len(extrapolated) > 1:  # between the impact times of two runs there is nothing to extrapolate
             between_impacts = are_in_intervals(extrapolated[-1].times, events.impact_intervals)
