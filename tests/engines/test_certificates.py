@@ -36,6 +36,7 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import make_reported_times
+from governor_mechanism.engines.multibody.engine import MultibodyRunner
 from governor_mechanism.engines.reduced.engine import ReducedRunner
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import FreeSpindle
@@ -265,3 +266,24 @@ def test_the_estimate_of_bounces_down_to_rest_covers_the_rounding_of_their_times
     impacts = [event.time for event in run.events if event.kind == "strikes its stop"]
     shortest = np.min(np.diff(impacts)) / run.scales["event times"]
     assert run.reading_errors["event times"] / run.scales["event times"] >= 10 * np.finfo(float).eps / shortest
+
+
+@pytest.mark.parametrize("engine", ["reduced", "multibody"])
+def test_a_third_run_confirms_requests_that_rounding_may_decide(engine, monkeypatch):
+    """The larger of the differences counts: if the third run differs, the request is not met by the first two."""
+    at_1e8, at_1e9 = (gm.run("porter", engine=engine, accuracy=accuracy, times=[0.5, 1.0]) for accuracy in (1e-8, 1e-9))
+    assert (at_1e8.cost.runs, at_1e9.cost.runs) == (2, 3)
+    runner = ReducedRunner if engine == "reduced" else MultibodyRunner
+    run_once = runner.run_once
+
+    def disturb_third_run(self, tolerance, plan):
+        result = run_once(self, tolerance, plan)
+        if self.n_runs == 3:
+            states = result.reported_states
+            velocities = states.velocities * (1 + 1e-7)
+            states = replace(states, velocities=velocities)
+            result = replace(result, reported_states=states, observables=self.evaluator.evaluate(states))
+        return result
+
+    monkeypatch.setattr(runner, "run_once", disturb_third_run)
+    assert gm.run("porter", engine=engine, accuracy=1e-9, times=[0.5, 1.0]).cost.runs > 3

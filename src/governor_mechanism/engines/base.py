@@ -208,6 +208,12 @@ class Runner(ABC):
         estimate = self.evaluator.to_relative_error(errors, result.observables)
         return replace(result, reading_errors=errors, error_estimate=estimate, n_excluded=int(is_near_event.sum()))
 
+    def with_least_errors(self, result: RunResult, least_errors: Mapping[str, float]) -> RunResult:
+        """Return a result whose errors of readings, rates and event times are at least the given ones (SI)."""
+        errors = {name: max(error, least_errors.get(name, 0.0)) for name, error in result.reading_errors.items()}
+        estimate = max(result.error_estimate or 0.0, self.evaluator.to_relative_error(errors, result.observables))
+        return replace(result, reading_errors=errors, error_estimate=estimate)
+
     def run(self) -> Trajectory:
         """Return the trajectory of the best result."""
         start_time, accuracy = time.perf_counter(), self.request.accuracy

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 
@@ -255,7 +255,7 @@ class CertifiedRunner(Runner):
         while self._misses(best) and self._may_improve(best) and tolerance < MAX_STEP_TOLERANCE:
             tolerance *= TOLERANCE_LOOSENING
             better = _choose_better(best, self._halve_steps(tolerance))
-            n_stagnant = n_stagnant + 1 if better is best and best.error_estimate != UNCONFIRMED_ERROR else 0
+            n_stagnant = n_stagnant + 1 if better is best and not _is_unconfirmed(best) else 0
             best = better
             if n_stagnant >= self.engine.settings.max_stagnant_runs:
                 break
@@ -263,8 +263,7 @@ class CertifiedRunner(Runner):
 
     def _may_improve(self, result: RunResult) -> bool:
         """Return whether other tolerances may give a better result: not at the step limit, nor where not even a digit is left."""
-        is_unconfirmed = result.error_estimate == UNCONFIRMED_ERROR
-        return result.outcome is not Outcome.STEP_LIMIT and (is_unconfirmed or (result.error_estimate or 0.0) < USELESS_ERROR)
+        return result.outcome is not Outcome.STEP_LIMIT and (_is_unconfirmed(result) or (result.error_estimate or 0.0) < USELESS_ERROR)
 
     def _misses(self, result: RunResult) -> bool:
         """Return whether the error of a result may exceed the requested accuracy."""
@@ -302,7 +301,8 @@ class CertifiedRunner(Runner):
             other = self._record(tolerance, StepPlan(max_steps=fine.plan.max_steps))
         confirmed = self._compare(run, other)
         estimate = max(result.error_estimate or 0.0, confirmed.error_estimate or 0.0)
-        return replace(self._with_least_errors(result, confirmed.reading_errors), error_estimate=estimate, detail=confirmed.detail)
+        detail = result.detail or confirmed.detail
+        return replace(self.with_least_errors(result, confirmed.reading_errors), error_estimate=estimate, detail=detail)
 
     def _certify(self, tolerance: float) -> RunResult:
         """Return a run at a tolerance, with its error from one that halves its steps."""
@@ -341,11 +341,11 @@ class CertifiedRunner(Runner):
         if passage_error := self._estimate_passage_error(coarse):
             scales = result.observables.scales
             names = [*result.observables.readings, *map(name_of_rate, result.observables.rates)]
-            certified = self._with_least_errors(certified, {name: passage_error * scales[name] for name in names})
+            certified = self.with_least_errors(certified, {name: passage_error * scales[name] for name in names})
         if bounce := self._shortest_bounce(result):
             rounding = BOUNCE_ROUNDING_FACTOR * float(np.finfo(np.float64).eps) * self.evaluator.time_scale**2 / bounce
             least = min(rounding, BOUNCE_DIFFERENCE_FACTOR * event_time_difference)
-            certified = self._with_least_errors(certified, {EVENT_TIMES: least})
+            certified = self.with_least_errors(certified, {EVENT_TIMES: least})
         certified = self._with_energy_check(self._with_rounding(certified, coarse.n_steps))
         n_missing = result.n_reached - finer.n_reached
         # Runs that both end early may do so on either side of a reported time.
@@ -377,18 +377,12 @@ class CertifiedRunner(Runner):
         bounces = [end - start for times in impacts.values() for start, end in pairwise(times) if end > start]
         return min(bounces, default=0.0)
 
-    def _with_least_errors(self, result: RunResult, least_errors: Mapping[str, float]) -> RunResult:
-        """Return a result whose errors of readings, rates and event times are at least the given ones (SI)."""
-        errors = {name: max(error, least_errors.get(name, 0.0)) for name, error in result.reading_errors.items()}
-        estimate = max(result.error_estimate or 0.0, self.evaluator.to_relative_error(errors, result.observables))
-        return replace(result, reading_errors=errors, error_estimate=estimate)
-
     def _with_rounding(self, result: RunResult, n_steps: int) -> RunResult:
         """Return a result whose errors are at least the roundings of readings and times over its steps, which add up like a random walk."""
         relative = ROUNDING_SAFETY_FACTOR * float(np.finfo(np.float64).eps) * math.sqrt(n_steps)
         readings, rates, times = result.observables.readings, result.observables.rates, result.reported_states.times
         sizes = {name: np.abs(values) + np.abs(times * rates.get(name, 0.0)) for name, values in readings.items()}
-        return self._with_least_errors(result, {name: relative * float(np.max(size, initial=0.0)) for name, size in sizes.items()})
+        return self.with_least_errors(result, {name: relative * float(np.max(size, initial=0.0)) for name, size in sizes.items()})
 
     def _with_energy_check(self, result: RunResult) -> RunResult:
         """Return a result whose estimate is at least the error that explains its energy drift, unless drivers alone give the motion."""
@@ -418,6 +412,11 @@ def _with_unconfirmed_end(result: RunResult, finer: RunResult) -> RunResult:
     detail = f"the run that it is compared with ends earlier, after {finer.n_reached} of {result.n_reached} reported times: {finer.detail}"
     estimate = max(result.error_estimate or 0.0, UNCONFIRMED_ERROR)
     return replace(result, error_estimate=estimate, detail=result.detail or detail)
+
+
+def _is_unconfirmed(result: RunResult) -> bool:
+    """Return whether a result has states that the run it is compared with does not reach, and which else agree."""
+    return result.error_estimate == UNCONFIRMED_ERROR
 
 
 def _choose_better(best: RunResult, other: RunResult) -> RunResult:

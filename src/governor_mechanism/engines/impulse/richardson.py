@@ -55,40 +55,52 @@ MAX_STAGNANT_LEVELS = 1
 EVENT_METHOD_NAME = "second order, restarted at every event"
 """Name of the method for a scene with contacts."""
 
-ERROR_TO_DIFFERENCE_RATIO, CUSTOM_ERROR_TO_DIFFERENCE_RATIO = 0.6, 2.7
-"""Bound of the error of extrapolated runs relative to the difference from those with twice their steps, and in mechanisms of a user's own.
+ERROR_TO_DIFFERENCE_RATIO = 0.6
+"""Bound of the error of extrapolated runs relative to the difference from those with twice their steps.
 
 Where the order of 3 holds, the error is a seventh of the difference. With long steps it falls less from one level to the next; the bound
-holds as far as it falls to 0.37. Mechanisms of a user's own may have several degrees of freedom and pass singular configurations: there it
-holds as far as it falls to 0.73.
+holds as far as it falls to 0.37.
 """
 
-IRREGULAR_ERROR_TO_DIFFERENCE_RATIO, UNSETTLED_ERROR_TO_DIFFERENCE_RATIO = 3.0, 8.0
-"""The same bound in scenes with contacts or kinks; and with contacts, or in mechanisms of a user's own, where runs do not show the order
-of 2.
+CUSTOM_ERROR_TO_DIFFERENCE_RATIO = 2.7
+"""The same bound in mechanisms of a user's own, which may have several degrees of freedom and pass singular configurations: it holds as
+far as the error falls to 0.73.
 """
 
-MIN_SETTLED_DECREASE, UNSETTLED_DIFFERENCE = 3.0, 1e-9
-"""Decrease of the difference of poses or rates from one level to the next that shows the order of 2, which gives 4, and the difference,
-relative to their largest value, from which on that is asked for: smaller ones may be rounding.
-"""
+IRREGULAR_ERROR_TO_DIFFERENCE_RATIO = 3.0
+"""The same bound in scenes with contacts or kinks."""
+
+UNSETTLED_ERROR_TO_DIFFERENCE_RATIO = 8.0
+"""The same bound with contacts, and in mechanisms of a user's own, where the runs do not show the order of 2."""
+
+MIN_SETTLED_DECREASE = 3.0
+"""Decrease of the difference of poses or rates from one level to the next that shows the order of 2, which gives 4."""
+
+UNSETTLED_DIFFERENCE = 1e-9
+"""Difference of runs, relative to their largest value, from which on that is asked for: smaller ones may be rounding."""
 
 USELESS_DIFFERENCE_RATIO = 3.0
 """Factor on an estimate from `USELESS_ERROR` on: such runs hardly resemble each other, and their difference is of the size of the error."""
 
-MIN_READING_ERROR_RATIO, FIRST_EVENT_TIME_ERROR_RATIO = 0.005, 0.2
-"""Smallest error of extrapolated readings relative to the difference of the last two runs, in scenes with contacts, where a reversal of the
-motion leaves an error that falls with no order; and of event times in the first runs, whose steps may be too long for any order.
+MIN_READING_ERROR_RATIO = 0.005
+"""Smallest error of extrapolated readings relative to the difference of the last two runs, in scenes with contacts, where a reversal of
+the motion leaves an error that falls with no order.
 """
+
+FIRST_EVENT_TIME_ERROR_RATIO = 0.2
+"""The same of event times in the first runs, whose steps may be too long for any order."""
 
 SETTLED_EVENT_DIFFERENCE = 0.05
 """Difference of the last two runs in the time of an event, relative to the time scale, from which on later events may be others."""
 
-TRUSTED_EVENT_DECREASE, TRUSTED_DECREASE = 2.5, 5.0
-"""Factors by which the differences of event times, and of readings in scenes with contacts, may fall when the steps are halved.
+TRUSTED_EVENT_DECREASE = 2.5
+"""Factor by which the differences of event times may fall when the steps are halved.
 
-Both fall irregularly there, dry friction at reversals above all: a small difference may be chance.
+They fall irregularly, dry friction at reversals above all: a small difference may be chance.
 """
+
+TRUSTED_DECREASE = 5.0
+"""The same of the errors of readings in scenes with contacts."""
 
 
 class RichardsonRefinement(Runner):
@@ -158,8 +170,7 @@ class RichardsonRefinement(Runner):
             return best
         times, time_tolerance = best.reported_states.times, self.request.accuracy * self.evaluator.time_scale
         difference, _ = compare_event_logs(best.contact_events, finer.contact_events, times, time_tolerance)
-        errors = {**best.reading_errors, EVENT_TIMES: max(best.reading_errors.get(EVENT_TIMES, 0.0), difference)}
-        return replace(best, reading_errors=errors, error_estimate=self.evaluator.to_relative_error(errors, best.observables))
+        return self.with_least_errors(best, {EVENT_TIMES: difference})
 
     def _first_closed_result(self) -> tuple[RunResult, int]:
         """Return the first result and its level; halve the step while joints open because it is too long for the speeds that occur."""
@@ -225,7 +236,7 @@ class RichardsonRefinement(Runner):
         error_ratio = self._choose_error_ratio(_decreases_of_differences(levels_up_to_end))
         result = self._certify(result, reported[0], events, level, error_ratio)
         if self.has_contacts:
-            result = self._with_least_errors(result, [states.at(reported_indices) for states in levels_up_to_end[-2:]])
+            result = self._bound_by_last_runs(result, [states.at(reported_indices) for states in levels_up_to_end[-2:]])
         return self._with_exit_error(result, end)
 
     def _end_at_exit(self, end: Termination, solutions: Sequence[FixedStepSolution]) -> Termination:
@@ -267,19 +278,13 @@ class RichardsonRefinement(Runner):
     def _trust_readings(self, result: RunResult, level: int) -> RunResult:
         """Return a result with errors of readings that are no less than a trusted decrease makes of those at a coarser level."""
         coarser_level = max((one for one in self._reading_errors if one < level), default=level)
-        coarser, decrease = self._reading_errors.get(coarser_level, {}), TRUSTED_DECREASE ** (level - coarser_level)
-        return self._raise_errors(result, {name: error / decrease for name, error in coarser.items()})
+        coarser = self._reading_errors.get(coarser_level, {})
+        return self.with_least_errors(result, _scale_reading_errors(coarser, TRUSTED_DECREASE ** (coarser_level - level)))
 
-    def _with_least_errors(self, result: RunResult, last_runs: Sequence[StateHistory]) -> RunResult:
+    def _bound_by_last_runs(self, result: RunResult, last_runs: Sequence[StateHistory]) -> RunResult:
         """Return a result with errors of readings that are no less than a part of the difference of the last two runs."""
         difference = self.evaluator.compare_observables(*(self.evaluator.evaluate(states) for states in last_runs))
-        return self._raise_errors(result, {name: MIN_READING_ERROR_RATIO * value for name, value in difference.items()})
-
-    def _raise_errors(self, result: RunResult, least_errors: Mapping[str, float]) -> RunResult:
-        """Return a result whose errors of readings and rates are at least the given ones (SI)."""
-        least = {name: error for name, error in least_errors.items() if name not in (EVENT_TIMES, JOINT_GAP)}
-        errors = {name: max(error, least.get(name, 0.0)) for name, error in result.reading_errors.items()}
-        return replace(result, reading_errors=errors, error_estimate=self.evaluator.to_relative_error(errors, result.observables))
+        return self.with_least_errors(result, _scale_reading_errors(difference, MIN_READING_ERROR_RATIO))
 
     def _certify(self, result: RunResult, coarse: StateHistory, events: ExtrapolatedEvents, level: int, error_ratio: float) -> RunResult:
         """Return a result with its errors, estimated by the difference from coarser extrapolated states."""
@@ -290,7 +295,7 @@ class RichardsonRefinement(Runner):
         coarse_result = replace(result, reported_states=coarse, observables=self.evaluator.evaluate(coarse))
         result = self.with_error_estimate(result, coarse_result, is_near_event, time_error, error_ratio)
         if (result.error_estimate or 0.0) > USELESS_ERROR:
-            return self._raise_errors(result, {name: USELESS_DIFFERENCE_RATIO * error for name, error in result.reading_errors.items()})
+            return self.with_least_errors(result, _scale_reading_errors(result.reading_errors, USELESS_DIFFERENCE_RATIO))
         if not self.has_contacts:
             return result
         trusted = self._trust_readings(result, level)
@@ -332,6 +337,11 @@ def _is_improvement(finer: RunResult, best: RunResult) -> bool:
     if finer.outcome is Outcome.JOINT_OPENED or (finer.outcome is Outcome.STEP_LIMIT and finer.n_reached < best.n_reached):
         return False
     return (finer.error_estimate or math.inf) < (best.error_estimate or math.inf)
+
+
+def _scale_reading_errors(errors: Mapping[str, float], factor: float) -> dict[str, float]:
+    """Return the errors of readings and rates times a factor, without event times and the gap of the joints."""
+    return {name: factor * error for name, error in errors.items() if name not in (EVENT_TIMES, JOINT_GAP)}
 
 
 def _decreases_of_differences(levels: Sequence[StateHistory]) -> list[float]:

@@ -164,7 +164,7 @@ def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float
         sample[i] = start[i] + fraction * (end[i] - start[i])
     needs_forces = False
     for i in range(event_functions.size):
-        needs_forces = needs_forces or event_functions[i].kind == EventFunctionKind.FORCE or event_functions[i].input_index >= 0
+        needs_forces = needs_forces or event_functions[i].kind == EventFunctionKind.FORCE or event_functions[i].input_index != NO_INDEX
     if needs_forces:
         _evaluate(equation, step.local_time + fraction * step.h, sample, stages.derivatives, N_STAGES - 1)
     evaluate_event_functions(equation.system, equation.workspace, sample, event_values)
@@ -243,7 +243,7 @@ def _keep_phases(equation: MultibodyEquation, is_kept: bool) -> None:
     force_elements, rows = equation.workspace.force_elements, equation.workspace.output_row_values
     for i in range(force_elements.size):
         gas = force_elements[i]
-        if gas.argument_index >= 0:
+        if gas.argument_index != NO_INDEX:
             travel, crank_angle = rows[gas.output_index, RowColumn.RESIDUAL], rows[gas.argument_index, RowColumn.RESIDUAL]
             gas.phase = int(evaluate_gas_phase(gas.coefficients, travel, crank_angle)) if is_kept else IN_NO_PHASE
 

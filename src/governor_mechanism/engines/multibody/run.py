@@ -56,6 +56,7 @@ STIFF_STEP_RATIO = 0.2
 """Step relative to the largest stable one from which stability limits it: error control wavers about that limit."""
 
 NO_TIMES = np.empty(0)
+"""Output times of a run that records no states."""
 
 MAX_EXIT_STEPS = 400
 """Step limit from the start of the step in which the motion ends to a time within it: many only beside a singular configuration."""

@@ -12,7 +12,7 @@ import numpy as np
 from governor_mechanism.mechanics.contact import tolerances
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.jit import jit, jit_in_place
-from governor_mechanism.types import BoolArray, FloatArray, IntArray, RecordArray
+from governor_mechanism.types import NO_INDEX, BoolArray, FloatArray, IntArray, RecordArray
 
 HELD = 2
 """State of a contact that holds its output. Other states are the sign of the rate that friction opposes, or 0 without friction."""
@@ -131,7 +131,7 @@ def is_resting(dynamics: ContactDynamics, states: IntArray, k: int) -> bool:
     bool
         True if it rests.
     """
-    can_hold = dynamics.contacts[k].friction_input >= 0 or find_active_stop(dynamics, k) != 0
+    can_hold = dynamics.contacts[k].friction_input != NO_INDEX or find_active_stop(dynamics, k) != 0
     return bool(states[k] == HELD or (can_hold and is_locked(dynamics, states)))
 
 
@@ -279,7 +279,7 @@ def _list_candidates(dynamics: ContactDynamics, k: int, is_released: bool, candi
         candidates[0] = direction_of_motion(dynamics, k)
         return 1
     side, n_candidates = find_active_stop(dynamics, k), 0
-    has_friction = dynamics.contacts[k].friction_input >= 0
+    has_friction = dynamics.contacts[k].friction_input != NO_INDEX
     if (has_friction or side != 0) and not is_released:
         candidates[0], n_candidates = HELD, 1
     if not has_friction:

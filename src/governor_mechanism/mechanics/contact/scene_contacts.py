@@ -28,7 +28,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit
-from governor_mechanism.types import BoolArray, FloatArray, RecordArray
+from governor_mechanism.types import NO_INDEX, BoolArray, FloatArray, RecordArray
 
 ContactModeKey = tuple[tuple[int | None, ...], ContactMode]
 """Properties shared by modes whose systems differ only in the held values."""
@@ -77,7 +77,7 @@ def _evaluate_response(
     velocity_changes, compliance = np.zeros((n_contacts, system.bodies.size, 3)), np.empty((n_contacts, n_contacts))
     for k in range(n_contacts):
         friction_input = contacts[k].friction_input
-        friction_limits[k] = workspace.inputs[friction_input] if friction_input >= 0 else 0.0
+        friction_limits[k] = workspace.inputs[friction_input] if friction_input != NO_INDEX else 0.0
         output, impulse = contacts[k].output_index, np.zeros((system.bodies.size, 3))
         for side in range(2):
             body = output_rows.row_bodies[output, side]

@@ -198,7 +198,7 @@ def _scale_point(point: PointMotion, weight: float) -> PointMotion:
 
 
 @jit_inline
-def _distance_row(row: RecordArray, dx: float, dy: float, du: float, dv: float) -> RowGeometry:
+def _distance_row(dx: float, dy: float, du: float, dv: float) -> RowGeometry:
     length = math.hypot(dx, dy)
     nx, ny = dx / length, dy / length
     radial_velocity = nx * du + ny * dv
@@ -213,7 +213,7 @@ def _fixed_direction_row(row: RecordArray, dx: float, dy: float, first_angle: fl
 
 
 @jit_inline
-def _line_angle_row(row: RecordArray, dx: float, dy: float, du: float, dv: float) -> RowGeometry:
+def _line_angle_row(dx: float, dy: float, du: float, dv: float) -> RowGeometry:
     length_squared = dx * dx + dy * dy
     nx, ny = -dy / length_squared, dx / length_squared
     quadratic_term = -2.0 * (nx * du + ny * dv) * (dx * du + dy * dv) / length_squared
@@ -276,11 +276,11 @@ def _evaluate_row(row: RecordArray, curve_segments: FloatArray, first: PointMoti
     """Return the value of a row of any kind, and its derivatives."""
     dx, dy, du, dv = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v
     if row.kind == RowKind.DISTANCE:
-        return _distance_row(row, dx, dy, du, dv)
+        return _distance_row(dx, dy, du, dv)
     if row.kind == RowKind.FIXED_DIRECTION:
         return _fixed_direction_row(row, dx, dy, first.angle, second.angle)
     if row.kind == RowKind.LINE_ANGLE:
-        return _line_angle_row(row, dx, dy, du, dv)
+        return _line_angle_row(dx, dy, du, dv)
     if row.kind == RowKind.ARC_POSITION:
         return _arc_position_row(row, dx, dy, du, dv, first.angle)
     if row.kind == RowKind.FOLLOWER_HEIGHT:

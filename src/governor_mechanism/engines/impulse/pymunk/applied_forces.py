@@ -21,7 +21,7 @@ from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit
 from governor_mechanism.numerics.once_per_object import once_per_object
-from governor_mechanism.types import FloatArray, RecordArray
+from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
 
 
 @jit
@@ -102,13 +102,13 @@ class AppliedForces:
         bodies["x"], bodies["y"] = -np.array([origins[body.name] for body in mechanism.bodies]).T
         self._turning_bodies = bodies.copy()
         self._turning_bodies["plane"] = 0
-        bodies["plane"][[_is_on_spindle_axis(mechanism, body) for body in mechanism.bodies]] = -1
+        bodies["plane"][[_is_on_spindle_axis(mechanism, body) for body in mechanism.bodies]] = NO_INDEX
         names, elements = forced_output_names(scene), mechanism.force_elements
         output_rows, force_elements = lower_outputs(mechanism, names, elements, origins, self.input_layout.element_loads.start)
         self.system = system._replace(bodies=bodies, force_elements=force_elements, output_rows=output_rows)
         self.output_forces = system.output_forces
         self.dissipated_energy, self._previous_step = 0.0, (np.zeros(0), np.zeros(0))
-        counts = {"gravity": n_bodies * bool(scene.gravity), "centrifugal": int(np.sum(bodies["plane"] >= 0))}
+        counts = {"gravity": n_bodies * bool(scene.gravity), "centrifugal": int(np.sum(bodies["plane"] != NO_INDEX))}
         counts["springs, dampers, forces"] = len(mechanism.force_elements)
         laws = Counter(effect.law_name for effect in output_forces_of(scene))
         self.evaluation_counts = Counter(counts) + laws + Counter({FRICTION_LAW_NAME: n_frictions})

@@ -12,6 +12,7 @@ from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_curve_segments
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_curve
 from governor_mechanism.model import joints
+from governor_mechanism.types import NO_INDEX
 
 GROOVE_HALF_LENGTH_RATIO = 1e3
 """Half length of a groove relative to the length scale of the mechanism; a pymunk groove has ends, a guide has none."""
@@ -98,7 +99,12 @@ def _make_driven_turn(first: AttachedPoint, second: AttachedPoint, drive: int) -
 
 
 def _make_reanchored_pin(
-    first: AttachedPoint, second: AttachedPoint, angle: float, length_scale: float, curve: joints.CurveSlot | None = None, drive: int = -1
+    first: AttachedPoint,
+    second: AttachedPoint,
+    angle: float,
+    length_scale: float,
+    curve: joints.CurveSlot | None = None,
+    drive: int = NO_INDEX,
 ) -> JointConstraints:
     """Return a pin across a line or curve of the first body that guides the second point, or drives it across the line.
 
@@ -120,7 +126,7 @@ def _make_reanchored_pin(
             normal_length = math.hypot(1.0, derivative)
             residual = (residual - height) / normal_length
             nx, ny = (nx - derivative * ux) / normal_length, (ny - derivative * uy) / normal_length
-        if drive >= 0:
+        if drive != NO_INDEX:
             residual = (residual - inputs.values[drive]) * inputs.h / inputs.next_h
         length = length_scale + residual
         pin.anchor_a = to_body_axes(poses, first.index, (x2 - length * nx, y2 - length * ny))

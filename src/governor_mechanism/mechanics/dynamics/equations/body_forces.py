@@ -8,7 +8,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import rotate_ve
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit, jit_in_place
-from governor_mechanism.types import FloatArray, RecordArray
+from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
 
 centrifugal_force_jit = jit_in_place(force_laws.centrifugal_force)
 centrifugal_moment_jit = jit_in_place(force_laws.centrifugal_moment)
@@ -40,12 +40,12 @@ def evaluate_plane_motion(
     """
     for p in range(system.planes.size):
         plane, motion = system.planes[p], workspace.plane_motion[p]
-        if plane.shaft >= 0:
+        if plane.shaft != NO_INDEX:
             motion[PlaneColumn.SPEED], motion[PlaneColumn.ACCELERATION] = plane.ratio * velocities[plane.shaft, 2], 0.0
         else:
             speed, acceleration = evaluate_given_speed(input_cubics, plane.input_index, local_time, plane.amplitude, plane.cycles_per_turn)
             motion[PlaneColumn.SPEED], motion[PlaneColumn.ACCELERATION] = plane.ratio * speed, plane.ratio * acceleration
-        if plane.shaft >= 0 or motion[PlaneColumn.ACCELERATION] != 0.0:
+        if plane.shaft != NO_INDEX or motion[PlaneColumn.ACCELERATION] != 0.0:
             motion[PlaneColumn.INERTIA], motion[PlaneColumn.INERTIA_RATE] = inertia_of_plane(system.bodies, p, poses, velocities)
     update_inverse_mass(system, workspace)
 
@@ -82,7 +82,7 @@ def evaluate_body_forces(bodies: RecordArray, plane_motion: FloatArray, poses: F
         if body.x != 0.0 or body.y != 0.0:
             arm_x, arm_y = rotate_vector_jit(angle, body.x, body.y)
         force_x, force_y, moment = 0.0, weight_jit(body.mass, body.gravity), 0.0
-        if body.plane >= 0:
+        if body.plane != NO_INDEX:
             speed = plane_motion[body.plane, PlaneColumn.SPEED]
             speed_squared = speed * speed
             force_x = centrifugal_force_jit(body.mass, poses[k, 0] + arm_x, speed_squared)

@@ -16,7 +16,7 @@ from governor_mechanism.mechanics.dynamics.forces.output_forces import add_outpu
 from governor_mechanism.mechanics.dynamics.system.arrays import PlaneColumn, System, SystemWorkspace
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_drives, evaluate_rows
 from governor_mechanism.numerics.jit import jit_in_place
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import NO_INDEX, FloatArray
 
 N_ENERGY_STATES = 2
 """Number of states after poses and velocities: the work term of the energy balance (J) and the energy dissipated by dashpots and friction
@@ -80,7 +80,7 @@ def evaluate_accelerations(
     dissipated_power = -add_output_forces(output_rows, system.output_forces, velocities, workspace.inputs, values, jacobian, forces)
     force_elements = workspace.force_elements
     for i in range(force_elements.size):
-        if force_elements[i].switch_input >= 0:
+        if force_elements[i].switch_input != NO_INDEX:
             force_elements[i].coefficients[SWITCH_COEFFICIENT] = workspace.inputs[force_elements[i].switch_input]
     power = add_output_forces(output_rows, force_elements, velocities, workspace.inputs, values, jacobian, forces) - dissipated_power
     assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, workspace.inverse_mass, workspace.band)

@@ -143,11 +143,11 @@ def add_output_forces(
             argument, value = rate, row_values[k, RowColumn.RESIDUAL]
             if output_force.phase != IN_NO_PHASE:
                 argument = float(output_force.phase)
-            elif output_force.argument_index >= 0:
+            elif output_force.argument_index != NO_INDEX:
                 crank_angle = row_values[output_force.argument_index, RowColumn.RESIDUAL]
                 argument = evaluate_gas_phase(output_force.coefficients, value, crank_angle)
             force = evaluate_force_law(output_force.law, output_force.coefficients, value, argument)
-            if output_force.input_index >= 0:
+            if output_force.input_index != NO_INDEX:
                 force *= inputs[output_force.input_index]
         power += force * rate
         for side in range(2):
