@@ -216,7 +216,7 @@ def test_the_search_for_events_is_bounded(monkeypatch: pytest.MonkeyPatch) -> No
     assert "are not searched for" in run.event_notes[0]
 
 
-def test_impulse_says_that_it_does_not_follow_a_flight_that_multibody_follows() -> None:
+def test_impulse_follows_a_flight_as_multibody_does_and_says_where_it_ends() -> None:
     text = """
 machine = "custom"
 size = 1.0
@@ -240,13 +240,17 @@ speed = 16.0
 [effects]
 centrifugal = true
 [run]
-duration = 0.7
+duration = 0.75
 output_interval = 0.05
 accuracy = 1e-4
 """
     multibody = gm.run(load(text), engine="multibody")
-    assert multibody.times[-1] == 0.7
+    assert multibody.times[-1] == 0.75
     np.testing.assert_allclose(multibody.readings["x"], 0.1 * np.cosh(16.0 * multibody.times), rtol=1e-4)
+    followed = gm.run(load(text), engine="impulse", times=np.linspace(0.0, 0.7, 15))
+    assert followed.outcome is Outcome.DONE
+    np.testing.assert_allclose(followed.readings["x"], 0.1 * np.cosh(16.0 * followed.times), rtol=1e-4)
+    assert followed.readings["x"][-1] > 3000.0
     impulse = gm.run(load(text), engine="impulse")
     assert impulse.outcome is Outcome.LEFT_RANGE
     assert "farther than engine impulse follows it; choose engine multibody" in impulse.message

@@ -76,7 +76,7 @@ class ImpulseEngine(ImpulseSettings, Engine):
         Factor on the solver iterations while a contact is held, in every second run twice as large: contact decisions use the holding
         force, which converges more slowly than the velocities.
     max_distance_ratio
-        Distance from the origin, in length scales, beyond which a body has flown away: half of what the grooves of pymunk allow.
+        Distance from the origin, in length scales, beyond which a body has flown away: pymunk loses digits with the distance.
     """
 
     name: ClassVar[str] = "impulse"

@@ -20,7 +20,7 @@ class ImpulseSettings:
     min_steps_per_bounce: int = 4
     restart_iteration_factor: int = 16
     hold_iteration_factor: int = 48
-    max_distance_ratio: float = 500.0
+    max_distance_ratio: float = 5000.0
 
     @property
     def levels(self) -> int:

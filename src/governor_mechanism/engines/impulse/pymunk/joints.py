@@ -15,7 +15,10 @@ from governor_mechanism.model import joints
 from governor_mechanism.types import NO_INDEX
 
 GROOVE_HALF_LENGTH_RATIO = 1e3
-"""Half length of a groove relative to the length scale of the mechanism; a pymunk groove has ends, a guide has none."""
+"""Half length of a groove relative to the length scale of the mechanism.
+
+A pymunk groove has ends, a guide has none: the groove moves along before the point comes near to them.
+"""
 
 PreStepUpdate = Callable[[Poses, StepInputs], None]
 """Update a constraint for the poses that the step is about to reach."""
@@ -82,9 +85,24 @@ def _make_slider(joint: joints.Slider, first: AttachedPoint, second: AttachedPoi
     if first.body.moment != math.inf or second.body.moment != math.inf:
         return _make_reanchored_pin(first, second, joint.angle, length_scale)
     half_length = GROOVE_HALF_LENGTH_RATIO * length_scale
-    dx, dy = half_length * math.cos(joint.angle), half_length * math.sin(joint.angle)
-    ends = (first.x - dx, first.y - dy), (first.x + dx, first.y + dy)
-    return JointConstraints((pymunk.GrooveJoint(first.body, second.body, *ends, (second.x, second.y)),))
+    ux, uy = math.cos(joint.angle), math.sin(joint.angle)
+
+    def locate_end(travel: float) -> tuple[float, float]:
+        return first.x + travel * ux, first.y + travel * uy
+
+    ends = locate_end(-half_length), locate_end(half_length)
+    groove = pymunk.GrooveJoint(first.body, second.body, *ends, (second.x, second.y))
+
+    def update(poses: Poses, inputs: StepInputs) -> None:
+        """Move the groove along where the point is in its outer half."""
+        x1, y1, _ = first.locate(poses)
+        x2, y2, _ = second.locate(poses)
+        travel = ux * (x2 - x1) + uy * (y2 - y1)
+        centre = ux * (groove.groove_a[0] - first.x) + uy * (groove.groove_a[1] - first.y) + half_length
+        if abs(travel - centre) > half_length / 2:
+            groove.groove_a, groove.groove_b = locate_end(travel - half_length), locate_end(travel + half_length)
+
+    return JointConstraints((groove,), (update,))
 
 
 def _make_driven_turn(first: AttachedPoint, second: AttachedPoint, drive: int) -> JointConstraints:
