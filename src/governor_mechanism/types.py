@@ -30,11 +30,6 @@ NO_INDEX = -1
 """Index in a record of what is not there: no input, no argument, no plane, no drive."""
 
 
-def record_dtype(*groups: str) -> np.dtype[np.void]:
-    """Return the type of records with the fields of all groups: each is "f8" or "i8" and the names of fields of this type."""
-    return np.dtype([(name, kind) for kind, *names in map(str.split, groups) for name in names])
-
-
 Vector2 = tuple[float, float]
 """Vector in the plane."""
 

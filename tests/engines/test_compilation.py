@@ -12,7 +12,8 @@ from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.certificate import StepPlan
 from governor_mechanism.engines.multibody.engine import MultibodyRunner
-from governor_mechanism.engines.reduced.integration import integration_kernel, make_integration_arguments
+from governor_mechanism.engines.multibody.integration import integrate_multibody
+from governor_mechanism.engines.reduced.integration import integrate_reduced, make_integration_arguments
 from governor_mechanism.scenes.library import load_scene
 
 
@@ -20,7 +21,7 @@ from governor_mechanism.scenes.library import load_scene
 def test_reduced_calls_the_integration_that_is_compiled_ahead(model):
     scene = load_scene(model)
     ReducedEngine().run(scene, times=[0.0, 0.01], certify=False)
-    kernel = integration_kernel(scene)
+    kernel = integrate_reduced
     assert kernel.signature_of(make_integration_arguments(scene)) in kernel._dispatcher.signatures
 
 
@@ -31,7 +32,7 @@ def test_multibody_calls_the_integration_that_is_compiled_ahead(model):
         MultibodyEngine(), scene, RunRequest(times=np.array([0.0, 0.01]), accuracy=1e-6, certify=False, reason="")
     ).integrator
     integrator.integrate(1e-7, StepPlan(max_steps=1000))
-    kernel = integrator.integration_kernel
+    kernel = integrate_multibody
     assert kernel.signature_of(integrator._make_integration_arguments()) in kernel._dispatcher.signatures
 
 
@@ -45,16 +46,3 @@ def test_only_a_stiff_scene_loads_the_implicit_integration():
     )
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert answer.stdout.split() == ["False", "True"]
-
-
-def test_kernels_with_and_without_contacts_do_not_replace_each_other(tmp_path):
-    """Machine code from the cache is found by its name: in one process, runs of both kinds follow each other."""
-    code = (
-        "import governor_mechanism as gm\n"
-        "for engine in ('multibody', 'reduced'):\n"
-        "    gm.run('porter', engine=engine, times=[0.0, 0.1])\n"
-        "    run = gm.run('hartung_corrected', engine=engine)\n"
-        "    print(len(run.events), run.energy.drift < 1e-9)\n"
-    )
-    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
-    assert answer.stdout.split() == ["2", "True"] * 2

@@ -12,11 +12,11 @@ from governor_mechanism.integrators.stage_quality import STEERING_QUALITY, domai
 from governor_mechanism.integrators.stages import Equation, StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.step_attempt import make_attempt, make_output
-from governor_mechanism.integrators.step_ends import make_plain_step_ends, make_step_ends
+from governor_mechanism.integrators.step_ends import StepEnds, make_step_ends
 from governor_mechanism.integrators.step_record import NO_STEPS, StepRecord, find_step, limit_to_half_steps, record_step
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit_in_place
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
 MAX_STEP_FACTOR = 6.0
 """Largest ratio of a step size to the one before."""
@@ -75,35 +75,17 @@ E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 
 """
 
 
-@jit_in_place
-def arm_events(buffers: StepBuffers) -> None:
-    """Arm the event functions that are below zero by more than rounding: their next zero is an event, however slowly they rise."""
-    for i in range(buffers.event_tolerances.size):
-        if buffers.event_values[0, i] < -buffers.event_tolerances[i]:
-            buffers.arming_tolerances[i] = 0.0
+RUNNING = -1
+"""Status of an integration that goes on."""
 
 
-def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: bool) -> Integration[Equation]:
-    """Return the integration of an equation, to be called by a compiled function.
-
-    Parameters
-    ----------
-    functions
-        Functions of the equation.
-    has_event_functions
-        Whether the integration locates events; otherwise there must be no event functions. It is then compiled in half the time.
-
-    Returns
-    -------
-    Integration[Equation]
-        The integration.
-    """
-    evaluate, check_step = functions.evaluate, functions.check_step
-    attempt_step = jit_in_place(make_attempt(functions))
-    ends = make_step_ends(functions) if has_event_functions else make_plain_step_ends(functions)
-    evaluate_events, choose_length, finish_and_sample = ends.evaluate_events, ends.choose_length, ends.finish_and_sample
-    correct_length, cut_at_event = ends.correct_length, ends.cut_at_event
-    write_outputs = jit_in_place(make_output(functions))
+def make_dop853(functions: EquationFunctions[Equation]) -> Integration[Equation]:
+    """Return the integration of an equation, to be called by a compiled function."""
+    attempt_step, ends = jit_in_place(make_attempt(functions)), make_step_ends(functions)
+    start = jit_in_place(_make_start(functions))
+    choose_step = jit_in_place(_make_choice_of_step(ends))
+    tries_again_at_kink = jit_in_place(_make_retry_at_kink(ends))
+    accept_step = jit_in_place(_make_acceptance(functions, ends))
 
     def integrate(
         equation: Equation,
@@ -115,129 +97,227 @@ def make_dop853(functions: EquationFunctions[Equation], *, has_event_functions: 
         times: FloatArray,
         states: FloatArray,
     ) -> tuple[IntegrationStatus, float, int, float]:
-        """Integrate a state in place up to the end of a span or to the first event.
+        """Integrate a state in place up to the end of a span or to the first event; see `Integration`."""
+        end, progress, counts = span[1], buffers.progress[0], buffers.stages.counts
+        start(equation, buffers, span, time_origin, state, limits)
+        while progress.status == RUNNING and progress.t < end:
+            check_limits(progress, counts, limits, end)
+            if progress.status != RUNNING:
+                break
+            local_time = progress.t - time_origin
+            choose_step(equation, buffers, local_time, state, limits, end)
+            attempt_step(equation, buffers, local_time, state, limits.tolerance)
+            is_rejected = progress.retry_factor > 0.0
+            if progress.lowest_quality < 0.0 and not is_rejected:
+                progress.status = domain_status(progress.lowest_quality)
+            elif tries_again_at_kink(equation, buffers, local_time, progress.t_next - time_origin, state, end):
+                counts[StepCounter.REJECTED] += 1
+            elif is_rejected:
+                reject_step(progress)
+                counts[StepCounter.REJECTED] += 1
+            else:
+                accept_step(equation, buffers, time_origin, state, limits, end, times, states)
+        status = IntegrationStatus.DONE if progress.status == RUNNING else progress.status
+        return status, progress.step, progress.n_reached, progress.t
 
-        Parameters
-        ----------
-        equation
-            The equation.
-        buffers
-            Buffers of the steps.
-        span
-            Start and end, s.
-        time_origin
-            Time from which local times count, s.
-        state
-            State at the start; changed in place; shape (components,).
-        limits
-            Tolerance and limits of the steps.
-        times
-            Reported times in (start, end], s; shape (n,).
-        states
-            Result: states at the times reached; shape (n, components).
+    return integrate
 
-        Returns
-        -------
-        status : IntegrationStatus
-            How the integration ended.
-        step : float
-            Next step size, s.
-        n_reached : int
-            Number of times reached.
-        time : float
-            Time of the state, s.
-        """
-        stages, (t, end), step = buffers.stages, span, limits.step
-        counts, n_integrated, has_events = stages.counts, buffers.error_scale.size, buffers.event_tolerances.size > 0
-        quality = evaluate(equation, t - time_origin, state, stages.derivatives, 0)
+
+def _make_start(functions: EquationFunctions[Equation]) -> Callable[..., None]:
+    """Return the function that evaluates the derivative and the event functions at the start, and sets the progress."""
+    evaluate, evaluate_events = functions.evaluate, functions.evaluate_events
+
+    def start(
+        equation: Equation, buffers: StepBuffers, span: tuple[float, float], time_origin: float, state: FloatArray, limits: StepLimits
+    ) -> None:
+        (t, end), progress = span, buffers.progress[0]
+        set_progress(progress, t, end, limits, buffers.stages.counts[StepCounter.ACCEPTED])
+        quality = evaluate(equation, t - time_origin, state, buffers.stages.derivatives, 0)
         if quality < 0.0:
-            return domain_status(quality), step, 0, t
-        if has_events:
+            progress.status = domain_status(quality)
+            return
+        progress.is_regular = quality > 0.0
+        if buffers.event_tolerances.size > 0:
             evaluate_events(equation, t - time_origin, state, buffers.event_values[0])
             copy_array(buffers.arming_tolerances, buffers.event_tolerances)
             arm_events(buffers)
-        is_regular, quality = quality > 0.0, 1.0
-        n_reached = n_retries = n_kink_retries = n_stiff = n_calm = 0
-        progress_time, progress_steps = t, counts[StepCounter.ACCEPTED]
-        reach = min(end - t, limits.max_step * limits.max_steps)  # a later end cannot be reached
-        # A step below the rounding of the time would not advance it, as in an interval that is hardly longer than that.
-        min_step, full_step = max(1e-13 * reach, 2.0**-52 * abs(end)), step
-        coarser_step = find_step(limits.coarser_steps, t)
-        while t < end:
-            if counts[StepCounter.ACCEPTED] - progress_steps >= STALL_WINDOW_STEPS:
-                if t - progress_time < MIN_PROGRESS_RATIO * reach:
-                    return IntegrationStatus.STALLED, step, n_reached, t
-                progress_time, progress_steps = t, counts[StepCounter.ACCEPTED]
-            if counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED] >= limits.max_steps:
-                return IntegrationStatus.STEP_LIMIT, step, n_reached, t
-            if not min(min_step, end - t) <= step < math.inf:
-                return IntegrationStatus.STALLED, step, n_reached, t
-            if n_kink_retries == 0:
-                full_step = min(step, limits.max_step)
-                step, coarser_step = limit_to_half_steps(limits.coarser_steps, coarser_step, t, full_step)
-                step = max(choose_length(equation, buffers, t - time_origin, step, state), min_step)
-            is_last = t + step >= end
-            h, t_next = (end - t, end) if is_last else (step, t + step)
-            lowest_quality, error, retry_factor = attempt_step(
-                equation, buffers, t - time_origin, h, state, quality, is_regular, n_retries, limits.tolerance
-            )
-            is_rejected, next_quality, is_at_kink = retry_factor > 0.0, lowest_quality, False
-            if lowest_quality < 0.0 and not is_rejected:
-                return domain_status(lowest_quality), step, n_reached, t
-            if not is_rejected or (buffers.n_kinks > 0 and 0.0 <= error < math.inf):
-                next_quality = finish_and_sample(equation, buffers, t - time_origin, h, t_next - time_origin, state, lowest_quality)
-                rounding = KINK_TIME_ROUNDING * abs(t)
-                is_at_kink, kink_step = correct_length(
-                    equation, buffers, t - time_origin, h, state, retry_factor, n_kink_retries, min_step, rounding
-                )
-                if 0.0 < kink_step < end - t:
-                    counts[StepCounter.REJECTED] += 1
-                    n_kink_retries += 1
-                    step = max(kink_step, min_step)
-                    continue
-            if is_rejected:
-                counts[StepCounter.REJECTED] += 1
-                n_retries += error < 0.0
-                n_kink_retries, step = 0, h * retry_factor
-                continue
-            counts[StepCounter.ACCEPTED] += 1
-            is_stiff = (
-                limits.min_stiff_steps < math.inf
-                and h * runge_kutta.estimate_dominant_eigenvalue(stages, buffers.error_scale) > STABILITY_LIMIT
-            )
-            fraction = cut_at_event(equation, buffers, t - time_origin, h, state)
-            if fraction <= 1.0:
-                h, t_next = fraction * h, t + fraction * h if fraction < 1.0 else t_next
-            next_quality = check_step(equation, t - time_origin, h, state, stages, next_quality)
-            n_reached, output_quality = write_outputs(equation, stages, time_origin, t, h, t_next, state, times, states, n_reached)
-            if output_quality < 0.0:
-                return domain_status(output_quality), step, n_reached, t
-            copy_array(state[:n_integrated], stages.next_state[:n_integrated])
-            copy_array(stages.derivatives[:, 0], stages.next_derivative[:, 0])
-            t = t_next
-            record_step(limits.steps, t, h, lowest_quality)
-            if next_quality < 0.0:
-                return domain_status(next_quality), step, n_reached, t
-            if fraction <= 1.0:
-                return IntegrationStatus.EVENT, full_step, n_reached, t
-            if has_events:
-                copy_array(buffers.event_values[0], buffers.event_values[LAST_SAMPLE])
-                arm_events(buffers)
-            step_factor = min(MAX_STEP_FACTOR, max(0.3, 0.9 * max(error, 1e-30) ** -0.125))
-            # The last step, one up to a kink, or half of another run's step may be much shorter than its error allows.
-            is_cut = is_last or (h < full_step and step_factor == MAX_STEP_FACTOR)
-            step = max(full_step, h * step_factor) if is_cut else h * step_factor
-            if is_at_kink:
-                return IntegrationStatus.EVENT, step, n_reached, t
-            n_stiff, n_calm = (n_stiff + 1, 0) if is_stiff else (0 if n_calm + 1 >= N_NONSTIFF_STEPS else n_stiff, n_calm + 1)
-            if is_regular and next_quality < min(quality, STEERING_QUALITY):
-                step, coarser_step = limit_to_half_steps(limits.coarser_steps, coarser_step, t, min(step, limits.max_step))
-                step = steer_step_over_singularity(math.sqrt(next_quality), math.sqrt(quality), h, step)
-            n_retries, n_kink_retries, quality = 0, 0, next_quality
-            if n_stiff >= N_STIFF_STEPS and end - t > limits.min_stiff_steps * h:
-                return IntegrationStatus.STIFF, step, n_reached, t
-        return IntegrationStatus.DONE, step, n_reached, t
 
-    # Kernels from the cache share machine code of the same name: both variants of one equation in one process need names of their own.
-    integrate.__qualname__ += "_to_event" if has_event_functions else "_without_events"
-    return integrate
+    return start
+
+
+@jit_in_place
+def set_progress(progress: RecordArray, t: float, end: float, limits: StepLimits, n_accepted: int) -> None:
+    """Set the progress at the start of a span."""
+    progress.status = RUNNING
+    progress.t = progress.window_time = t
+    progress.step = progress.full_step = limits.step
+    progress.reach = min(end - t, limits.max_step * limits.max_steps)  # a later end cannot be reached
+    # A step below the rounding of the time would not advance it, as in an interval that is hardly longer than that.
+    progress.min_step = max(1e-13 * progress.reach, 2.0**-52 * abs(end))
+    progress.quality = 1.0
+    progress.is_at_kink = progress.is_last = 0
+    progress.n_reached = progress.n_retries = progress.n_kink_retries = progress.n_stiff = progress.n_calm = 0
+    progress.window_steps = n_accepted
+    progress.coarser_step = find_step(limits.coarser_steps, t)
+
+
+@jit_in_place
+def arm_events(buffers: StepBuffers) -> None:
+    """Arm the event functions that are below zero by more than rounding: their next zero is an event, however slowly they rise."""
+    for i in range(buffers.event_tolerances.size):
+        if buffers.event_values[0, i] < -buffers.event_tolerances[i]:
+            buffers.arming_tolerances[i] = 0.0
+
+
+@jit_in_place
+def check_limits(progress: RecordArray, counts: IntArray, limits: StepLimits, end: float) -> None:
+    """End an integration that does not advance, or has used up its steps."""
+    n_accepted = counts[StepCounter.ACCEPTED]
+    if n_accepted - progress.window_steps >= STALL_WINDOW_STEPS:
+        if progress.t - progress.window_time < MIN_PROGRESS_RATIO * progress.reach:
+            progress.status = IntegrationStatus.STALLED
+            return
+        progress.window_time = progress.t
+        progress.window_steps = n_accepted
+    if n_accepted + counts[StepCounter.REJECTED] >= limits.max_steps:
+        progress.status = IntegrationStatus.STEP_LIMIT
+    elif not min(progress.min_step, end - progress.t) <= progress.step < math.inf:
+        progress.status = IntegrationStatus.STALLED
+
+
+def _make_choice_of_step(ends: StepEnds) -> Callable[..., None]:
+    """Return the function that chooses length and end of the next step."""
+    choose_length = ends.choose_length
+
+    def choose_step(equation: Equation, buffers: StepBuffers, local_time: float, state: FloatArray, limits: StepLimits, end: float) -> None:
+        progress = buffers.progress[0]
+        if progress.n_kink_retries == 0:
+            progress.full_step = min(progress.step, limits.max_step)
+            limit_to_coarser_steps(progress, limits.coarser_steps, progress.full_step)
+            progress.step = max(choose_length(equation, buffers, local_time, progress.step, state), progress.min_step)
+        progress.is_last = progress.t + progress.step >= end
+        progress.h = progress.step
+        progress.t_next = progress.t + progress.step
+        if progress.is_last:
+            progress.h = end - progress.t
+            progress.t_next = end
+
+    return choose_step
+
+
+@jit_in_place
+def limit_to_coarser_steps(progress: RecordArray, coarser_steps: StepRecord, step: float) -> None:
+    """Set the length of the next step, at most half of each step of another run."""
+    progress.step, progress.coarser_step = limit_to_half_steps(coarser_steps, progress.coarser_step, progress.t, step)
+
+
+def _make_retry_at_kink(ends: StepEnds) -> Callable[..., bool]:
+    """Return the function that finishes a step, and returns whether another length is tried to end it at a kink."""
+    finish_and_sample, correct_length = ends.finish_and_sample, ends.correct_length
+
+    def tries_again_at_kink(
+        equation: Equation, buffers: StepBuffers, local_time: float, local_end: float, state: FloatArray, end: float
+    ) -> bool:
+        progress = buffers.progress[0]
+        is_estimated = 0.0 <= progress.error < math.inf
+        if progress.retry_factor > 0.0 and not (buffers.n_kinks > 0 and is_estimated):
+            return False
+        progress.next_quality = finish_and_sample(equation, buffers, local_time, progress.h, local_end, state, progress.lowest_quality)
+        progress.is_at_kink, kink_step = correct_length(
+            equation, buffers, local_time, progress.h, state, progress.retry_factor, progress.n_kink_retries, progress.min_step,
+            KINK_TIME_ROUNDING * abs(progress.t),
+        )  # fmt: skip
+        if not 0.0 < kink_step < end - progress.t:
+            return False
+        progress.n_kink_retries += 1
+        progress.step = max(kink_step, progress.min_step)
+        return True
+
+    return tries_again_at_kink
+
+
+@jit_in_place
+def reject_step(progress: RecordArray) -> None:
+    """Try again with another length."""
+    progress.n_retries += progress.error < 0.0
+    progress.n_kink_retries = 0
+    progress.step = progress.h * progress.retry_factor
+
+
+def _make_acceptance(functions: EquationFunctions[Equation], ends: StepEnds) -> Callable[..., None]:
+    """Return the function that accepts a step, up to the first event in it, and advances the state."""
+    check_step, cut_at_event, write_outputs = functions.check_step, ends.cut_at_event, jit_in_place(make_output(functions))
+
+    def accept_step(
+        equation: Equation,
+        buffers: StepBuffers,
+        time_origin: float,
+        state: FloatArray,
+        limits: StepLimits,
+        end: float,
+        times: FloatArray,
+        states: FloatArray,
+    ) -> None:
+        stages, progress, n_integrated = buffers.stages, buffers.progress[0], buffers.error_scale.size
+        local_time = progress.t - time_origin
+        stages.counts[StepCounter.ACCEPTED] += 1
+        is_stiff = is_at_stability_limit(buffers, limits)
+        fraction = cut_at_event(equation, buffers, local_time, progress.h, state)
+        if fraction < 1.0:
+            progress.t_next = progress.t + fraction * progress.h
+            progress.h = fraction * progress.h
+        next_quality = check_step(equation, local_time, progress.h, state, stages, progress.next_quality)
+        output_quality = write_outputs(equation, buffers, time_origin, state, times, states)
+        if output_quality < 0.0:
+            progress.status = domain_status(output_quality)
+            return
+        copy_array(state[:n_integrated], stages.next_state[:n_integrated])
+        copy_array(stages.derivatives[:, 0], stages.next_derivative[:, 0])
+        progress.t = progress.t_next
+        progress.next_quality = next_quality
+        record_step(limits.steps, progress.t, progress.h, progress.lowest_quality)
+        if next_quality < 0.0:
+            progress.status = domain_status(next_quality)
+        elif fraction <= 1.0:
+            progress.step = progress.full_step
+            progress.status = IntegrationStatus.EVENT
+        else:
+            copy_array(buffers.event_values[0], buffers.event_values[LAST_SAMPLE])
+            arm_events(buffers)
+            prepare_next_step(progress, limits, end, is_stiff)
+
+    return accept_step
+
+
+@jit_in_place
+def is_at_stability_limit(buffers: StepBuffers, limits: StepLimits) -> bool:
+    """Return whether the stability of the method rather than its error limits the present step."""
+    if limits.min_stiff_steps == math.inf:
+        return False
+    eigenvalue = runge_kutta.estimate_dominant_eigenvalue(buffers.stages, buffers.error_scale)
+    return bool(buffers.progress[0].h * eigenvalue > STABILITY_LIMIT)
+
+
+@jit_in_place
+def prepare_next_step(progress: RecordArray, limits: StepLimits, end: float, is_stiff: bool) -> None:
+    """Choose the length of the next step after an accepted one, or end the integration at a kink or where it is stiff."""
+    h = progress.h
+    step_factor = min(MAX_STEP_FACTOR, max(0.3, 0.9 * max(progress.error, 1e-30) ** -0.125))
+    # The last step, one up to a kink, or half of another run's step may be much shorter than its error allows.
+    is_cut = progress.is_last or (h < progress.full_step and step_factor == MAX_STEP_FACTOR)
+    progress.step = max(progress.full_step, h * step_factor) if is_cut else h * step_factor
+    if progress.is_at_kink:
+        progress.status = IntegrationStatus.EVENT
+        return
+    progress.n_calm = 0 if is_stiff else progress.n_calm + 1
+    if is_stiff:
+        progress.n_stiff += 1
+    elif progress.n_calm >= N_NONSTIFF_STEPS:
+        progress.n_stiff = 0
+    if progress.is_regular and progress.next_quality < min(progress.quality, STEERING_QUALITY):
+        limit_to_coarser_steps(progress, limits.coarser_steps, min(progress.step, limits.max_step))
+        progress.step = steer_step_over_singularity(math.sqrt(progress.next_quality), math.sqrt(progress.quality), h, progress.step)
+    progress.n_retries = progress.n_kink_retries = 0
+    progress.quality = progress.next_quality
+    if progress.n_stiff >= N_STIFF_STEPS and end - progress.t > limits.min_stiff_steps * h:
+        progress.status = IntegrationStatus.STIFF

@@ -9,8 +9,36 @@ import numpy as np
 from governor_mechanism.integrators import stages as runge_kutta
 from governor_mechanism.integrators.event_location import EVENT_SAMPLE_FRACTIONS, INACTIVE_EVENT_VALUE, EventStep
 from governor_mechanism.integrators.stages import Equation, Stages
-from governor_mechanism.numerics.jit import jit_in_place
-from governor_mechanism.types import FloatArray, IntArray
+from governor_mechanism.numerics.jit import jit_in_place, record_dtype
+from governor_mechanism.types import BoolArray, FloatArray, IntArray, RecordArray
+
+PROGRESS_DTYPE = record_dtype(
+    ("status", "i8"),  # how the integration ended, an IntegrationStatus, or RUNNING
+    ("t", "f8"),  # time of the state, s
+    ("step", "f8"),  # length of the next step, s
+    ("full_step", "f8"),  # that length before it was shortened for a kink or another run, s
+    ("min_step", "f8"),  # length below which a step would not advance the time, s
+    ("reach", "f8"),  # length of the span that the steps can reach, s
+    ("h", "f8"),  # length of the present step, s
+    ("t_next", "f8"),  # its end, s
+    ("is_last", "i8"),  # whether it ends the span
+    ("is_at_kink", "i8"),  # whether it ends at a kink
+    ("quality", "f8"),  # quality of the state at its start
+    ("lowest_quality", "f8"),  # lowest quality of its stages
+    ("next_quality", "f8"),  # quality of the state at its end
+    ("error", "f8"),  # its error relative to the tolerance; negative if it was not estimated
+    ("retry_factor", "f8"),  # factor on its length with which to try again; 0 if it is accepted, or ends outside the domain
+    ("is_regular", "i8"),  # whether the equation is not always singular
+    ("n_reached", "i8"),  # number of reported times that are reached
+    ("n_retries", "i8"),  # lengths tried beside a change point
+    ("n_kink_retries", "i8"),  # lengths tried at a kink
+    ("n_stiff", "i8"),  # steps at the stability limit
+    ("n_calm", "i8"),  # steps since the last of them
+    ("window_time", "f8"),  # start of the window in which an integration must advance, s
+    ("window_steps", "i8"),  # accepted steps before that window
+    ("coarser_step", "i8"),  # index of the step of another run at t
+)
+"""Progress of an integration, and its present step."""
 
 
 class StepBuffers(NamedTuple):
@@ -32,6 +60,10 @@ class StepBuffers(NamedTuple):
         Event functions at the samples of a step; after an event the last row holds those at the event; shape (samples, event functions).
     trial_event_values
         Buffer; shape (event functions,).
+    is_rising
+        Buffer; shape (event functions,).
+    progress
+        Progress of the integration, a record of `PROGRESS_DTYPE`; shape (1,).
     n_kinks
         Number of event functions, the last ones, that are kinks of the derivative: steps end there, see `kink_approach`.
     """
@@ -43,6 +75,8 @@ class StepBuffers(NamedTuple):
     arming_tolerances: FloatArray
     event_values: FloatArray
     trial_event_values: FloatArray
+    is_rising: BoolArray
+    progress: RecordArray
     n_kinks: int
 
 
@@ -63,6 +97,8 @@ def make_step_buffers(
         Rounding of the event functions; shape (event functions,).
     counts
         Counters, indexed by `StepCounter`, increased by the integration.
+    progress
+        Progress of the integration, a record of `PROGRESS_DTYPE`; shape (1,).
     n_kinks
         Number of event functions, the last ones, that are kinks.
 
@@ -74,7 +110,18 @@ def make_step_buffers(
     stages, trial_stages = (runge_kutta.make_stages(n_components, error_scale.size, n_coupled, counts) for _ in range(2))
     event_values = np.full((EVENT_SAMPLE_FRACTIONS.size, event_tolerances.size), INACTIVE_EVENT_VALUE)
     arming_tolerances, trial_event_values = event_tolerances.copy(), np.empty(event_tolerances.size)
-    return StepBuffers(stages, trial_stages, error_scale, event_tolerances, arming_tolerances, event_values, trial_event_values, n_kinks)
+    return StepBuffers(
+        stages=stages,
+        trial_stages=trial_stages,
+        error_scale=error_scale,
+        event_tolerances=event_tolerances,
+        arming_tolerances=arming_tolerances,
+        event_values=event_values,
+        trial_event_values=trial_event_values,
+        is_rising=np.zeros(event_tolerances.size, dtype=np.bool_),
+        progress=np.zeros(1, dtype=PROGRESS_DTYPE),
+        n_kinks=n_kinks,
+    )
 
 
 @jit_in_place

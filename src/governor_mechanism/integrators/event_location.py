@@ -11,7 +11,7 @@ import numpy as np
 
 from governor_mechanism.integrators.stages import Equation, Stages
 from governor_mechanism.numerics.array_copy import copy_array
-from governor_mechanism.numerics.jit import jit, jit_in_place
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import BoolArray, FloatArray
 
 EVENT_SAMPLE_FRACTIONS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
@@ -64,6 +64,15 @@ def is_any_positive(event_values: FloatArray, n_functions: int) -> bool:
     return is_positive
 
 
+@jit_in_place
+def _is_any_above(event_values: FloatArray, tolerances: FloatArray, n_functions: int) -> bool:
+    """Return whether any of the first event functions is above its rounding."""
+    is_above = False
+    for i in range(n_functions):
+        is_above = is_above or event_values[i] > tolerances[i]
+    return is_above
+
+
 class EventStep(NamedTuple):
     """A step in which events are located: its start, its stages, buffers for steps integrated again, and rounding of the functions.
 
@@ -76,6 +85,8 @@ class EventStep(NamedTuple):
     stages: Stages
     trial_stages: Stages
     tolerances: FloatArray
+    trial_values: FloatArray
+    is_rising: BoolArray
     n_located: int
 
 
@@ -161,7 +172,7 @@ def make_bracketing(evaluate_after_fraction: TrialEvaluation[Equation]) -> Calla
         high : float
             Fraction of the step after it, or NO_EVENT.
         """
-        low, high, trial_values = NO_EVENT, NO_EVENT, np.empty(step.tolerances.size)
+        low, high, trial_values = NO_EVENT, NO_EVENT, step.trial_values
         for i in range(step.n_located):
             tolerance = step.tolerances[i]
             is_armed = event_values[0, i] < -tolerance
@@ -227,7 +238,8 @@ def make_regula_falsi(
                 break
             evaluate_after_fraction(equation, step, middle, trial_values)
             if trial_values[i] > 0.0:
-                high, at_high, values_high[:] = middle, trial_values[i], trial_values
+                high, at_high = middle, trial_values[i]
+                copy_array(values_high, trial_values)
             else:
                 low, at_low = middle, min(trial_values[i], -MIN_POSITIVE_EVENT_VALUE)
             bisect = high - low > 0.5 * width  # bisect after a secant step that kept most of the bracket
@@ -241,8 +253,8 @@ def make_event_location(evaluate_after_fraction: TrialEvaluation[Equation]) -> C
 
     A function that starts at zero, as at a body that just left a stop, must be negative first, unless it rises at once.
     """
-    bracket_first_event = jit(make_bracketing(evaluate_after_fraction))
-    locate_in_bracket = jit(_make_location_in_bracket(evaluate_after_fraction))
+    bracket_first_event = jit_in_place(make_bracketing(evaluate_after_fraction))
+    locate_in_bracket = jit_in_place(_make_location_in_bracket(evaluate_after_fraction))
 
     def locate_first_event(equation: Equation, step: EventStep, event_values: FloatArray) -> float:
         """Locate the first event in a step.
@@ -261,15 +273,16 @@ def make_event_location(evaluate_after_fraction: TrialEvaluation[Equation]) -> C
         float
             Fraction of the step after which an event function is positive, or NO_EVENT.
         """
-        trial_values, n_located = np.empty(step.tolerances.size), step.n_located
+        trial_values, n_located = step.trial_values, step.n_located
         low, high = bracket_first_event(equation, step, event_values)
         if high > 1.0:
             return NO_EVENT
         evaluate_after_fraction(equation, step, high, trial_values)
-        if not np.any(trial_values[:n_located] > 0.0):
-            if not np.any(event_values[LAST_SAMPLE, :n_located] > step.tolerances[:n_located]):
+        if not is_any_positive(trial_values, n_located):
+            if not _is_any_above(event_values[LAST_SAMPLE], step.tolerances, n_located):
                 return NO_EVENT
-            low, high, trial_values[:] = high, 1.0, event_values[LAST_SAMPLE]
+            low, high = high, 1.0
+            copy_array(trial_values, event_values[LAST_SAMPLE])
         return locate_in_bracket(equation, step, event_values, low, high, trial_values)
 
     return locate_first_event
@@ -279,7 +292,7 @@ def _make_location_in_bracket(
     evaluate_after_fraction: TrialEvaluation[Equation],
 ) -> Callable[[Equation, EventStep, FloatArray, float, float, FloatArray], float]:
     """Return the function that locates the first event in a bracket."""
-    locate_zero = jit(make_regula_falsi(evaluate_after_fraction))
+    locate_zero = jit_in_place(make_regula_falsi(evaluate_after_fraction))
 
     def locate_in_bracket(
         equation: Equation, step: EventStep, event_values: FloatArray, low: float, high: float, trial_values: FloatArray
@@ -306,8 +319,9 @@ def _make_location_in_bracket(
         float
             Fraction of the step just after the event.
         """
-        at_event, rising = event_values[LAST_SAMPLE], trial_values > 0.0
-        rising[step.n_located :] = False
+        at_event, rising = event_values[LAST_SAMPLE], step.is_rising
+        for i in range(rising.size):
+            rising[i] = i < step.n_located and trial_values[i] > 0.0
         copy_array(at_event, trial_values)
         if low > 0.0:
             evaluate_after_fraction(equation, step, low, trial_values)
@@ -322,7 +336,8 @@ def _make_location_in_bracket(
             evaluate_after_fraction(equation, step, fraction, trial_values)
             max_value, low = _max_rising_value(trial_values, rising), fraction
             if max_value > 0.0:
-                high, at_event[:] = fraction, trial_values
+                high = fraction
+                copy_array(at_event, trial_values)
         else:
             for i in range(trial_values.size):  # it rises at once
                 at_event[i] = max(trial_values[i], MIN_POSITIVE_EVENT_VALUE) if rising[i] else trial_values[i]

@@ -19,7 +19,7 @@ from governor_mechanism.integrators.step_record import (
     record_step,
 )
 from governor_mechanism.numerics.jit import jit_in_place
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
 MAX_KEPT_RATE = 0.03
 """Rate of convergence of Newton's method up to which the next step keeps the Jacobian: another iteration costs more than its columns."""
@@ -109,20 +109,9 @@ E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd edition 19
 
 
 def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegration[Equation]:
-    """Return the integration of an equation, to be called by a compiled function; the buffers choose the method.
-
-    Parameters
-    ----------
-    functions
-        Functions of the equation.
-
-    Returns
-    -------
-    ImplicitIntegration[Equation]
-        The integration.
-    """
-    start_step, evaluate_jacobian, finish_step = functions.start_step, functions.evaluate_jacobian, functions.finish_step
-    iterate = jit_in_place(radau_stages.make_newton_iteration(functions.evaluate))
+    """Return the integration of an equation, to be called by a compiled function; the buffers choose the method."""
+    start_step, finish_step = functions.start_step, functions.finish_step
+    solve_step = jit_in_place(_make_solution(functions))
     estimate_error = jit_in_place(radau_stages.make_error_estimate(functions.evaluate))
     write_outputs = jit_in_place(_make_output(functions))
 
@@ -136,99 +125,143 @@ def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegrati
         times: FloatArray,
         outputs: FloatArray,
     ) -> tuple[IntegrationStatus, float, int, float]:
-        """Integrate a state in place over a span.
-
-        Parameters
-        ----------
-        equation
-            The equation.
-        buffers
-            Buffers of the steps, which choose the method.
-        span
-            Start and end, s.
-        time_origin
-            Time from which local times count, s.
-        state
-            State at the start; changed in place; shape (components,).
-        limits
-            Tolerance and limits of the steps.
-        times
-            Reported times in (start, end], s; shape (n,).
-        outputs
-            Result: outputs at the times reached; shape (n, outputs).
-
-        Returns
-        -------
-        status : IntegrationStatus
-            How the integration ended.
-        step : float
-            Next step size, s.
-        n_reached : int
-            Number of times reached.
-        time : float
-            Time of the state, s.
-        """
-        (t, end), step, counts, n_stages = span, limits.step, buffers.counts, buffers.increments.shape[0]
-        duration, max_total = end - t, limits.max_steps + counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
-        status = finish_step(equation, t - time_origin, state, buffers.start_derivative)
-        has_jacobian, is_jacobian_current, factorised_h, previous_h, previous_error, rate = False, False, 0.0, 0.0, 1.0, 1.0
-        is_doubtful, n_reached, jacobian_age, max_jacobian_age = True, 0, 0, MIN_STEPS_PER_JACOBIAN + buffers.jacobian.shape[1]
-        coarser_step = find_step(limits.coarser_steps, t)
-        while t < end:
-            if status != IntegrationStatus.DONE:
-                return status, step, n_reached, t
-            if counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED] >= max_total:
-                return IntegrationStatus.STEP_LIMIT, step, n_reached, t
-            if not MIN_STEP_RATIO * duration <= step < math.inf:
-                return IntegrationStatus.STALLED, step, n_reached, t
-            longest, coarser_step = limit_to_half_steps(limits.coarser_steps, coarser_step, t, step)
-            if longest < step and abs(longest - factorised_h) <= INSIDE_STEP_TOLERANCE * longest:
-                longest = factorised_h  # the same but for rounding of the time: the matrices serve again
-            is_last, is_cut = t + longest >= end, longest < step
-            h, t_next = (end - t, end) if is_last else (longest, t + longest)
+        """Integrate a state in place over a span; see `ImplicitIntegration`."""
+        progress, counts, end = buffers.progress[0], buffers.counts, span[1]
+        set_radau_progress(progress, span[0], limits)
+        max_total, min_step = limits.max_steps + count_steps(counts), MIN_STEP_RATIO * (end - span[0])
+        progress.status = finish_step(equation, span[0] - time_origin, state, buffers.start_derivative)
+        while progress.status == IntegrationStatus.DONE and progress.t < end:
+            local_time = progress.t - time_origin
+            if count_steps(counts) >= max_total:
+                progress.status = IntegrationStatus.STEP_LIMIT
+                break
+            if not min_step <= progress.step < math.inf:
+                progress.status = IntegrationStatus.STALLED
+                break
+            choose_radau_step(progress, limits, end)
             start_step(equation)
-            if not has_jacobian:
-                if evaluate_jacobian(equation, t - time_origin, state, buffers.start_derivative, buffers.jacobian) < 0.0:
-                    return IntegrationStatus.STALLED, step, n_reached, t
-                has_jacobian, is_jacobian_current, factorised_h, jacobian_age = True, True, 0.0, 0
-            n_iterations = 0
-            if h != factorised_h:
-                factorised_h = h if factorise_matrices(buffers, h) else 0.0
-            if factorised_h > 0.0:
-                if previous_h > 0.0:
-                    radau_stages.predict_increments(buffers, previous_h, h)
-                else:
-                    buffers.increments[:] = 0.0
-                n_iterations, rate = iterate(equation, buffers, t - time_origin, h, state, limits.tolerance, rate)
-            if n_iterations == 0:
+            solve_step(equation, buffers, local_time, state, limits.tolerance)
+            if progress.status != IntegrationStatus.DONE:
+                break
+            if progress.n_iterations == 0:
                 counts[StepCounter.REJECTED] += 1
-                step, is_doubtful = 0.5 * h if is_jacobian_current else h, True
-                has_jacobian, previous_h = is_jacobian_current, 0.0 if is_jacobian_current else previous_h
+                retry_unsolved_step(progress)
                 continue
-            error = estimate_error(equation, buffers, t - time_origin, h, state, limits.tolerance, is_doubtful)
-            error = max(error, 1e-10) if error < math.inf else math.inf
-            safety = STEP_SAFETY_FACTOR * (4 * n_stages + 1) / (4 * n_stages + n_iterations)
-            if not error <= 1.0:
+            is_doubtful = progress.is_doubtful != 0
+            error = estimate_error(equation, buffers, local_time, progress.h, state, limits.tolerance, is_doubtful)
+            progress.error = max(error, 1e-10) if error < math.inf else math.inf
+            factor = choose_step_factor(progress, buffers.increments.shape[0])
+            if not progress.error <= 1.0:
                 counts[StepCounter.REJECTED] += 1
-                step, is_doubtful = h * max(MIN_STEP_FACTOR, safety * error ** (-1.0 / (n_stages + 1))), True
+                progress.step = progress.h * factor
+                progress.is_doubtful = 1
                 continue
             counts[StepCounter.ACCEPTED] += 1
-            n_reached = write_outputs(equation, buffers, time_origin, t, h, t_next, state, times, outputs, n_reached)
+            write_outputs(equation, buffers, time_origin, state, times, outputs)
             radau_stages.finish_increments(buffers, state)
-            max_factor = 1.0 if is_doubtful else min(MAX_STEP_FACTOR, max(1.0, MAX_PREDICTED_RATE / max(rate, EPSILON)))
-            factor = min(max_factor, max(MIN_STEP_FACTOR, safety * _predict_factor(error, previous_error, h, previous_h, n_stages)))
-            t, previous_h, previous_error, is_doubtful = t_next, h, max(error, 1e-2), False
-            record_step(limits.steps, t, h, 1.0)
-            status = finish_step(equation, t - time_origin, state, buffers.start_derivative)
-            jacobian_age += 1
-            has_jacobian, is_jacobian_current = rate <= MAX_KEPT_RATE and jacobian_age < max_jacobian_age, False
-            if has_jacobian and 1.0 <= factor <= MAX_KEPT_STEP_RATIO:
-                factor = 1.0
-            # The last step, or half of another run's step, may be much shorter than its error allows.
-            step = max(step, h * factor) if is_last or (is_cut and factor >= 1.0) else h * factor
-        return status, step, n_reached, t
+            advance(progress, limits, factor, MIN_STEPS_PER_JACOBIAN + buffers.jacobian.shape[1])
+            progress.status = finish_step(equation, progress.t - time_origin, state, buffers.start_derivative)
+        return progress.status, progress.step, progress.n_reached, progress.t
 
     return integrate
+
+
+@jit_in_place
+def count_steps(counts: IntArray) -> int:
+    """Return the number of accepted and rejected steps."""
+    return int(counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED])
+
+
+@jit_in_place
+def set_radau_progress(progress: RecordArray, t: float, limits: RadauLimits) -> None:
+    """Set the progress at the start of a span."""
+    progress.status = IntegrationStatus.DONE
+    progress.t = t
+    progress.step = limits.step
+    progress.has_jacobian = progress.is_jacobian_current = progress.jacobian_age = progress.n_reached = 0
+    progress.factorised_h = progress.previous_h = 0.0
+    progress.previous_error = progress.rate = 1.0
+    progress.is_doubtful = 1
+    progress.coarser_step = find_step(limits.coarser_steps, t)
+
+
+@jit_in_place
+def choose_radau_step(progress: RecordArray, limits: RadauLimits, end: float) -> None:
+    """Choose length and end of the next step: at most half of each step of another run."""
+    longest, progress.coarser_step = limit_to_half_steps(limits.coarser_steps, progress.coarser_step, progress.t, progress.step)
+    if longest < progress.step and abs(longest - progress.factorised_h) <= INSIDE_STEP_TOLERANCE * longest:
+        longest = progress.factorised_h  # the same but for rounding of the time: the matrices serve again
+    progress.is_cut = longest < progress.step
+    progress.is_last = progress.t + longest >= end
+    progress.h = end - progress.t if progress.is_last else longest
+    progress.t_next = end if progress.is_last else progress.t + longest
+
+
+def _make_solution(functions: StiffEquationFunctions[Equation]) -> Callable[..., None]:
+    """Return the function that solves the equations of a step, with the Jacobian and the matrices that it keeps or makes."""
+    evaluate_jacobian, iterate = functions.evaluate_jacobian, jit_in_place(radau_stages.make_newton_iteration(functions.evaluate))
+
+    def solve_step(equation: Equation, buffers: RadauBuffers, local_time: float, state: FloatArray, tolerance: float) -> None:
+        progress = buffers.progress[0]
+        progress.n_iterations = 0
+        if not progress.has_jacobian:
+            if evaluate_jacobian(equation, local_time, state, buffers.start_derivative, buffers.jacobian) < 0.0:
+                progress.status = IntegrationStatus.STALLED
+                return
+            progress.has_jacobian = progress.is_jacobian_current = 1
+            progress.factorised_h = 0.0
+            progress.jacobian_age = 0
+        if progress.h != progress.factorised_h:
+            progress.factorised_h = progress.h if factorise_matrices(buffers, progress.h) else 0.0
+        if progress.factorised_h > 0.0:
+            if progress.previous_h > 0.0:
+                radau_stages.predict_increments(buffers, progress.previous_h, progress.h)
+            else:
+                buffers.increments[:] = 0.0
+            progress.n_iterations, progress.rate = iterate(equation, buffers, local_time, progress.h, state, tolerance, progress.rate)
+
+    return solve_step
+
+
+@jit_in_place
+def retry_unsolved_step(progress: RecordArray) -> None:
+    """Try again with a new Jacobian, or with half the step if the Jacobian is that of the present state."""
+    progress.is_doubtful = 1
+    progress.step = progress.h
+    if progress.is_jacobian_current:
+        progress.step = 0.5 * progress.h
+        progress.previous_h = 0.0
+    progress.has_jacobian = progress.is_jacobian_current
+
+
+@jit_in_place
+def choose_step_factor(progress: RecordArray, n_stages: int) -> float:
+    """Return the factor on the step size that the error allows, for the next step or for the same one after a rejection."""
+    error = progress.error
+    safety = STEP_SAFETY_FACTOR * (4 * n_stages + 1) / (4 * n_stages + progress.n_iterations)
+    if not error <= 1.0:
+        return float(max(MIN_STEP_FACTOR, safety * error ** (-1.0 / (n_stages + 1))))
+    max_factor = 1.0 if progress.is_doubtful else min(MAX_STEP_FACTOR, max(1.0, MAX_PREDICTED_RATE / max(progress.rate, EPSILON)))
+    predicted = _predict_factor(error, progress.previous_error, progress.h, progress.previous_h, n_stages)
+    return float(min(max_factor, max(MIN_STEP_FACTOR, safety * predicted)))
+
+
+@jit_in_place
+def advance(progress: RecordArray, limits: RadauLimits, factor: float, max_jacobian_age: int) -> None:
+    """Go on behind an accepted step, with another step size."""
+    h = progress.h
+    progress.t = progress.t_next
+    progress.previous_h = h
+    progress.previous_error = max(progress.error, 1e-2)
+    progress.is_doubtful = progress.is_jacobian_current = 0
+    record_step(limits.steps, progress.t, h, 1.0)
+    progress.jacobian_age += 1
+    progress.has_jacobian = progress.rate <= MAX_KEPT_RATE and progress.jacobian_age < max_jacobian_age
+    if progress.has_jacobian and 1.0 <= factor <= MAX_KEPT_STEP_RATIO:
+        factor = 1.0
+    # The last step, or half of another run's step, may be much shorter than its error allows.
+    is_shortened = progress.is_last or (progress.is_cut and factor >= 1.0)
+    progress.step = max(progress.step, h * factor) if is_shortened else h * factor
 
 
 @jit_in_place
@@ -242,56 +275,24 @@ def _predict_factor(error: float, previous_error: float, h: float, previous_h: f
     return min(factor, h / previous_h * (previous_error / error**2) ** exponent) if previous_h > 0.0 else factor
 
 
-def _make_output(functions: StiffEquationFunctions[Equation]) -> Callable[..., int]:
-    """Return the function that fills the outputs at the times within a step."""
+def _make_output(functions: StiffEquationFunctions[Equation]) -> Callable[..., None]:
+    """Return the function that fills the outputs at the times within an accepted step."""
     write_output = functions.write_output
 
     def write_outputs(
         equation: Equation,
         buffers: RadauBuffers,
         time_origin: float,
-        t: float,
-        h: float,
-        t_next: float,
         state: FloatArray,
-        times: FloatArray,
-        outputs: FloatArray,
-        n_reached: int,
-    ) -> int:
-        """Fill in the outputs at the times within an accepted step.
-
-        Parameters
-        ----------
-        equation
-            The equation.
-        buffers
-            Buffers with the increments of the step.
-        time_origin
-            Time from which local times count, s.
-        t
-            Start of the step, s.
-        h
-            Length of the step, s.
-        t_next
-            End of the step, s.
-        state
-            State at the start of the step; shape (components,).
-        times
-            Reported times, s; shape (n,).
-        outputs
-            Result: outputs at the times; shape (n, outputs).
-        n_reached
-            Number of times that are filled in already.
-
-        Returns
-        -------
-        int
-            Number of times that are filled in now.
-        """
-        while n_reached < times.size and times[n_reached] <= t_next:
-            radau_stages.interpolate_state(buffers, state, (times[n_reached] - t) / h, buffers.stage_state)
+        times: FloatArray,  # reported times, s; shape (n,)
+        outputs: FloatArray,  # result: outputs at the times; shape (n, outputs)
+    ) -> None:
+        progress, n_reached = buffers.progress[0], buffers.progress[0].n_reached
+        while n_reached < times.size and times[n_reached] <= progress.t_next:
+            fraction = (times[n_reached] - progress.t) / progress.h
+            radau_stages.interpolate_state(buffers, state, fraction, buffers.stage_state)
             write_output(equation, times[n_reached] - time_origin, buffers.stage_state, outputs[n_reached])
             n_reached += 1
-        return n_reached
+        progress.n_reached = n_reached
 
     return write_outputs

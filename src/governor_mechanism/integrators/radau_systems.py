@@ -7,8 +7,31 @@ from numpy.typing import NDArray
 
 from governor_mechanism.integrators.radau_tableau import RadauTableau, make_radau_tableau
 from governor_mechanism.numerics.dense_lu import factorise_lu, solve_lu
-from governor_mechanism.numerics.jit import jit_in_place
-from governor_mechanism.types import ComplexArray, FloatArray, IntArray
+from governor_mechanism.numerics.jit import jit_in_place, record_dtype
+from governor_mechanism.types import ComplexArray, FloatArray, IntArray, RecordArray
+
+RADAU_PROGRESS_DTYPE = record_dtype(
+    ("status", "i8"),  # an IntegrationStatus; DONE while nothing ends the integration
+    ("t", "f8"),  # time of the state, s
+    ("step", "f8"),  # length of the next step, s
+    ("h", "f8"),  # length of the present step, s
+    ("t_next", "f8"),  # its end, s
+    ("is_last", "i8"),  # whether it ends the span
+    ("is_cut", "i8"),  # whether a step of another run shortens it
+    ("previous_h", "f8"),  # length of the step before, s; 0 if its increments predict nothing
+    ("factorised_h", "f8"),  # length for which the matrices are factorised, s; 0 if they are not
+    ("has_jacobian", "i8"),
+    ("is_jacobian_current", "i8"),  # whether it is that of the present state
+    ("jacobian_age", "i8"),  # steps since its evaluation
+    ("n_iterations", "i8"),  # of Newton's method; 0 if they do not converge
+    ("rate", "f8"),  # rate of their convergence
+    ("error", "f8"),  # error of the step relative to the tolerance
+    ("previous_error", "f8"),  # that of the step before
+    ("is_doubtful", "i8"),  # whether a large estimate is filtered a second time: in a first step, and after a rejected one
+    ("n_reached", "i8"),  # number of reported times that are reached
+    ("coarser_step", "i8"),  # index of the step of another run at t
+)
+"""Progress of an integration, and its present step."""
 
 
 class RadauBuffers(NamedTuple):
@@ -48,6 +71,8 @@ class RadauBuffers(NamedTuple):
         Errors of the step; shape (components,).
     weights
         Weights of start and stages in an interpolated state; shape (s + 1,).
+    progress
+        Progress of the integration, a record of `RADAU_PROGRESS_DTYPE`; shape (1,).
     counts
         Counters, indexed by `StepCounter`.
     """
@@ -67,6 +92,7 @@ class RadauBuffers(NamedTuple):
     start_derivative: FloatArray
     errors: FloatArray
     weights: FloatArray
+    progress: RecordArray
     counts: IntArray
 
 
@@ -108,6 +134,7 @@ def make_radau_buffers(n_stages: int, n_coupled: int, error_scale: FloatArray, c
         start_derivative=start_derivative,
         errors=errors,
         weights=np.zeros(n_stages + 1),
+        progress=np.zeros(1, dtype=RADAU_PROGRESS_DTYPE),
         counts=counts,
     )
 

@@ -7,7 +7,7 @@ from governor_mechanism.integrators import event_location, kink_approach
 from governor_mechanism.integrators.equation import EquationFunctions, StepBuffers
 from governor_mechanism.integrators.event_location import EVENT_SAMPLE_FRACTIONS, LAST_SAMPLE, NO_EVENT, EventStep, is_any_positive
 from governor_mechanism.integrators.stages import Equation
-from governor_mechanism.numerics.jit import jit, jit_in_place
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray
 
 
@@ -59,59 +59,10 @@ def make_step_ends(functions: EquationFunctions[Equation]) -> StepEnds:
     )
 
 
-def make_plain_step_ends(functions: EquationFunctions[Equation]) -> StepEnds:
-    """Return the functions for an equation without event functions, which are compiled in half the time.
-
-    Parameters
-    ----------
-    functions
-        Functions of the equation.
-
-    Returns
-    -------
-    StepEnds
-        Functions that only finish a step.
-    """
-    return StepEnds(_evaluate_no_events, _keep_length, jit_in_place(_make_finish(functions)), _ignore_kinks, _cut_nothing)
-
-
-@jit_in_place
-def _evaluate_no_events(equation: Equation, local_time: float, state: FloatArray, event_values: FloatArray) -> None:
-    """Leave the event functions: there are none."""
-
-
-@jit_in_place
-def _keep_length(equation: Equation, buffers: StepBuffers, local_time: float, h: float, state: FloatArray) -> float:
-    """Return the length of a step: there are no kinks."""
-    return h
-
-
-@jit_in_place
-def _ignore_kinks(
-    equation: Equation,
-    buffers: StepBuffers,
-    local_time: float,
-    h: float,
-    state: FloatArray,
-    retry_factor: float,
-    n_tried: int,
-    min_length: float,
-    time_rounding: float,
-) -> tuple[bool, float]:
-    """Return that a step does not end at a kink, and that no other length is better: there are no kinks."""
-    return False, 0.0
-
-
 @jit_in_place
 def count_located(buffers: StepBuffers) -> int:
     """Return the number of event functions, the first ones, that are located by trial steps: all but the kinks."""
     return buffers.event_tolerances.size - buffers.n_kinks
-
-
-@jit_in_place
-def _cut_nothing(equation: Equation, buffers: StepBuffers, local_time: float, h: float, state: FloatArray) -> float:
-    """Return that no event is in a step: there are none."""
-    return NO_EVENT
 
 
 def _make_choice_of_length(functions: EquationFunctions[Equation]) -> Callable[..., float]:
@@ -125,18 +76,6 @@ def _make_choice_of_length(functions: EquationFunctions[Equation]) -> Callable[.
         return aim_at_kink(equation, local_time, h, state, buffers.stages.derivatives[:, 0], first_kink, buffers.event_values, buffer)
 
     return choose_length
-
-
-def _make_finish(functions: EquationFunctions[Equation]) -> Callable[..., float]:
-    """Return the function that finishes a step without events, as that of `_make_finish_and_sample` does."""
-    finish_step = functions.finish_step
-
-    def finish(
-        equation: Equation, buffers: StepBuffers, local_time: float, h: float, local_end: float, state: FloatArray, lowest_quality: float
-    ) -> float:
-        return finish_step(equation, local_end, lowest_quality, buffers.stages)
-
-    return finish
 
 
 def _make_finish_and_sample(functions: EquationFunctions[Equation]) -> Callable[..., float]:
@@ -174,7 +113,10 @@ def _make_finish_and_sample(functions: EquationFunctions[Equation]) -> Callable[
         quality = finish_step(equation, local_end, lowest_quality, stages)
         if buffers.event_tolerances.size > 0:
             evaluate_events(equation, local_end, stages.next_state, event_values[LAST_SAMPLE])
-            step = EventStep(local_time, h, state, stages, buffers.trial_stages, buffers.arming_tolerances, count_located(buffers))
+            step = EventStep(
+                local_time, h, state, buffers.stages, buffers.trial_stages, buffers.arming_tolerances, buffers.trial_event_values,
+                buffers.is_rising, count_located(buffers),
+            )  # fmt: skip
             for j in range(1, LAST_SAMPLE):
                 sample_events(equation, step, EVENT_SAMPLE_FRACTIONS[j], event_values[j])
         return quality
@@ -229,8 +171,11 @@ def _make_correction_of_length(functions: EquationFunctions[Equation]) -> Callab
         """
         if buffers.n_kinks == 0:
             return False, 0.0
-        stages, event_values = buffers.stages, buffers.event_values
-        step = EventStep(local_time, h, state, stages, buffers.trial_stages, buffers.arming_tolerances, count_located(buffers))
+        event_values = buffers.event_values
+        step = EventStep(
+            local_time, h, state, buffers.stages, buffers.trial_stages, buffers.arming_tolerances, buffers.trial_event_values,
+            buffers.is_rising, count_located(buffers),
+        )  # fmt: skip
         fraction = predict_kink(equation, step, event_values, buffers.trial_event_values)
         is_reached = is_any_positive(event_values[LAST_SAMPLE, step.n_located :], buffers.n_kinks)
         return kink_approach.judge_length(h, fraction, is_reached, retry_factor, n_tried, min_length, time_rounding)
@@ -242,7 +187,7 @@ def _make_cut_at_event(functions: EquationFunctions[Equation]) -> Callable[..., 
     """Return the function that cuts a finished step at the first event, and returns the fraction that precedes it, or NO_EVENT."""
     take_step, finish_step, evaluate_events = functions.take_step, functions.finish_step, functions.evaluate_events
     evaluate_after_fraction = jit_in_place(event_location.make_trial_evaluation(take_step, finish_step, evaluate_events))
-    locate_first_event = jit(event_location.make_event_location(evaluate_after_fraction))
+    locate_first_event = jit_in_place(event_location.make_event_location(evaluate_after_fraction))
 
     def cut_at_event(equation: Equation, buffers: StepBuffers, local_time: float, h: float, state: FloatArray) -> float:
         """Cut a finished step at the first event.
@@ -266,7 +211,10 @@ def _make_cut_at_event(functions: EquationFunctions[Equation]) -> Callable[..., 
             Fraction of the step that precedes the event, or NO_EVENT.
         """
         stages = buffers.stages
-        step = EventStep(local_time, h, state, stages, buffers.trial_stages, buffers.arming_tolerances, count_located(buffers))
+        step = EventStep(
+            local_time, h, state, buffers.stages, buffers.trial_stages, buffers.arming_tolerances, buffers.trial_event_values,
+            buffers.is_rising, count_located(buffers),
+        )  # fmt: skip
         if step.n_located == 0:
             return NO_EVENT
         fraction = locate_first_event(equation, step, buffers.event_values)

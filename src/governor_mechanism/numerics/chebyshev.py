@@ -7,7 +7,7 @@ relative to the middle of the piece, -1 to 1.
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from governor_mechanism.numerics.jit import jit, jit_in_place, jit_inline
+from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray
 
 N_CHEBYSHEV_NODES = 12
@@ -74,7 +74,7 @@ def fit_piece(values: FloatArray, coefficients: FloatArray) -> tuple[float, bool
     return truncation_error, truncation_error > STAGNATION_RATIO * preceding_terms
 
 
-@jit_inline
+@jit_in_place
 def evaluate_piece(table: FloatArray, piece: int, column: int, t: float) -> float:
     """Return the polynomial table[piece, column] at t, -1 to 1.
 

@@ -12,9 +12,14 @@ from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import numpy as np
+
 from governor_mechanism.numerics.compilation_progress import has_moving_line
 
 CompiledFunction = TypeVar("CompiledFunction", bound=Callable[..., object])
+
+USES_COMPILER = os.environ.get("GOVERNOR_MECHANISM_JIT") != "0"
+"""Whether kernels are compiled. With GOVERNOR_MECHANISM_JIT=0 they run as Python, some 100 times slower, for a debugger."""
 
 PACKAGE_ROOT = Path(__file__).parents[1]
 """Folder of this package."""
@@ -93,7 +98,7 @@ class Kernel:
 
 def jit(function: CompiledFunction) -> CompiledFunction:
     """Compile a function that may allocate arrays and return them; references to arrays are counted."""
-    return cast(CompiledFunction, Kernel(function, _nrt=True))
+    return cast(CompiledFunction, Kernel(function, _nrt=True)) if USES_COMPILER else function
 
 
 def jit_in_place(function: CompiledFunction) -> CompiledFunction:
@@ -102,12 +107,13 @@ def jit_in_place(function: CompiledFunction) -> CompiledFunction:
     Counting the references to the arrays of its arguments would cost several times the arithmetic of a short function. Such a function
     must not allocate arrays (the compiler refuses it), nor return any, nor call a function that returns one.
     """
-    return cast(CompiledFunction, Kernel(function, _nrt=False))
+    return cast(CompiledFunction, Kernel(function, _nrt=False)) if USES_COMPILER else function
 
 
-def jit_inline(function: CompiledFunction) -> CompiledFunction:
-    """Compile a function as `jit_in_place` does, and inline it in every function that calls it."""
-    return cast(CompiledFunction, Kernel(function, _nrt=False, forceinline=True))
+def record_dtype(*fields: tuple[str, str] | tuple[str, str, tuple[int, ...]]) -> np.dtype[np.void]:
+    """Return the type of records that kernels read and write as attributes, compiled or not."""
+    # Records of numpy alone have no attributes; numba gives any records some, and takes longer for the types of `np.record`.
+    return np.dtype(list(fields)) if USES_COMPILER else np.dtype((np.record, list(fields)))
 
 
 @cache
@@ -153,6 +159,11 @@ def _is_writable(folder: Path) -> bool:
         return False
 
 
+def must_be_compiled(kernel: Callable[..., object]) -> bool:
+    """Return whether a kernel is neither loaded nor in the cache."""
+    return not getattr(kernel, "is_compiled", True)  # a function of Python has nothing to compile
+
+
 def warn_before_compiling(kernel: Callable[..., object], seconds: int) -> None:
     """Print a notice on standard error if a kernel is neither loaded nor in the cache and has to be compiled.
 
@@ -165,5 +176,5 @@ def warn_before_compiling(kernel: Callable[..., object], seconds: int) -> None:
     seconds
         Approximate compile time, s.
     """
-    if not cast(Kernel, kernel).is_compiled and sys.stderr is not None and not has_moving_line():
+    if must_be_compiled(kernel) and sys.stderr is not None and not has_moving_line():
         print(f"compiling kernels, once for this version: about {seconds} s", file=sys.stderr, flush=True)

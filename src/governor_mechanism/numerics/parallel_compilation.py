@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import Any, cast
 
 from governor_mechanism.numerics.compilation_progress import show_compilation
-from governor_mechanism.numerics.jit import Kernel
+from governor_mechanism.numerics.jit import Kernel, must_be_compiled
 
 MAX_COMPILATION_TIME = 300.0
 """Time after which the second process counts as stuck, s; it needs about 10 s."""
@@ -38,7 +38,7 @@ def compiled_beside(kernel: Callable[..., Any], make_arguments: Callable[[], tup
         While the body runs.
     """
     process = None
-    if not cast(Kernel, kernel).is_compiled and _has_free_processor():
+    if must_be_compiled(kernel) and _has_free_processor():
         process = _start_compilation(cast(Kernel, kernel), make_arguments())
     if process is None:
         yield

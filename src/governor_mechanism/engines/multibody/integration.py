@@ -136,7 +136,7 @@ def _project_errors(equation: MultibodyEquation, errors: FloatArray) -> None:
         for first in (0, n_coordinates):
             block = errors[i, first : first + n_coordinates].reshape(-1, 3)
             apply_jacobian(rows.row_bodies, workspace.jacobian, block, workspace.multipliers)
-            solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
+            solve_band_system(workspace.band, workspace.factor, workspace.eigen, workspace.multipliers)
             subtract_minv_jt(rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, block)
 
 
@@ -225,8 +225,7 @@ def _may_leave_limits(equation: MultibodyEquation, h: float, state: FloatArray, 
 
 
 _EQUATION = EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events, _check_step)
-_integrate = jit_in_place(make_dop853(_EQUATION, has_event_functions=False))
-_integrate_to_event = jit_in_place(make_dop853(_EQUATION, has_event_functions=True))
+_integrate_to_event = jit_in_place(make_dop853(_EQUATION))
 
 
 @jit_in_place
@@ -301,7 +300,7 @@ def _update_holds(equation: MultibodyEquation, local_time: float, state: FloatAr
 
 
 @jit_in_place
-def integrate_multibody_to_event(
+def integrate_multibody(
     equation: MultibodyEquation,
     buffers: StepBuffers,
     span: tuple[float, float],
@@ -310,7 +309,12 @@ def integrate_multibody_to_event(
     limits: StepLimits,
     states: FloatArray,
 ) -> tuple[IntegrationStatus, float, int, float]:
-    """Integrate as `integrate_multibody` does, up to the first event of a contact; steps end at kinks of the forces."""
+    """Integrate the state of a mechanism in place over an interval without breakpoints of its inputs, up to the first event of a contact.
+
+    state holds poses and velocities of the body origins, the energy states and the lags. The input cubics begin at span[0] (s); states
+    are filled at the times. Steps end at kinks of the forces. Returns status, next step (s), number of times reached, and time of the
+    state (s).
+    """
     (time, end), step, n_reached, n_events = span, limits.step, 0, buffers.event_tolerances.size - buffers.n_kinks
     while True:
         _update_holds(equation, time - span[0], state)
@@ -325,21 +329,3 @@ def integrate_multibody_to_event(
         if status != IntegrationStatus.EVENT or is_any_positive(buffers.event_values[LAST_SAMPLE], n_events):
             _keep_phases(equation, False)
             return status, step, n_reached, time
-
-
-@jit_in_place
-def integrate_multibody(
-    equation: MultibodyEquation,
-    buffers: StepBuffers,
-    span: tuple[float, float],
-    times: FloatArray,
-    state: FloatArray,
-    limits: StepLimits,
-    states: FloatArray,
-) -> tuple[IntegrationStatus, float, int, float]:
-    """Integrate the state of a mechanism without contacts in place over an interval without breakpoints of its inputs.
-
-    state holds poses and velocities of the body origins, the energy states and the lags. The input cubics begin at span[0] (s); states
-    are filled at the times. Returns status, next step (s), number of times reached, and time of the state (s).
-    """
-    return _integrate(equation, buffers, span, span[0], state, limits, times, states)

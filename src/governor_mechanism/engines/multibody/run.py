@@ -1,7 +1,6 @@
 """Integrate one scene over its monitor times at a given tolerance: explicitly, and implicitly once it becomes stiff."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -10,7 +9,7 @@ import numpy as np
 
 from governor_mechanism.engines.certificate import ErrorControlSettings, StepPlan, speed_jump_work
 from governor_mechanism.engines.initial_state import Motion
-from governor_mechanism.engines.multibody.integration import MultibodyEquation, integrate_multibody, integrate_multibody_to_event
+from governor_mechanism.engines.multibody.integration import MultibodyEquation, integrate_multibody
 from governor_mechanism.engines.multibody.limit_rows import make_limit_rows
 from governor_mechanism.engines.multibody.partition import ImplicitIntegrator
 from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits
@@ -160,8 +159,8 @@ class ConstrainedIntegrator:
         # The implicit method knows no events, kinks and shafts that stall.
         is_smooth = self.scene_contacts is None and not has_kinks(self.scene)
         self._min_stiff_steps = float(MIN_STEPS_TO_SWITCH) if is_smooth else np.inf
-        warn_before_compiling(self.integration_kernel, 15)
-        with compiled_beside(self.integration_kernel, self._make_integration_arguments):
+        warn_before_compiling(integrate_multibody, 20)
+        with compiled_beside(integrate_multibody, self._make_integration_arguments):
             self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion))
             self.error_scale = self._make_error_scale(evaluator.time_scale)
             self._implicit_step_cost = settings.implicit_step_cost + settings.implicit_step_cost_per_state * self.error_scale.size
@@ -171,12 +170,6 @@ class ConstrainedIntegrator:
         self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
         inner_breakpoints = breakpoints[(breakpoints > 0) & (breakpoints < self.time_grid.monitor_times[-1])]
         self.breakpoints = np.concatenate([[0.0], inner_breakpoints, self.time_grid.monitor_times[-1:]])
-
-    @property
-    def integration_kernel(self) -> Callable[..., tuple[IntegrationStatus, float, int, float]]:
-        """The compiled integration: without contacts and kinks nothing interrupts it."""
-        has_events = self.scene_contacts is not None or has_kinks(self.scene)
-        return integrate_multibody_to_event if has_events else integrate_multibody
 
     @property
     def is_stiff(self) -> bool:
@@ -494,7 +487,7 @@ class ExplicitRun:
         ends, cubics_start = (context.max_distance, shafts, limit_rows, self._step_start), self.time
         equation = MultibodyEquation(system, workspace, cubics, gap, *ends, *self._buffers, self.counts)
         limits, outputs = self._limits._replace(step=self.step, max_step=max_step), self.states[rows]
-        status, self.step, n_reached, self.time = context.integration_kernel(
+        status, self.step, n_reached, self.time = integrate_multibody(
             equation, buffers, (self.time, end), self._output_times[rows], self.state, limits, outputs
         )
         self.n_filled += n_reached

@@ -16,7 +16,7 @@ from governor_mechanism.mechanics.contact.transition import EventLog, make_trans
 from governor_mechanism.mechanics.dynamics.forces.inputs import EVENT_ROUNDING_RATIO
 from governor_mechanism.mechanics.dynamics.forces.output_forces import IN_NO_PHASE, evaluate_gas_phase
 from governor_mechanism.mechanics.dynamics.system.event_functions import evaluate_event_function
-from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_acceleration, evaluate_static_force
+from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_state_rates, evaluate_static_force
 from governor_mechanism.mechanics.reduction.model_outputs import (
     evaluate_output,
     evaluate_output_rate,
@@ -26,7 +26,7 @@ from governor_mechanism.mechanics.reduction.model_outputs import (
 )
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.reduced_forces import ForceParameter, OutputForceColumn, ReducedForces
-from governor_mechanism.mechanics.reduction.reduced_model import N_FURTHER_STATES, ReducedModel, StateIndex
+from governor_mechanism.mechanics.reduction.reduced_model import ReducedModel, StateIndex
 from governor_mechanism.mechanics.reduction.shaft_outputs import evaluate_shaft_outputs
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.chebyshev import evaluate_piece
@@ -50,8 +50,7 @@ def evaluate_reduced_contacts(place: ReducedState) -> ContactDynamics:
     model, piece, t, rate = place.model, place.piece, place.t, place.state[1]
     n_contacts, n_springs, parameters = model.contacts.shape[0], model.one_sided_springs.shape[0], model.parameters
     angle, speed = place.state[StateIndex.SHAFT_ANGLE], place.state[StateIndex.SHAFT_SPEED]
-    further_rates = np.empty((N_FURTHER_STATES, 1))
-    acceleration = evaluate_acceleration(model, piece, t, rate, angle, speed, place.local_time, False, further_rates, 0)
+    acceleration = evaluate_state_rates(model, piece, t, rate, angle, speed, place.local_time, False).acceleration
     values, derivatives, accelerations, limits = np.empty(n_contacts), np.empty(n_contacts), np.empty(n_contacts), np.empty(n_contacts)
     for k in range(n_contacts):
         output = model.contacts[k].output_index

@@ -14,7 +14,7 @@ from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine, StepPlan
 from governor_mechanism.engines.exit_location import Exit, find_first_exit
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.engines.reduced.integration import integration_kernel, make_integration_arguments
+from governor_mechanism.engines.reduced.integration import integrate_reduced, make_integration_arguments
 from governor_mechanism.engines.reduced.passage import describe_passage_end
 from governor_mechanism.engines.reduced.run import ReducedRun, ReducedSolution
 from governor_mechanism.engines.reduced.settings import ReducedSettings
@@ -33,7 +33,7 @@ from governor_mechanism.model.joints import GROUND, JOINT_TYPES, Gear, Joint
 from governor_mechanism.model.output_variables import ControlledValue
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.jit import warn_before_compiling
+from governor_mechanism.numerics.jit import Kernel, warn_before_compiling
 from governor_mechanism.numerics.parallel_compilation import compiled_beside
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult, StateHistory
@@ -102,8 +102,8 @@ class ReducedRunner(CertifiedRunner):
 
     def compile_kernels(self) -> None:
         """Compile or load the kernels, once in a process, so that no measured time includes it."""
-        kernel: Any = integration_kernel(self.scene)
-        if not kernel.is_loaded:
+        kernel: Any = integrate_reduced
+        if isinstance(kernel, Kernel) and not kernel.is_loaded:
             warn_before_compiling(kernel, 20)
             with compiled_beside(kernel, partial(make_integration_arguments, self.scene)):
                 reduced_run = self._make_run(1.0)

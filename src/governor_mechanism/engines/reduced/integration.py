@@ -1,7 +1,6 @@
 """Integration of the reduced model over an interval: DOP853 steps, events and contact transitions; compiled."""
 
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,8 +24,6 @@ from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import FIRST_NONZERO_STAGE, STAGES
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import EventLog, make_event_log
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
-from governor_mechanism.mechanics.dynamics.forces.loads import has_kinks
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_equation_of_motion
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
@@ -232,61 +229,11 @@ def _sample_events(equation: ReducedEquation, step: EventStep, fraction: float, 
 
 
 _EQUATION = EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events, _check_step)
-_integrate = jit_in_place(dop853.make_dop853(_EQUATION, has_event_functions=False))
-_integrate_to_event = jit_in_place(dop853.make_dop853(_EQUATION, has_event_functions=True))
-
-
-def integrate_reduced(
-    equation: ReducedEquation,
-    buffers: StepBuffers,
-    span: tuple[float, float],
-    times: FloatArray,
-    state: FloatArray,
-    limits: dop853.StepLimits,
-    states: FloatArray,
-    modes: IntArray,
-    event_log: EventLog,
-) -> tuple[int, float, int, float]:
-    """Integrate the reduced model over a time span, with contact transitions at events.
-
-    Parameters
-    ----------
-    equation
-        The equation; its input cubics begin at span[0].
-    buffers
-        Buffers of the integration.
-    span
-        Start and end, s.
-    times
-        Reported times in (start, end], s; shape (n,).
-    state
-        State, see `StateIndex`; advanced in place.
-    limits
-        Limits of the steps.
-    states
-        Result: states at the times; shape (n, N_STATES).
-    modes
-        Result: contact modes at the times; left as they are without contacts and one-sided springs; shape (n, mode).
-    event_log
-        Log of the events.
-
-    Returns
-    -------
-    tuple[int, float, int, float]
-        Status, last step (s), number of times reached, and time of the state (s).
-    """
-    if buffers.event_tolerances.size:
-        return integrate_with_contacts(equation, buffers, span, times, state, limits, states, modes, event_log, False)
-    return integrate_without_contacts(equation, buffers, span, times, state, limits, states)
-
-
-def integration_kernel(scene: Scene) -> Callable[..., tuple[int, float, int, float]]:
-    """Return the kernel that `integrate_reduced` calls for a scene."""
-    return integrate_with_contacts if has_contacts(scene) or has_kinks(scene) else integrate_without_contacts
+_integrate_to_event = jit_in_place(dop853.make_dop853(_EQUATION))
 
 
 def make_integration_arguments(scene: Scene) -> tuple[Any, ...]:
-    """Return arguments of the kernel of a scene, of which only the types matter: the table is empty."""
+    """Return arguments of `integrate_reduced` for a scene, of which only the types matter: the table is empty."""
     arrays, forces, inputs = lower_reduced_scene(scene)
     table = allocate_table(arrays, 1, 0.0, np.zeros((len(arrays.lagrangian.bodies), 3)))
     input_cubics = stack_local_cubics(inputs, np.zeros(1))[0]
@@ -294,70 +241,45 @@ def make_integration_arguments(scene: Scene) -> tuple[Any, ...]:
     equation = make_reduced_equation(table, forces, input_cubics, mode, counts, 1.0)
     state, states = np.zeros(N_STATES), np.zeros((0, N_STATES))
     limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)
-    arguments = (equation, make_reduced_buffers(forces, counts), (0.0, 0.0), np.zeros(0), state, limits, states)
-    if integration_kernel(scene) is integrate_without_contacts:
-        return arguments
-    return (*arguments, mode[np.newaxis], make_event_log(0), False)
+    buffers = make_reduced_buffers(forces, counts)
+    return equation, buffers, (0.0, 0.0), np.zeros(0), state, limits, states, mode[np.newaxis], make_event_log(0), False
 
 
 @jit_in_place
-def integrate_without_contacts(
-    equation: ReducedEquation,
+def integrate_reduced(
+    equation: ReducedEquation,  # its input cubics begin at span[0]
     buffers: StepBuffers,
-    span: tuple[float, float],
-    times: FloatArray,
-    state: FloatArray,
+    span: tuple[float, float],  # start and end, s
+    times: FloatArray,  # reported times in (start, end], s; shape (n,)
+    state: FloatArray,  # see StateIndex; advanced in place
     limits: dop853.StepLimits,
-    states: FloatArray,
-) -> tuple[int, float, int, float]:
-    """Integrate a model without contacts and one-sided springs, as `integrate_reduced` does."""
-    counts, n_steps = equation.counts, equation.counts[StepCounter.ACCEPTED] + equation.counts[StepCounter.REJECTED]
-    min_stiff_steps = math.inf if equation.model.parameters[ForceParameter.IS_CONSERVATIVE] != 0.0 else 0.0
-    step_limits = dop853.StepLimits(
-        limits.tolerance, limits.step, limits.max_step, limits.max_steps, min_stiff_steps, limits.coarser_steps, limits.steps
-    )
-    status, step, n_reached, time = _integrate(equation, buffers, span, span[0], state, step_limits, times, states)
-    counts[StepCounter.MOVING_EVALUATIONS] += END_STAGE * (counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED] - n_steps)
-    return status, step, n_reached, time
-
-
-@jit_in_place
-def integrate_with_contacts(
-    equation: ReducedEquation,
-    buffers: StepBuffers,
-    span: tuple[float, float],
-    times: FloatArray,
-    state: FloatArray,
-    limits: dop853.StepLimits,
-    states: FloatArray,
-    modes: IntArray,
+    states: FloatArray,  # result: states at the times; shape (n, N_STATES)
+    modes: IntArray,  # result: contact modes at the times; shape (n, mode)
     event_log: EventLog,
     selects_mode: bool,
 ) -> tuple[int, float, int, float]:
-    """Integrate a model with contacts, one-sided springs or kinks, as `integrate_reduced` does.
+    """Integrate the reduced model over a time span, with contact transitions at events.
 
-    With `selects_mode`, select the contact mode at the start first; that is all if the span is empty.
+    With `selects_mode`, select the contact mode at the start first; that is all if the span is empty. Returns status, next step (s),
+    number of times reached, and time of the state (s).
     """
-    model, counts, (time, end), step, n_reached = equation.model, buffers.stages.counts, span, limits.step, 0
-    parameters, mode = model.parameters, model.mode
-    is_conservative, time_scale = parameters[ForceParameter.IS_CONSERVATIVE] != 0.0, parameters[ForceParameter.TIME_SCALE]
-    is_load_steady = parameters[ForceParameter.FLUCTUATION_AMPLITUDE] == 0.0 and model.input_terms.size == 0
-    layout = model.event_layout
+    model, counts, mode = equation.model, buffers.stages.counts, equation.model.mode
+    (time, end), step, n_reached, is_released = span, limits.step, 0, False
+    time_scale = model.parameters[ForceParameter.TIME_SCALE]
     set_table_terms(model)
-    is_released = False
     while True:
         if selects_mode:  # the only call: the machine code of the transition is a third of that of this function
             apply_transition(model, time, time - span[0], equation.piece[0], is_released, state, event_log)
             if end == span[0]:
                 return IntegrationStatus.DONE, step, n_reached, time
         is_held, n_steps = mode[model.mode_layout.held] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
-        max_step = limits.max_step * (HELD_STEP_FACTOR if is_held and is_load_steady else 1.0)
-        min_stiff_steps = math.inf if is_conservative or is_held else 0.0
+        if buffers.n_kinks > 0:
+            begin_phases(model, state, time - span[0], equation.piece[0], buffers.event_values[LAST_SAMPLE])
+        min_stiff_steps = math.inf if is_held or model.parameters[ForceParameter.IS_CONSERVATIVE] != 0.0 else 0.0
+        max_step = _choose_max_step(model, limits.max_step, is_held)
         segment_limits = dop853.StepLimits(
             limits.tolerance, step, max_step, limits.max_steps, min_stiff_steps, limits.coarser_steps, limits.steps
         )
-        if buffers.n_kinks > 0:
-            begin_phases(model, state, time - span[0], equation.piece[0], buffers.event_values[LAST_SAMPLE])
         status, step, n_new, segment_end = _integrate_to_event(
             equation, buffers, (time, end), span[0], state, segment_limits, times[n_reached:], states[n_reached:]
         )
@@ -366,23 +288,28 @@ def integrate_with_contacts(
         for row in range(n_reached, n_reached + n_new):
             copy_array(modes[row], mode)
         n_reached += n_new
-        if status != IntegrationStatus.EVENT:
+        is_simultaneous = segment_end - time <= SIMULTANEITY_TOLERANCE * time_scale
+        event_log.counts[1] = event_log.counts[1] + 1 if status == IntegrationStatus.EVENT and is_simultaneous else 0
+        if status != IntegrationStatus.EVENT or event_log.counts[1] >= MAX_SIMULTANEOUS_REDUCED_EVENTS:
             end_phases(model)
-            return status, step, n_reached, segment_end
-        event_log.counts[1] = event_log.counts[1] + 1 if segment_end - time <= SIMULTANEITY_TOLERANCE * time_scale else 0
-        if event_log.counts[1] >= MAX_SIMULTANEOUS_REDUCED_EVENTS:
-            end_phases(model)
-            return IntegrationStatus.ENDLESS_EVENTS, step, n_reached, time
+            return (IntegrationStatus.ENDLESS_EVENTS if status == IntegrationStatus.EVENT else status), step, n_reached, segment_end
         time, values = segment_end, buffers.event_values[LAST_SAMPLE]
         change_table_segments(model, values)
-        selects_mode = is_any_positive(values, layout.table_ends)
+        selects_mode = is_any_positive(values, model.event_layout.table_ends)
         if selects_mode:
-            is_released = is_held and max(values[layout.release_up], values[layout.release_down]) > 0.0
+            is_released = is_held and max(values[model.event_layout.release_up], values[model.event_layout.release_down]) > 0.0
             step = min(step, POST_EVENT_STEP_RATIO * limits.max_step)
+
+
+@jit_in_place
+def _choose_max_step(model: ReducedModel, max_step: float, is_held: bool) -> float:
+    """Return the largest step (s) up to the next event."""
+    is_load_steady = model.parameters[ForceParameter.FLUCTUATION_AMPLITUDE] == 0.0 and model.input_terms.size == 0
+    return max_step * (HELD_STEP_FACTOR if is_held and is_load_steady else 1.0)
 
 
 def initialise_contact_mode(equation: ReducedEquation, buffers: StepBuffers, time: float, state: FloatArray, event_log: EventLog) -> None:
     """Select the contact mode at a start or after a discontinuity of an input; the state must be on the table."""
     no_states, no_modes = np.empty((0, state.size)), np.empty((0, equation.model.mode.size), dtype=np.int64)
     limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)
-    integrate_with_contacts(equation, buffers, (time, time), np.empty(0), state, limits, no_states, no_modes, event_log, True)
+    integrate_reduced(equation, buffers, (time, time), np.empty(0), state, limits, no_states, no_modes, event_log, True)

@@ -132,7 +132,7 @@ def integrate_passage(
     while time < end:
         origin = time
         outputs = times[n_filled:], state, step_limits._replace(step=step), states[n_filled:], modes[n_filled:], event_log
-        status, step, n_reached, time = integrate_reduced(make_equation(time), buffers, (time, end), *outputs)
+        status, step, n_reached, time = integrate_reduced(make_equation(time), buffers, (time, end), *outputs, False)
         n_filled += n_reached
         if status not in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
             return PassageEnd(IntegrationStatus(status), step, n_filled, time, side, origin)

@@ -220,7 +220,7 @@ class ReducedRun:
             integration.initialise_contact_mode(equation, buffers, start, state, event_log)
         limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, self._max_step, max_steps, 0.0)
         outputs = np.empty((0, len(state))), np.zeros((0, len(mode)), dtype=np.int64), event_log
-        status, *_ = integration.integrate_reduced(equation, buffers, (start, time), np.empty(0), state, limits, *outputs)
+        status, *_ = integration.integrate_reduced(equation, buffers, (start, time), np.empty(0), state, limits, *outputs, False)
         return state if status == IntegrationStatus.DONE else None
 
     def _make_equation(

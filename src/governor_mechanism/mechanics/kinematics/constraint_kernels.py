@@ -13,7 +13,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_motion
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
-from governor_mechanism.numerics.jit import jit, jit_in_place, jit_inline
+from governor_mechanism.numerics.jit import jit_in_place, record_dtype
 from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray
 
 
@@ -35,33 +35,31 @@ class RowKind(IntEnum):
     ARC_POSITION = 5
 
 
-CONSTRAINT_ROW_DTYPE = np.dtype(
-    [
-        ("kind", "i8"),  # a RowKind
-        ("first", "i8"),  # first body, or -1 for the ground
-        ("second", "i8"),  # second body, or -1 for the ground
-        ("x1", "f8"),  # point on the first body, in its axes, m
-        ("y1", "f8"),
-        ("x2", "f8"),  # point on the second body, in its axes, m
-        ("y2", "f8"),
-        ("constant", "f8"),  # what is subtracted, m; rad for LINE_ANGLE
-        ("direction_x", "f8"),  # FIXED_DIRECTION: the direction
-        ("direction_y", "f8"),
-        ("first_angle_factor", "f8"),  # FIXED_DIRECTION: multiples of the angles of the bodies, m/rad
-        ("second_angle_factor", "f8"),
-        ("first_point_weight", "f8"),  # FIXED_DIRECTION: factor on the position of the first point
-        ("angle", "f8"),  # BODY_NORMAL: angle of the line; ARC_POSITION: direction of zero, rad
-        ("radius", "f8"),  # ARC_POSITION, m
-        ("rod_x", "f8"),  # FOLLOWER_HEIGHT: weighted other end of the rod, x from the guide of the follower, m
-        ("rod_y", "f8"),
-        ("rod_weight", "f8"),  # FOLLOWER_HEIGHT: weight of the second point
-        ("link_length", "f8"),  # FOLLOWER_HEIGHT, m
-        ("follower_sign", "f8"),  # FOLLOWER_HEIGHT
-        ("drive_scale", "f8"),  # m per unit of the drive
-        ("drive", "i8"),  # input that drives the row, or NO_INDEX
-        ("first_segment", "i8"),  # BODY_NORMAL: first segment of the guide curve
-        ("n_segments", "i8"),  # BODY_NORMAL: number of its segments, 0 for a straight line
-    ]
+CONSTRAINT_ROW_DTYPE = record_dtype(
+    ("kind", "i8"),  # a RowKind
+    ("first", "i8"),  # first body, or -1 for the ground
+    ("second", "i8"),  # second body, or -1 for the ground
+    ("x1", "f8"),  # point on the first body, in its axes, m
+    ("y1", "f8"),
+    ("x2", "f8"),  # point on the second body, in its axes, m
+    ("y2", "f8"),
+    ("constant", "f8"),  # what is subtracted, m; rad for LINE_ANGLE
+    ("direction_x", "f8"),  # FIXED_DIRECTION: the direction
+    ("direction_y", "f8"),
+    ("first_angle_factor", "f8"),  # FIXED_DIRECTION: multiples of the angles of the bodies, m/rad
+    ("second_angle_factor", "f8"),
+    ("first_point_weight", "f8"),  # FIXED_DIRECTION: factor on the position of the first point
+    ("angle", "f8"),  # BODY_NORMAL: angle of the line; ARC_POSITION: direction of zero, rad
+    ("radius", "f8"),  # ARC_POSITION, m
+    ("rod_x", "f8"),  # FOLLOWER_HEIGHT: weighted other end of the rod, x from the guide of the follower, m
+    ("rod_y", "f8"),
+    ("rod_weight", "f8"),  # FOLLOWER_HEIGHT: weight of the second point
+    ("link_length", "f8"),  # FOLLOWER_HEIGHT, m
+    ("follower_sign", "f8"),  # FOLLOWER_HEIGHT
+    ("drive_scale", "f8"),  # m per unit of the drive
+    ("drive", "i8"),  # input that drives the row, or NO_INDEX
+    ("first_segment", "i8"),  # BODY_NORMAL: first segment of the guide curve
+    ("n_segments", "i8"),  # BODY_NORMAL: number of its segments, 0 for a straight line
 )
 """One constraint row; fields of other kinds are zero, but for the weight of the first point, which is 1."""
 
@@ -118,7 +116,7 @@ def evaluate_drives(rows: ConstraintRows, input_cubics: FloatArray, local_time: 
             row_values[i, RowColumn.DRIVE_ACCELERATION] = drive_scale * acceleration
 
 
-@jit
+@jit_in_place
 def evaluate_curve(curve_segments: FloatArray, first_segment: int, n_segments: int, x: float) -> tuple[float, float, float]:
     """Return the value of a guide curve and its first two derivatives.
 
@@ -176,7 +174,7 @@ class RowGeometry(NamedTuple):
     quadratic_term: float
 
 
-@jit_inline
+@jit_in_place
 def _move_point(poses: FloatArray, velocities: FloatArray, body: int, x: float, y: float) -> PointMotion:
     """Return the motion of a point (m) in the axes of a body, or on the ground."""
     if body < 0:
@@ -189,7 +187,7 @@ def _move_point(poses: FloatArray, velocities: FloatArray, body: int, x: float, 
     return PointMotion(poses[body, 0] + lever_x, poses[body, 1] + lever_y, lever_x, lever_y, u, v, angle, angular_velocity)
 
 
-@jit_inline
+@jit_in_place
 def _scale_point(point: PointMotion, weight: float) -> PointMotion:
     """Return the motion of a point with a weighted position."""
     lever_x, lever_y = weight * point.lever_x, weight * point.lever_y
@@ -197,7 +195,7 @@ def _scale_point(point: PointMotion, weight: float) -> PointMotion:
     return PointMotion(weight * point.x, weight * point.y, lever_x, lever_y, u, v, point.angle, point.angular_velocity)
 
 
-@jit_inline
+@jit_in_place
 def _distance_row(dx: float, dy: float, du: float, dv: float) -> RowGeometry:
     length = math.hypot(dx, dy)
     nx, ny = dx / length, dy / length
@@ -205,14 +203,14 @@ def _distance_row(dx: float, dy: float, du: float, dv: float) -> RowGeometry:
     return RowGeometry(length, nx, ny, 0.0, 0.0, (du * du + dv * dv - radial_velocity * radial_velocity) / length)
 
 
-@jit_inline
+@jit_in_place
 def _fixed_direction_row(row: RecordArray, dx: float, dy: float, first_angle: float, second_angle: float) -> RowGeometry:
     nx, ny, first_factor, second_factor = row.direction_x, row.direction_y, row.first_angle_factor, row.second_angle_factor
     value = nx * dx + ny * dy + first_factor * first_angle + second_factor * second_angle
     return RowGeometry(value, nx, ny, first_factor, second_factor, 0.0)
 
 
-@jit_inline
+@jit_in_place
 def _line_angle_row(dx: float, dy: float, du: float, dv: float) -> RowGeometry:
     length_squared = dx * dx + dy * dy
     nx, ny = -dy / length_squared, dx / length_squared
@@ -220,7 +218,7 @@ def _line_angle_row(dx: float, dy: float, du: float, dv: float) -> RowGeometry:
     return RowGeometry(math.atan2(dx, -dy), nx, ny, 0.0, 0.0, quadratic_term)
 
 
-@jit_inline
+@jit_in_place
 def _arc_position_row(row: RecordArray, dx: float, dy: float, du: float, dv: float, first_angle: float) -> RowGeometry:
     angle, scale = row.angle + first_angle, row.radius / (dx * dx + dy * dy)
     ux, uy = math.cos(angle), math.sin(angle)
@@ -230,7 +228,7 @@ def _arc_position_row(row: RecordArray, dx: float, dy: float, du: float, dv: flo
     return RowGeometry(value, nx, ny, -row.radius, 0.0, quadratic_term)
 
 
-@jit_inline
+@jit_in_place
 def _follower_height_row(row: RecordArray, first: PointMotion, second: PointMotion) -> RowGeometry:
     """Return the height of a follower; its derivative by the first point is 1 in y."""
     horizontal_offset, weighted_ratio = row.rod_x + row.rod_weight * second.x, row.follower_sign * row.rod_weight
@@ -245,7 +243,7 @@ def _follower_height_row(row: RecordArray, first: PointMotion, second: PointMoti
     return RowGeometry(value, nx, ny, 0.0, 0.0, quadratic_term)
 
 
-@jit_inline
+@jit_in_place
 def _body_normal_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
     dx, dy, du, dv, w1 = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v, first.angular_velocity
     angle = row.angle + first.angle
@@ -271,7 +269,7 @@ def _body_normal_row(row: RecordArray, curve_segments: FloatArray, first: PointM
     return RowGeometry(value, nx, ny, angle_derivative, 0.0, quadratic_term)
 
 
-@jit_inline
+@jit_in_place
 def _evaluate_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
     """Return the value of a row of any kind, and its derivatives."""
     dx, dy, du, dv = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v
@@ -445,7 +443,7 @@ def _directional_derivatives(rows: ConstraintRows, row_jacobians: FloatArray, di
     return result
 
 
-@jit
+@jit_in_place
 def add_directional_derivatives(row_bodies: IntArray, row_jacobians: FloatArray, directions: FloatArray, result: FloatArray) -> None:
     """Add the derivatives of residuals along directions of the poses.
 

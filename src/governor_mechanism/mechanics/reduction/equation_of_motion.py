@@ -1,6 +1,6 @@
 """Equations of motion of the reduced model, one coordinate q and one shaft, and the rates of work and dissipation; compiled."""
 
-import numpy as np
+from typing import NamedTuple
 
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed
 from governor_mechanism.mechanics.reduction.model_outputs import (
@@ -12,26 +12,26 @@ from governor_mechanism.mechanics.reduction.model_outputs import (
 )
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.reduced_forces import ForceParameter, OutputForceColumn
-from governor_mechanism.mechanics.reduction.reduced_model import N_FURTHER_STATES, ReducedModel, StateIndex
+from governor_mechanism.mechanics.reduction.reduced_model import ReducedModel, StateIndex
 from governor_mechanism.numerics.chebyshev import evaluate_piece
-from governor_mechanism.numerics.jit import jit, jit_in_place, jit_inline
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import NO_INDEX, FloatArray
 
 
+class StateRates(NamedTuple):
+    """Accelerations of the coordinate and of the shaft (rad/s2), and the rates of work and dissipated energy (W)."""
+
+    acceleration: float
+    shaft_acceleration: float
+    work_rate: float
+    dissipated_power: float
+
+
 @jit_in_place
-def evaluate_acceleration(
-    model: ReducedModel,
-    piece: int,
-    t: float,
-    v: float,
-    shaft_angle: float,
-    shaft_speed: float,
-    local_time: float,
-    with_friction: bool,
-    further_rates: FloatArray,
-    stage: int,
-) -> float:
-    """Evaluate the acceleration of the coordinate from all forces, and the rates of the further states.
+def evaluate_state_rates(
+    model: ReducedModel, piece: int, t: float, v: float, shaft_angle: float, shaft_speed: float, local_time: float, with_friction: bool
+) -> StateRates:
+    """Evaluate the acceleration of the coordinate from all forces, and the rates of the other states.
 
     With the ratio r of spindle to shaft, the inertia J of the bodies in the turning plane and the inertia S of all else that turns,
     (S + r^2 J) W' = torque - r^2 J' q' W for the speed W of the shaft; without reaction S W' = torque.
@@ -54,15 +54,11 @@ def evaluate_acceleration(
         Time since the inputs' cubics begin, s.
     with_friction
         Whether friction of sliding contacts is included.
-    further_rates
-        Column `stage` is filled with the rates of the further states; shape (N_FURTHER_STATES, stages).
-    stage
-        Column to fill.
 
     Returns
     -------
-    float
-        Acceleration q''.
+    StateRates
+        Accelerations and rates of energy.
     """
     coefficients, parameters, inputs = model.coefficients, model.parameters, model.inputs
     evaluate_model_inputs(model, piece, t, v, shaft_angle, shaft_speed, local_time)
@@ -93,12 +89,10 @@ def evaluate_acceleration(
     work_rate = dissipated_power - power
     if parameters[ForceParameter.IS_SPINDLE_LOADED] != 0.0 and parameters[ForceParameter.HAS_REACTION] == 0.0:
         work_rate += spindle_inertia * omega * spindle_acceleration
-    further_rates[0, stage], further_rates[1, stage] = work_rate, dissipated_power
-    further_rates[2, stage], further_rates[3, stage] = shaft_speed, shaft_acceleration
-    return float(acceleration)
+    return StateRates(acceleration, shaft_acceleration, work_rate, dissipated_power)
 
 
-@jit_inline
+@jit_in_place
 def _evaluate_shaft(
     model: ReducedModel,
     piece: int,
@@ -129,7 +123,7 @@ def _evaluate_shaft(
     return torque / shaft_inertia, power
 
 
-@jit_inline
+@jit_in_place
 def _add_output_forces(
     model: ReducedModel, piece: int, t: float, v: float, inverse_inertia: float, acceleration: float, power: float
 ) -> tuple[float, float, float]:
@@ -148,7 +142,7 @@ def _add_output_forces(
     return acceleration, power, dissipated_power
 
 
-@jit_inline
+@jit_in_place
 def _add_friction(
     model: ReducedModel, piece: int, t: float, v: float, inverse_inertia: float, acceleration: float, dissipated_power: float
 ) -> tuple[float, float]:
@@ -207,11 +201,15 @@ def evaluate_equation_of_motion(
         return evaluate_piece(model.coefficients, piece, TableColumn.QUADRATIC, t) * v * v + evaluate_piece(
             model.coefficients, piece, TableColumn.POTENTIAL, t
         )
-    acceleration = evaluate_acceleration(model, piece, t, v, shaft_angle, shaft_speed, local_time, True, further_rates, stage)
-    return 0.0 if model.mode[model.mode_layout.held] != 0 else acceleration
+    rates = evaluate_state_rates(model, piece, t, v, shaft_angle, shaft_speed, local_time, True)
+    further_rates[0, stage] = rates.work_rate
+    further_rates[1, stage] = rates.dissipated_power
+    further_rates[2, stage] = shaft_speed
+    further_rates[3, stage] = rates.shaft_acceleration
+    return 0.0 if model.mode[model.mode_layout.held] != 0 else rates.acceleration
 
 
-@jit
+@jit_in_place
 def evaluate_static_force(model: ReducedModel, piece: int, t: float, state: FloatArray, local_time: float) -> tuple[float, float]:
     """Evaluate the generalised force at zero rate without friction, and the one up to which friction can hold the mechanism.
 
@@ -235,9 +233,8 @@ def evaluate_static_force(model: ReducedModel, piece: int, t: float, state: Floa
     limit : float
         Sum of the friction forces along the coordinate.
     """
-    further_rates = np.empty((N_FURTHER_STATES, 1))
     angle, speed = state[StateIndex.SHAFT_ANGLE], state[StateIndex.SHAFT_SPEED]
-    acceleration = evaluate_acceleration(model, piece, t, 0.0, angle, speed, local_time, False, further_rates, 0)
+    acceleration = evaluate_state_rates(model, piece, t, 0.0, angle, speed, local_time, False).acceleration
     limit = 0.0
     for k in range(model.contacts.shape[0]):
         limit += friction_limit(model, k) * abs(evaluate_table_output(model, piece, t, model.contacts[k].output_index)[1])

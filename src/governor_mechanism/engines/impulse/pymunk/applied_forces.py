@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,12 +20,33 @@ from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunc
 from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.jit import jit
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
 
 
-@jit
+class ForceWorkspace(NamedTuple):
+    """Results of an evaluation of forces: those on the bodies, and values and Jacobians of the outputs."""
+
+    forces: FloatArray  # N and N m; shape (bodies, 3)
+    plane_motion: FloatArray  # shape (1, columns)
+    row_values: FloatArray  # shape (outputs, columns)
+    row_jacobian: FloatArray  # with respect to both bodies of a row; shape (outputs, 2, 3)
+    jacobian: FloatArray  # shape (outputs, bodies, 3)
+
+
+def _make_workspace(n_bodies: int, n_outputs: int) -> ForceWorkspace:
+    """Return a workspace of zeros."""
+    return ForceWorkspace(
+        forces=np.zeros((n_bodies, 3)),
+        plane_motion=np.zeros((1, N_PLANE_COLUMNS)),
+        row_values=np.zeros((n_outputs, N_ROW_COLUMNS)),
+        row_jacobian=np.zeros((n_outputs, 2, 3)),
+        jacobian=np.zeros((n_outputs, n_bodies, 3)),
+    )
+
+
+@jit_in_place
 def _evaluate_forces(
     bodies: RecordArray,
     force_elements: RecordArray,
@@ -34,25 +56,27 @@ def _evaluate_forces(
     velocities: FloatArray,
     spindle_speed: float,
     inputs: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return forces (bodies, 3), values (outputs,) and Jacobian (outputs, bodies, 3) of the outputs."""
-    n_outputs, forces = output_rows.table.size, np.empty(poses.shape)
-    row_values, side_jacobian = np.zeros((n_outputs, N_ROW_COLUMNS)), np.zeros((n_outputs, 2, 3))
-    plane_motion = np.zeros((1, N_PLANE_COLUMNS))
-    plane_motion[0, PlaneColumn.SPEED] = spindle_speed
-    evaluate_body_forces(bodies, plane_motion, poses, forces)
-    evaluate_rows(output_rows, poses, velocities, row_values, side_jacobian)
-    add_output_forces(output_rows, output_forces, velocities, inputs, row_values, side_jacobian, forces)
-    add_output_forces(output_rows, force_elements, velocities, inputs, row_values, side_jacobian, forces)
-    jacobian = np.zeros((n_outputs, *poses.shape))
-    for k in range(n_outputs):
+    workspace: ForceWorkspace,
+) -> None:
+    """Evaluate forces on the bodies, values of the outputs and their Jacobian."""
+    forces, jacobian = workspace.forces, workspace.jacobian
+    row_values, row_jacobian = workspace.row_values, workspace.row_jacobian
+    workspace.plane_motion[0, PlaneColumn.SPEED] = spindle_speed
+    evaluate_body_forces(bodies, workspace.plane_motion, poses, forces)
+    row_values[:, : RowColumn.RESIDUAL] = 0.0
+    evaluate_rows(output_rows, poses, velocities, row_values, row_jacobian)
+    add_output_forces(output_rows, output_forces, velocities, inputs, row_values, row_jacobian, forces)
+    add_output_forces(output_rows, force_elements, velocities, inputs, row_values, row_jacobian, forces)
+    jacobian[:] = 0.0
+    for k in range(output_rows.table.size):
         for side in range(2):
-            if output_rows.row_bodies[k, side] >= 0:
-                jacobian[k, output_rows.row_bodies[k, side]] += side_jacobian[k, side]
-    return forces, row_values[:, RowColumn.RESIDUAL].copy(), jacobian
+            body = output_rows.row_bodies[k, side]
+            if body >= 0:
+                for c in range(3):
+                    jacobian[k, body, c] += row_jacobian[k, side, c]
 
 
-@jit
+@jit_in_place
 def _evaluate_dissipated_power(output_forces: RecordArray, values: FloatArray, rates: FloatArray, inputs: FloatArray) -> float:
     """Return the power (W) that dashpots and sliding friction dissipate at values and rates (outputs,) of the outputs."""
     power = 0.0
@@ -90,8 +114,9 @@ class AppliedForces:
     """Forces at the pose that the next step is about to reach, and the energy that dashpots and friction have dissipated.
 
     `origins` are the centres of the pymunk bodies in body axes (m), to which `system` refers. `output_values` (outputs,) and
-    `output_jacobian` (outputs, bodies, 3) belong to the last evaluation. `output_forces` are the records of the present contact mode, at
-    first of the initial one. `evaluation_counts` states how often one step evaluates each force law. `dissipated_energy` is in J.
+    `output_jacobian` (outputs, bodies, 3) belong to the last evaluation, as do the forces that it returns. `output_forces` are
+    the records of the present contact mode, at first of the initial one. `evaluation_counts` states how often one step evaluates
+    each force law. `dissipated_energy` is in J.
     """
 
     def __init__(self, scene: Scene, origins: Origins) -> None:
@@ -107,6 +132,8 @@ class AppliedForces:
         output_rows, force_elements = lower_outputs(mechanism, names, elements, origins, self.input_layout.element_loads.start)
         self.system = system._replace(bodies=bodies, force_elements=force_elements, output_rows=output_rows)
         self.output_forces = system.output_forces
+        self._workspace = _make_workspace(n_bodies, len(output_rows.table))
+        self.output_jacobian = self._workspace.jacobian
         self.dissipated_energy, self._previous_step = 0.0, (np.zeros(0), np.zeros(0))
         counts = {"gravity": n_bodies * bool(scene.gravity), "centrifugal": int(np.sum(bodies["plane"] != NO_INDEX))}
         counts["springs, dampers, forces"] = len(mechanism.force_elements)
@@ -131,9 +158,11 @@ class AppliedForces:
 
     def _evaluate(self, poses: FloatArray, velocities: FloatArray, spindle_speed: float, inputs: FloatArray) -> FloatArray:
         """Evaluate the outputs at poses and velocities (bodies, 3), and return the forces (bodies, 3)."""
-        tables = self.system.bodies, self.system.force_elements, self.system.output_rows, self.output_forces
-        forces, self.output_values, self.output_jacobian = _evaluate_forces(*tables, poses, velocities, spindle_speed, inputs)
-        return forces
+        workspace, system = self._workspace, self.system
+        tables = system.bodies, system.force_elements, system.output_rows, self.output_forces
+        _evaluate_forces(*tables, poses, velocities, spindle_speed, inputs, workspace)
+        self.output_values = workspace.row_values[:, RowColumn.RESIDUAL].copy()
+        return workspace.forces
 
     def output_rates(self, velocities: FloatArray) -> FloatArray:
         """Return the rates (outputs,) of all output variables for velocities (bodies, 3) of the pymunk bodies."""

@@ -7,7 +7,7 @@ from governor_mechanism.mechanics.dynamics.system.arrays import PlaneColumn, Sys
 from governor_mechanism.mechanics.kinematics.constraint_kernels import rotate_vector_jit
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed
 from governor_mechanism.numerics.array_copy import copy_array
-from governor_mechanism.numerics.jit import jit, jit_in_place
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
 
 centrifugal_force_jit = jit_in_place(force_laws.centrifugal_force)
@@ -92,7 +92,7 @@ def evaluate_body_forces(bodies: RecordArray, plane_motion: FloatArray, poses: F
         result[k, 2] = moment + arm_x * force_y - arm_y * force_x
 
 
-@jit
+@jit_in_place
 def inertia_of_plane(bodies: RecordArray, plane: int, poses: FloatArray, velocities: FloatArray) -> tuple[float, float]:
     """Return the moment of inertia of the bodies of a plane about its spindle, and its rate.
 

@@ -2,13 +2,11 @@
 
 import math
 
-import numpy as np
-
 from governor_mechanism.mechanics.dynamics.equations.constraint_solver import apply_jacobian, assemble_schur_band, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.numerics.banded_cholesky import factorise_band, solve_band_system, solve_factorised_band
-from governor_mechanism.numerics.jit import jit, jit_in_place
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray
 
 CLEAR_PIVOT_RATIO = 0.1
@@ -74,7 +72,7 @@ def _solve_with_stand_ins(system: System, workspace: SystemWorkspace, forces: Fl
         for c in range(3):
             result[k, c] = workspace.inverse_mass[k, c] * forces[k, c]
     _evaluate_row_residuals(system, workspace, gamma_factor, result, workspace.multipliers)
-    pivot_ratio = solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
+    pivot_ratio = solve_band_system(workspace.band, workspace.factor, workspace.eigen, workspace.multipliers)
     _subtract_row_forces(system, workspace, workspace.multipliers, result)
     if 0.0 < pivot_ratio < CLEAR_PIVOT_RATIO:
         _refine_multipliers(system, workspace, gamma_factor, result)
@@ -112,7 +110,7 @@ def _refine_multipliers(system: System, workspace: SystemWorkspace, gamma_factor
         workspace.multipliers[i] += corrections[i]
 
 
-@jit
+@jit_in_place
 def _remove_stand_in_inertia(
     system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray
 ) -> None:
@@ -121,7 +119,8 @@ def _remove_stand_in_inertia(
     The error falls by the share of the stand-ins in the inertia of the motion. If it does not vanish, the result is NaN, which
     an integrator rejects.
     """
-    added_forces, last_change = np.zeros_like(result), math.inf
+    added_forces, last_change = workspace.stand_in_forces, math.inf
+    added_forces[:] = 0.0
     for _ in range(MAX_STAND_IN_ITERATIONS):
         change = magnitude = 0.0
         for k in range(system.bodies.size):

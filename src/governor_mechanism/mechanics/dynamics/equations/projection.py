@@ -70,12 +70,12 @@ def project_state(
             max_residual = max(max_residual, abs(workspace.multipliers[i]))
         if not max_residual > closure_tolerance:
             break
-        solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
+        solve_band_system(workspace.band, workspace.factor, workspace.eigen, workspace.multipliers)
         subtract_minv_jt(rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, poses)
     apply_jacobian(rows.row_bodies, workspace.jacobian, velocities, workspace.multipliers)
     for i in range(workspace.multipliers.size):
         workspace.multipliers[i] -= workspace.row_values[i, RowColumn.DRIVE_RATE]
-    solve_band_system(workspace.band, workspace.factor, workspace.multipliers)
+    solve_band_system(workspace.band, workspace.factor, workspace.eigen, workspace.multipliers)
     subtract_minv_jt(rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, velocities)
     return max_residual
 

@@ -11,8 +11,9 @@ import numpy as np
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.numerics.jit import record_dtype
 from governor_mechanism.numerics.once_per_object import once_per_object
-from governor_mechanism.types import RecordArray, record_dtype
+from governor_mechanism.types import RecordArray
 
 FRICTION_LAW_NAME = "dry friction"
 """Name of sliding friction in the counts of evaluations."""
@@ -43,10 +44,15 @@ class Contact:
     restitution: float = 0.0
 
 
-CONTACT_DTYPE = record_dtype("i8 output_index friction_input", "f8 low high restitution scale")
-"""One contact: index of its output, input of the friction limit or NO_INDEX, both stops, coefficient of restitution, and scale of
-the output.
-"""
+CONTACT_DTYPE = record_dtype(
+    ("output_index", "i8"),  # the output row
+    ("friction_input", "i8"),  # input of the friction limit, or NO_INDEX
+    ("low", "f8"),  # stops, m or rad
+    ("high", "f8"),
+    ("restitution", "f8"),  # coefficient of restitution of the stops
+    ("scale", "f8"),  # scale of the output, m or rad
+)
+"""One contact."""
 
 
 @once_per_object

@@ -19,8 +19,8 @@ from governor_mechanism.model.time_functions import (
     StrokeHold,
     TableFunction,
 )
-from governor_mechanism.numerics.jit import jit_in_place
-from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray, record_dtype
+from governor_mechanism.numerics.jit import jit_in_place, record_dtype
+from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
 
 
 class InputTermKind(IntEnum):
@@ -50,17 +50,35 @@ HOLD_KINDS = (None, StrokeHold.FROM_DEAD_CENTRE, StrokeHold.FROM_CUT_OFF)
 """Kinds of the holds by their number in records; None is a lag."""
 
 
-INPUT_TERM_DTYPE = record_dtype("i8 kind input_index source_index", "f8 a b c")
-"""One term of an input: kind, the input, the output row, lag or input that it comes from, and the coefficients a, b and c."""
+INPUT_TERM_DTYPE = record_dtype(
+    ("kind", "i8"),  # an InputTermKind
+    ("input_index", "i8"),  # the input
+    ("source_index", "i8"),  # the output row, lag or input that the term comes from
+    ("a", "f8"),  # coefficients
+    ("b", "f8"),
+    ("c", "f8"),
+)
+"""One term of an input."""
 
-LAG_DTYPE = record_dtype("i8 input_index hold", "f8 time_constant")
-"""One first-order lag or hold: the input that it follows, the index of its kind in `HOLD_KINDS`, and the time constant (s) of a lag, which
-is infinite for a hold: only events change its state."""
+LAG_DTYPE = record_dtype(
+    ("input_index", "i8"),  # the input that is followed
+    ("hold", "i8"),  # index of the kind in HOLD_KINDS
+    ("time_constant", "f8"),  # of a lag, s; infinite for a hold, whose state only events change
+)
+"""One first-order lag or hold."""
 
-
-TABLE_SEGMENT_DTYPE = record_dtype("i8 term_index source_index is_rate", "f8 low high tolerance a b c")
-"""One segment of a table of a reading: the term that it sets, the output row, whether its rate is meant, the values between which the
-segment holds with their rounding, and the coefficients of the term."""
+TABLE_SEGMENT_DTYPE = record_dtype(
+    ("term_index", "i8"),  # the term that is set
+    ("source_index", "i8"),  # the output row
+    ("is_rate", "i8"),  # whether its rate is meant
+    ("low", "f8"),  # values between which the segment holds
+    ("high", "f8"),
+    ("tolerance", "f8"),  # their rounding
+    ("a", "f8"),  # coefficients of the term
+    ("b", "f8"),
+    ("c", "f8"),
+)
+"""One segment of a table of a reading."""
 
 
 def make_input_terms(

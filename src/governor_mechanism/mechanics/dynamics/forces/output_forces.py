@@ -7,14 +7,12 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import numpy as np
-
 from governor_mechanism.effects.gas_pressure import GasPressure, gas_phase, travel_in_stroke
 from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, RowKind
 from governor_mechanism.model.effect import OutputForce
-from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.numerics.jit import jit_in_place, record_dtype
 from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
 
 MAX_COEFFICIENTS = 8
@@ -28,17 +26,18 @@ sign of sliding, that of a load -1.
 IN_NO_PHASE = -1
 """Phase of a gas that follows from travel and crank angle."""
 
-OUTPUT_FORCE_DTYPE = np.dtype(
-    [
-        *((name, "i8") for name in ("law", "output_index", "argument_index", "has_power", "input_index", "switch_input", "phase")),
-        ("slack_below", "f8"),
-        ("coefficients", "f8", (MAX_COEFFICIENTS,)),
-    ]
+OUTPUT_FORCE_DTYPE = record_dtype(
+    ("law", "i8"),  # index in FORCE_LAWS, SLIDING_FRICTION or LOAD
+    ("output_index", "i8"),  # the output row
+    ("argument_index", "i8"),  # the row whose value the law of gas takes in place of the rate, or NO_INDEX
+    ("has_power", "i8"),  # whether the force has no potential
+    ("input_index", "i8"),  # input of a friction force or load, or that multiplies the force of a law, or NO_INDEX
+    ("switch_input", "i8"),  # input that is the switch of a gas, or NO_INDEX
+    ("phase", "i8"),  # phase of the cycle in which a gas is kept, or IN_NO_PHASE
+    ("slack_below", "f8"),  # value of the output below which the force is slack
+    ("coefficients", "f8", (MAX_COEFFICIENTS,)),  # of the law
 )
-"""One force along an output row: index in `FORCE_LAWS`, `SLIDING_FRICTION` or `LOAD`, index of the row, that of the row whose value the
-law of gas takes in place of the rate, or -1, whether it has no potential, the input of a friction force or load, or by which the force of a
-law is multiplied, or -1, the input that is the switch of a gas, or -1, the phase of the cycle that a gas is kept in, or -1, value of the
-output below which it is slack, and its coefficients."""
+"""One force along an output row."""
 
 OutputForceRecord = tuple[int, int, int, bool, int, int, int, float, tuple[float, ...]]
 """A record of `OUTPUT_FORCE_DTYPE`."""

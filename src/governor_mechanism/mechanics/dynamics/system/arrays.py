@@ -98,6 +98,8 @@ class SystemWorkspace(NamedTuple):
         Band of J M^-1 J^T; shape (rows, bandwidth + 1).
     factor
         Its Cholesky factor, with the shape of `band`.
+    eigen
+        Workspace for the eigenproblem of a singular `band`; shape (2, rows, rows).
     equal_mass_band
         As `band`, in the metric of equal masses.
     multipliers
@@ -106,6 +108,8 @@ class SystemWorkspace(NamedTuple):
         Their corrections by iterative refinement, N; shape (rows,).
     generalised_forces
         Applied forces, N and N m; shape (bodies, 3).
+    stand_in_forces
+        Inertia forces of the stand-ins, N and N m; shape (bodies, 3).
     output_row_values
         As `row_values`, for the outputs; shape (outputs, 5).
     output_jacobian
@@ -127,10 +131,12 @@ class SystemWorkspace(NamedTuple):
     jacobian: FloatArray
     band: FloatArray
     factor: FloatArray
+    eigen: FloatArray
     equal_mass_band: FloatArray
     multipliers: FloatArray
     multiplier_corrections: FloatArray
     generalised_forces: FloatArray
+    stand_in_forces: FloatArray
     output_row_values: FloatArray
     output_jacobian: FloatArray
     inverse_mass: FloatArray
@@ -176,10 +182,12 @@ def make_system_workspace(system: System) -> SystemWorkspace:
         jacobian=np.zeros((rows, 2, 3)),
         band=np.zeros(band),
         factor=np.zeros(band),
+        eigen=np.zeros((2, rows, rows)),
         equal_mass_band=np.zeros(band),
         multipliers=np.zeros(rows),
         multiplier_corrections=np.zeros(rows),
         generalised_forces=np.zeros((bodies, 3)),
+        stand_in_forces=np.zeros((bodies, 3)),
         output_row_values=np.zeros((len(system.output_rows.table), N_ROW_COLUMNS)),
         output_jacobian=np.zeros((len(system.output_rows.table), 2, 3)),
         inverse_mass=system.inverse_mass.copy(),

@@ -9,16 +9,31 @@ from governor_mechanism.mechanics.kinematics.points import Origins
 from governor_mechanism.model.mechanism import Body, Mechanism, Shaft
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray, record_dtype
+from governor_mechanism.numerics.jit import record_dtype
+from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
 
-BODY_DTYPE = record_dtype("f8 mass x y xx yy xy zz gravity", "i8 plane")
-"""One body: mass (kg), mass centre relative to the origin in body axes (m), second moments about the mass centre (kg m2), gravitational
-acceleration (m/s2), and the plane whose centrifugal forces it carries, or NO_INDEX."""
+BODY_DTYPE = record_dtype(
+    ("mass", "f8"),  # kg
+    ("x", "f8"),  # mass centre from the origin, in body axes, m
+    ("y", "f8"),
+    ("xx", "f8"),  # second moments about the mass centre, kg m2
+    ("yy", "f8"),
+    ("xy", "f8"),
+    ("zz", "f8"),
+    ("gravity", "f8"),  # gravitational acceleration, m/s2
+    ("plane", "i8"),  # plane whose centrifugal forces the body carries, or NO_INDEX
+)
+"""One body."""
 
-PLANE_DTYPE = record_dtype("i8 shaft input_index has_reaction", "f8 ratio amplitude cycles_per_turn")
-"""One plane with centrifugal forces: body that it turns with, or NO_INDEX, and then the input of its given speed; whether its bodies act
-on the shaft; ratio of its speed to that of shaft or input; relative amplitude of a fluctuation of the given speed and its cycles per turn.
-"""
+PLANE_DTYPE = record_dtype(
+    ("shaft", "i8"),  # body that the plane turns with, or NO_INDEX
+    ("input_index", "i8"),  # input of its given speed, or NO_INDEX
+    ("has_reaction", "i8"),  # whether its bodies act on the shaft
+    ("ratio", "f8"),  # its speed relative to the shaft or the input
+    ("amplitude", "f8"),  # relative amplitude of a fluctuation of the given speed
+    ("cycles_per_turn", "f8"),
+)
+"""One plane with centrifugal forces."""
 
 STAND_IN_INERTIA_RATIO = 1e-3
 """Stand-in inertia of massless coordinates, relative to the smallest mass and moment of inertia of the mechanism.

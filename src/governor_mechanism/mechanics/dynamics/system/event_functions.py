@@ -19,8 +19,8 @@ from governor_mechanism.mechanics.dynamics.forces.output_forces import evaluate_
 from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_rows
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.jit import jit_in_place
-from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray, record_dtype
+from governor_mechanism.numerics.jit import jit_in_place, record_dtype
+from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray
 
 
 class EventFunctionKind(IntEnum):
@@ -40,13 +40,17 @@ class EventFunctionKind(IntEnum):
 GAS_KINKS = (EventFunctionKind.DEAD_CENTRE, EventFunctionKind.SWITCH)
 """Kinds of event functions of kinks."""
 
-EVENT_FUNCTION_DTYPE = record_dtype("i8 kind source_index argument_index", "f8 sign threshold tolerance", "i8 input_index contact_index")
-"""One event function g = sign * quantity - threshold - input. An event is an upward zero crossing of g.
-
-source_index: the output row, or for a force the constraint row that holds the output. argument_index: the output row of the crank angle
-for a switch, or NO_INDEX; its sign is 1 / stroke. tolerance: rounding level of g. input_index: the input that is subtracted, or NO_INDEX.
-contact_index: the contact or one-sided spring concerned.
-"""
+EVENT_FUNCTION_DTYPE = record_dtype(
+    ("kind", "i8"),  # an EventFunctionKind
+    ("source_index", "i8"),  # the output row, or for a force the constraint row that holds the output
+    ("argument_index", "i8"),  # SWITCH: the output row of the crank angle, or NO_INDEX
+    ("sign", "f8"),  # 1 or -1; SWITCH: 1 / stroke, 1/m
+    ("threshold", "f8"),
+    ("tolerance", "f8"),  # rounding of the event function
+    ("input_index", "i8"),  # the input that is subtracted, or NO_INDEX
+    ("contact_index", "i8"),  # the contact or one-sided spring concerned
+)
+"""One event function g = sign * quantity - threshold - input. An event is an upward zero crossing of g."""
 
 EventFunctionRecord = tuple[EventFunctionKind, int, int, float, float, float, int, int]
 """A record of `EVENT_FUNCTION_DTYPE`."""
