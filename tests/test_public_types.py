@@ -63,7 +63,10 @@ def public_methods(owner: type) -> list[tuple[str, typing.Any]]:
 UNTYPED = {
     # What a scene file may hold has no narrower type than that of its schema.
     "a document of a scene, or a value of one": {
-        *(f"MechanismBuilder.{name}" for name in ("actuator", "document", "effect", "force", "ground", "motor", "spindle", "torque")),
+        *(
+            f"MechanismBuilder.{name}"
+            for name in ("actuator", "document", "effect", "force", "ground", "joint", "motor", "spindle", "torque")
+        ),
         *(f"Scene.{name}" for name in ("document", "from_dict", "replace", "with_changes")),
         *(f"{design}.scene_document" for design in ("GovernedEngineDesign", "HartnellDesign", "PendulumDesign")),
         "sweep",

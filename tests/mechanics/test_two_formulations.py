@@ -18,9 +18,9 @@ from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMo
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
-from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_acceleration
+from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_state_rates
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
-from governor_mechanism.mechanics.reduction.reduced_model import N_FURTHER_STATES, make_reduced_model
+from governor_mechanism.mechanics.reduction.reduced_model import make_reduced_model
 from governor_mechanism.mechanics.reduction.shaft import find_shaft_train, parts_with_coordinate
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import Scene
@@ -44,23 +44,22 @@ def compare_formulations(scene: Scene, *, time: float = 0.0, sliding_sign: int =
     mode = np.array([0, *signs, *(is_taut for _ in springs)])
     model = make_reduced_model(table.table, table.forces, stack_local_cubics(table.time_functions, np.array([time]))[0], mode)
     shaft = next((mechanism.body_index(name) for name in train.motion), 0)
-    further_rates, rate = np.empty((N_FURTHER_STATES, 1)), float(np.sum(coordinate.gradient * velocities))
+    rate = float(np.sum(coordinate.gradient * velocities))
     state = rate, float(poses[shaft, 2]), float(velocities[shaft, 2])
-    acceleration = evaluate_acceleration(model, 0, -1.0, *state, 0.0, True, further_rates, 0)
-    work_rate, dissipated_power, _, shaft_acceleration = further_rates[:, 0]
+    acceleration, shaft_acceleration, work_rate, dissipated_power = evaluate_state_rates(model, 0, -1.0, *state, 0.0, True)
 
     arrays = np.array([time]), poses[np.newaxis], velocities[np.newaxis], np.zeros((1, 0))
     bodies = compute_inverse_dynamics(scene, *arrays, (ContactMode((None,) * len(signs), signs, (is_taut,) * len(springs)),))
     expected = float(np.sum(coordinate.gradient * bodies.accelerations[0]) + coordinate.quadratic_velocity_term)
     assert acceleration == pytest.approx(expected, rel=TABLE_ERROR)
-    without_friction = evaluate_acceleration(model, 0, -1.0, *state, 0.0, False, further_rates.copy(), 0)
+    without_friction = evaluate_state_rates(model, 0, -1.0, *state, 0.0, False).acceleration
     assert (without_friction != acceleration) == any(signs)
     if train.motion:
         assert shaft_acceleration == pytest.approx(bodies.accelerations[0, shaft, 2], rel=TABLE_ERROR, abs=TABLE_ERROR)
     # What a given speed, or one that is followed, puts into the turning bodies is no power of a force.
     turning_power = 0.0
     if scene.system.planes and not train.has_reaction:
-        speed, speed_rate = train.spindle_ratio * further_rates[2:, 0] if train.motion else given_motion(scene, time)
+        speed, speed_rate = train.spindle_ratio * np.array([state[2], shaft_acceleration]) if train.motion else given_motion(scene, time)
         turning_power = turning_inertia(scene, poses) * speed * speed_rate
     assert work_rate == pytest.approx(turning_power - bodies.power[0], rel=TABLE_ERROR, abs=TABLE_ERROR)
     return {"acceleration": acceleration, "shaft": shaft_acceleration, "work": work_rate, "dissipation": dissipated_power}
@@ -154,7 +153,7 @@ def test_inputs_go_on_in_local_time():
     motion = MotionTable(scene, 0.7, initial_state(scene)[0])
     found = []
     for time, local_time in ((0.8, 0.5), (1.3, 0.0)):
-        cubics, further_rates = stack_local_cubics(motion.time_functions, np.array([time]))[0], np.empty((N_FURTHER_STATES, 1))
+        cubics = stack_local_cubics(motion.time_functions, np.array([time]))[0]
         model = make_reduced_model(motion.table, motion.forces, cubics, np.array([0, 1]))
-        found.append([evaluate_acceleration(model, 0, -1.0, 0.4, 0.0, 0.0, local_time, True, further_rates, 0), *further_rates[:2, 0]])
+        found.append(evaluate_state_rates(model, 0, -1.0, 0.4, 0.0, 0.0, local_time, True))
     np.testing.assert_allclose(*found, rtol=1e-12)

@@ -9,12 +9,13 @@ from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.scenes.custom.bodies import BodyTable, PointMassTable
-from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, ElementTable, LinkTable
+from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, JOINT_TYPES, ElementTable, LinkTable
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point
 from governor_mechanism.scenes.custom.readings import READING_TABLES, find_reading_kind
-from governor_mechanism.scenes.problems import Problem
+from governor_mechanism.scenes.problems import Problem, unknown_name
 from governor_mechanism.scenes.quantities import check_label, parse_name, parse_position
 from governor_mechanism.scenes.table import validate
+from governor_mechanism.units.quantities import format_value
 
 _TABLES: Final[Mapping[str, Mapping[str, type[ElementTable]]]] = {"joint": JOINT_TABLES, "force": FORCE_TABLES, "link": {"link": LinkTable}}
 """Models of tables by the key of their list and by type."""
@@ -54,6 +55,11 @@ class CallChecks:
                 self._registry.moving_points[name], _ = parse_moving_point(f"ground.{name}", position)
             else:
                 self._registry.ground[name] = parse_position(position, what)
+
+    def check_joint_type(self, kind: object) -> None:
+        """Refuse a type of joint that no scene file knows."""
+        if kind not in JOINT_TYPES:
+            raise unknown_name(f"joint: type {format_value(kind)} is unknown; types are", kind, JOINT_TYPES)
 
     def check_element(self, key: str, kind: str, what: str, table: Mapping[str, Any]) -> None:
         """Check a joint, link or force."""

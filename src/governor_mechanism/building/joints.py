@@ -12,6 +12,32 @@ from governor_mechanism.errors import MechanismError
 class JointBuilder(DocumentTables):
     """Methods that add joints, links and drivers."""
 
+    def joint(
+        self, kind: str, first: BuiltBody | BuiltPoint, second: BuiltBody | BuiltPoint, name: str = "", **keys: Program | None
+    ) -> None:
+        """Add a joint of any type that a scene file knows.
+
+        Parameters
+        ----------
+        kind
+            Type of [[joint]], as "gear".
+        first
+            A point of the first body, or the body where the type takes bodies.
+        second
+            A point of the second body, or the body.
+        name
+            Name of the joint in results; made of its bodies if empty.
+        **keys
+            The keys of the type, as in a scene file.
+
+        Raises
+        ------
+        MechanismError
+            If the type is unknown, or a key is wrong.
+        """
+        self._checks.check_joint_type(kind)
+        self._couple(kind, first, second, name, **{key: plain_list(value) for key, value in keys.items()})
+
     def pin(self, first: BuiltPoint, *others: BuiltPoint, name: str = "") -> None:
         """Join points of two or more bodies, so that they coincide: each further point is pinned to the first by a joint of its own.
 

@@ -97,8 +97,6 @@ def make_step_buffers(
         Rounding of the event functions; shape (event functions,).
     counts
         Counters, indexed by `StepCounter`, increased by the integration.
-    progress
-        Progress of the integration, a record of `PROGRESS_DTYPE`; shape (1,).
     n_kinks
         Number of event functions, the last ones, that are kinks.
 

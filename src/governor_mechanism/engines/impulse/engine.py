@@ -14,7 +14,7 @@ from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_conta
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_functions_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.joints import JOINT_TYPES, Joint, ProportionalDisplacement, RackAndPinion
+from governor_mechanism.model.joints import JOINT_TYPES, Joint
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 
@@ -81,8 +81,8 @@ class ImpulseEngine(ImpulseSettings, Engine):
 
     name: ClassVar[str] = "impulse"
     effects: ClassVar[frozenset[type[Effect]]] = EFFECT_TYPES - {Clearance}
-    # pymunk has no constraint for these joints.
-    joints: ClassVar[frozenset[type[Joint]]] = JOINT_TYPES.difference((RackAndPinion, ProportionalDisplacement))
+    # pymunk has no constraint for the others.
+    joints: ClassVar[frozenset[type[Joint]]] = frozenset(joint for joint in JOINT_TYPES if joint.impulse_parts is not Joint.impulse_parts)
 
     def __post_init__(self) -> None:
         """Raise MechanismError for settings out of range."""

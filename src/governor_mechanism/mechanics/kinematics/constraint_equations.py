@@ -9,80 +9,16 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics import constraint_kernels
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowKind
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.model import joints
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import Joint
+from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray
-
-
-@dataclass(frozen=True)
-class ConstraintRow:
-    """One constraint equation of a joint.
-
-    `parameters` are the fields of `CONSTRAINT_ROW_DTYPE` that its kind has. `motion` drives the row, in units of `drive_scale` (m per
-    unit of the motion). `curve` is the guide curve of a curve slot.
-    """
-
-    kind: RowKind
-    parameters: Mapping[str, float]
-    motion: PrescribedMotion | None = None
-    drive_scale: float = 1.0
-    curve: Curve | None = None
-
-
-def _constraint_rows(joint: Joint, length_scale: float) -> list[ConstraintRow]:
-    """Return the constraint rows of a joint; `length_scale` (m) converts angles to lengths."""
-    match joint:
-        case joints.Pin():
-            return _coincidence_rows()
-        case joints.Weld():
-            return [*_coincidence_rows(), _relative_angle_row(joint.relative_angle, length_scale)]
-        case joints.Distance():
-            return [ConstraintRow(RowKind.DISTANCE, {"constant": joint.length})]
-        case joints.ArcSlot():
-            return [ConstraintRow(RowKind.DISTANCE, {"constant": joint.radius})]
-        case joints.Prismatic():  # a kind of slider
-            return [ConstraintRow(RowKind.BODY_NORMAL, {"angle": joint.angle}), _relative_angle_row(joint.relative_angle, length_scale)]
-        case joints.CurveSlot():
-            return [ConstraintRow(RowKind.BODY_NORMAL, {"angle": joint.angle}, curve=joint.curve)]
-        case joints.Slider():
-            return [ConstraintRow(RowKind.BODY_NORMAL, {"angle": joint.angle})]
-        case joints.Gear():
-            factors = {"first_angle_factor": -length_scale * joint.ratio, "second_angle_factor": length_scale}
-            return [ConstraintRow(RowKind.FIXED_DIRECTION, {**factors, "constant": length_scale * joint.offset})]
-        case joints.RackAndPinion():
-            parameters = {"first_angle_factor": -joint.radius, "constant": joint.offset}
-            return [ConstraintRow(RowKind.FIXED_DIRECTION, _direction(joint.angle) | parameters)]
-        case joints.ProportionalDisplacement():
-            parameters = {"first_point_weight": joint.ratio, "constant": joint.offset}
-            return [ConstraintRow(RowKind.FIXED_DIRECTION, _direction(joint.angle) | parameters)]
-        case joints.RotationalDriver():
-            return [_relative_angle_row(0.0, length_scale, joint.motion)]
-        case joints.TranslationalDriver():
-            return [ConstraintRow(RowKind.BODY_NORMAL, {"angle": joint.angle - math.pi / 2}, joint.motion)]
-    raise TypeError(f"no constraint equations are defined for joints of type {type(joint).__name__}")
-
-
-def _coincidence_rows() -> list[ConstraintRow]:
-    """Return the rows that make two points coincide."""
-    return [ConstraintRow(RowKind.FIXED_DIRECTION, {name: 1.0}) for name in ("direction_x", "direction_y")]
-
-
-def _direction(angle: float) -> dict[str, float]:
-    """Return the unit vector at an angle (rad) as fields of a row."""
-    return {"direction_x": math.cos(angle), "direction_y": math.sin(angle)}
-
-
-def _relative_angle_row(angle: float, length_scale: float, motion: PrescribedMotion | None = None) -> ConstraintRow:
-    """Return the row that keeps the angle (rad) of the second body relative to the first, or drives it by a motion."""
-    factors = {"first_angle_factor": -length_scale, "second_angle_factor": length_scale}
-    return ConstraintRow(RowKind.FIXED_DIRECTION, {**factors, "constant": length_scale * angle}, motion, length_scale)
 
 
 def make_row_table(n_rows: int) -> RecordArray:
@@ -137,7 +73,7 @@ def make_constraint_table(mechanism: Mechanism, origins: Origins | None = None) 
     entries = [
         (index, joint, row)
         for index, joint in enumerate(mechanism.joints)
-        for row in _constraint_rows(joint, mechanism.length_scale)
+        for row in joint.constraint_rows(mechanism.length_scale)
         if not _is_trivially_satisfied(mechanism, joint, row)
     ]
     table, curve_segments, n_segments = make_row_table(len(entries)), [np.zeros((0, 2))], 0

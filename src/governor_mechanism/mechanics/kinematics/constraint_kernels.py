@@ -13,27 +13,9 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_motion
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.model.joints.constraint_row import RowKind
 from governor_mechanism.numerics.jit import jit_in_place, record_dtype
 from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray
-
-
-class RowKind(IntEnum):
-    """Kind of a constraint row; d is the vector from the point of the first body to that of the second.
-
-    DISTANCE: |d|. FIXED_DIRECTION: the component of d along a direction fixed in the plane, plus multiples of both body
-    angles. BODY_NORMAL: the component of d normal to a line of the first body, or the distance from a curve on that line.
-    LINE_ANGLE: the angle of d from the downward vertical (rad). FOLLOWER_HEIGHT: the height of a follower that hangs by a
-    link from a rod through the second point, plus the height of the first point. ARC_POSITION: the angle of d in the axes
-    of the first body, times a radius. The last three serve as outputs only. Of each the constant of the row is subtracted.
-    """
-
-    DISTANCE = 0
-    FIXED_DIRECTION = 1
-    BODY_NORMAL = 2
-    LINE_ANGLE = 3
-    FOLLOWER_HEIGHT = 4
-    ARC_POSITION = 5
-
 
 CONSTRAINT_ROW_DTYPE = record_dtype(
     ("kind", "i8"),  # a RowKind

@@ -11,9 +11,10 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_row_table, set_fields
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowKind
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.model.joints import GROUND, Point
+from governor_mechanism.model.joints.constraint_row import RowKind
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import (
     ArcPosition,

@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RowKind
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import is_on_branch, solve_position
 from governor_mechanism.mechanics.reduction.node_evaluation import LagrangianWorkspace, ReductionArrays, TableColumn, evaluate_columns
 from governor_mechanism.mechanics.reduction.table import BOUND_TOLERANCE, EndReason, ExtensionStatus, PiecewiseTable
+from governor_mechanism.model.joints.constraint_row import RowKind
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place

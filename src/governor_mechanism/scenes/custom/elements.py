@@ -1,24 +1,26 @@
 """[[joint]], [[link]] and [[force]] of a custom machine. Slow to import: pydantic."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Annotated, Any, ClassVar, Final
 
-from pydantic import Field
+from pydantic import Field, create_model
 
 from governor_mechanism.machines.custom import InitialConfiguration
 from governor_mechanism.model import force_elements, joints
 from governor_mechanism.model.joints import GROUND, Point
-from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
+from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.scenes.custom import field_types
-from governor_mechanism.scenes.custom.field_types import CurveValue, PointRef, PointRegistry
+from governor_mechanism.scenes.custom.field_types import PointRef, PointRegistry
 from governor_mechanism.scenes.loads import input_function
 from governor_mechanism.scenes.problems import Problem, ProblemCode, mistake
 from governor_mechanism.scenes.quantities import Angle, Label, Length, PositiveLength, built, choice, quantity
 from governor_mechanism.scenes.table import SceneFileTable
 from governor_mechanism.units.quantities import format_value
 
-JOINT_TYPES: Final = ("pin", "weld", "prismatic", "slider", "arc", "curve", "gear", "rack", "driven_turn", "driven_slide")
+_TYPED_JOINTS: Final = [joint for joint in joints.JOINTS if joint.type_name]
+
+JOINT_TYPES: Final = tuple(joint.type_name for joint in _TYPED_JOINTS)
 """Types of [[joint]]."""
 
 FORCE_TYPES: Final = ("spring", "damper", "torsion_spring", "torsion_damper", "torque", "force")
@@ -39,7 +41,7 @@ class ElementTable(SceneFileTable):
         given = self.given_values()
         return given.get("first", GROUND), given["second"]
 
-    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
+    def initial_values(self, initial: InitialConfiguration) -> Mapping[str, Any]:
         """Return the defaults that follow from the initial configuration, by argument."""
         return {}
 
@@ -55,7 +57,7 @@ class ElementTable(SceneFileTable):
         first, second = self.require_two_bodies()
         kind = str(getattr(self, "type", "link")).replace("_", " ")
         name = self.name or registry.reserve_name(f"{kind} of {first.partition('.')[0]} and {second.partition('.')[0]}")
-        return type(self).element(**self.initial_values(registry.initial_configuration) | self.given_values() | {"name": name})
+        return type(self).element(**{**self.initial_values(registry.initial_configuration), **self.given_values(), "name": name})
 
 
 class _PointTable(ElementTable):
@@ -78,56 +80,22 @@ class LinkTable(_PointTable):
 
 
 class JointTable(_PointTable):
-    """Common keys of all joints."""
+    """A joint; the keys of each type are those of its class."""
+
+    joint: ClassVar[type[joints.Joint]] = joints.Joint
+    """The class of the joint."""
 
     type: Annotated[str, choice(JOINT_TYPES)] = Field(description=f"one of {', '.join(JOINT_TYPES)}")
 
+    def initial_values(self, initial: InitialConfiguration) -> Mapping[str, Any]:
+        """Return the defaults that follow from the initial configuration."""
+        return self.joint.initial_values({name: getattr(self, name) for name in type(self).model_fields}, initial)
 
-class PinTable(JointTable):
-    """Type "pin"."""
-
-    element = joints.Pin
-
-
-class WeldTable(JointTable):
-    """Type "weld"; by default the relative angle is the initial one."""
-
-    element: ClassVar[Callable[..., Any]] = joints.Weld
-    relative_angle: Angle = Field(
-        0.0, alias="turn", description="the angle of the second body against the first; by default the initial one"
-    )
-
-    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
-        """Return the relative angle."""
-        return {"relative_angle": initial.relative_angle(self.first, self.second)}
-
-
-class SliderTable(JointTable):
-    """Type "slider"."""
-
-    element: ClassVar[Callable[..., Any]] = joints.Slider
-    angle: Angle = Field(description='the direction of the line in the axes of the first body, as "0 deg"')
-
-
-class PrismaticTable(WeldTable, SliderTable):
-    """Type "prismatic"; by default the relative angle is the initial one."""
-
-    element = joints.Prismatic
-
-
-class ArcTable(JointTable):
-    """Type "arc"."""
-
-    element = joints.ArcSlot
-    radius: PositiveLength = Field(description='the radius of the slot, as "100 mm"')
-
-
-class CurveSlotTable(JointTable):
-    """Type "curve"."""
-
-    element = joints.CurveSlot
-    curve: CurveValue = Field(description="the curve y(x), as { coefficients = [0, 0, 5] } or { points = [[0, 0], [0.1, 0.05]] }")
-    angle: Angle = Field(0.0, description="the direction of the x axis of the curve in the axes of the first body")
+    @classmethod
+    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
+        """Yield the problems of keys that exclude each other."""
+        for text, is_missing in cls.joint.find_conflicts(values):
+            yield Problem(text, ProblemCode.MISSING_KEY) if is_missing else text
 
 
 class _BodyJointTable(JointTable):
@@ -137,93 +105,27 @@ class _BodyJointTable(JointTable):
     second: field_types.PointOrBodyRef = Field(description='the second body or a point of it, as "crank" or "crank.A"')
 
 
-class GearTable(_BodyJointTable):
-    """Type "gear"; by default the offset is the initial one."""
-
-    element = joints.Gear
-    ratio: Annotated[float, built("ratio", "not zero")] = Field(
-        description="the rotation of the second body per rotation of the first; negative for external gears"
-    )
-    offset: Angle = Field(
-        0.0, description="the angle of the second body where the first has none; by default that of the initial configuration"
-    )
-
-    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
-        """Return the offset."""
-        return {"offset": initial.relative_angle(self.first, self.second, self.ratio)}
+_VALUE_TYPES: Final = {
+    "curve": field_types.CurveValue,
+    "angle motion": field_types.AngleMotion,
+    "displacement motion": field_types.DisplacementMotion,
+}
+"""Types of the values of keys that are no quantities, by their kind."""
 
 
-class RackTable(_BodyJointTable):
-    """Type "rack"; by default the offset is the initial one."""
-
-    element = joints.RackAndPinion
-    radius: Annotated[float, built("length", "not zero")] = Field(
-        description='the radius of the pinion, as "20 mm"; negative for the opposite direction'
-    )
-    angle: Angle = Field(0.0, description="the direction in which the rack moves")
-    offset: Annotated[float, quantity("length")] = Field(
-        0.0, description="the displacement of the rack where the pinion has no angle; by default that of the initial configuration"
-    )
-
-    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
-        """Return the offset."""
-        return {"offset": initial.displacement_along(self.first, self.second, self.angle) - self.radius * initial.poses[self.first.body][2]}
-
-
-class _DriverTable(JointTable):
-    """A driver: a motion, or a constant rate from a start."""
-
-    rate_example: ClassVar[str] = ""
-
-    @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
-        """Yield a motion given twice or not at all."""
-        others = [key for key in ("rate", "start") if key in values]
-        if "motion" in values and others:
-            yield f"{' and '.join(others)} cannot be combined with motion, which is complete"
-        if "motion" not in values and "rate" not in values:
-            yield Problem(f"rate or motion is missing; write {cls.rate_example}", ProblemCode.MISSING_KEY)
-
-
-def _drive(driver: Callable[..., Any], start: float, rate: float = 0.0, motion: Callable[[float], Any] | None = None, **others: Any) -> Any:
-    """Return a driver with a motion, by default at a constant rate from the start."""
-    return driver(motion=motion(start) if motion else PrescribedMotion.constant_rate(start, rate), **others)
-
-
-class DrivenTurnTable(_BodyJointTable, _DriverTable):
-    """Type "driven_turn"; by default it starts at the initial relative angle."""
-
-    element = partial(_drive, joints.RotationalDriver)
-    rate_example = 'rate = "120 rpm", or motion = [[0, "0 deg"], [1, "90 deg"]]'
-    rate: Annotated[float, quantity("angular_speed")] = Field(
-        0.0, description="the constant speed of the second body against the first; instead of motion"
-    )
-    start: Angle = Field(0.0, description="the relative angle at the start, with a rate; by default the initial one")
-    motion: field_types.AngleMotion = Field(
-        None, description="the relative angle over time: a list of [time, angle], or a start and a rate with harmonics"
-    )
-
-    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
-        """Return the start."""
-        return {"start": initial.relative_angle(self.first, self.second)}
-
-
-class DrivenSlideTable(_DriverTable, SliderTable):
-    """Type "driven_slide"; by default it starts at the initial displacement."""
-
-    element = partial(_drive, joints.TranslationalDriver)
-    rate_example = 'rate = "50 mm/s", or motion = [[0, "0 mm"], [1, "50 mm"]]'
-    rate: Annotated[float, quantity("speed")] = Field(0.0, description="the constant speed along the line; instead of motion")
-    start: Annotated[float, quantity("length")] = Field(
-        0.0, description="the displacement at the start, with a rate; by default the initial one"
-    )
-    motion: field_types.DisplacementMotion = Field(
-        None, description="the displacement over time: a list of [time, length], or a start and a rate with harmonics"
-    )
-
-    def initial_values(self, initial: InitialConfiguration) -> dict[str, Any]:
-        """Return the start."""
-        return {"start": initial.displacement_along(self.first, self.second, self.angle, self.first.body)}
+def _make_joint_table(joint: type[joints.Joint]) -> type[JointTable]:
+    """Return the table of a type of joint, with its keys."""
+    fields: dict[str, Any] = {}
+    for key in joint.keys:
+        value_type = _VALUE_TYPES.get(key.kind) or Annotated[float, quantity(key.kind, key.sign, bounded=key.is_built)]
+        default = ... if key.is_required else None if key.kind in _VALUE_TYPES else 0.0
+        alias = key.name if key.argument else None
+        fields[key.argument or key.name] = value_type, Field(default, alias=alias, description=key.meaning)
+    base = _BodyJointTable if joint.joins_bodies else JointTable
+    table = create_model(f"{joint.__name__}Table", __base__=base, **fields)
+    table.joint = joint
+    table.element = joint.create
+    return table
 
 
 class ForceElementTable(ElementTable):
@@ -307,11 +209,9 @@ class UntypedForceTable(ForceElementTable, extra="ignore"):
     """A force of unknown type; only the common keys are checked."""
 
 
-_SLOTS_AND_PINS = (PinTable, WeldTable, PrismaticTable, SliderTable, ArcTable, CurveSlotTable)
-_TRANSMISSIONS = (GearTable, RackTable, DrivenTurnTable, DrivenSlideTable)
 _FORCES = (SpringForceTable, DamperTable, TorsionSpringForceTable, TorsionDamperTable, TorqueTable, ForceTable)
 
 ElementTables = Mapping[str, type[ElementTable]]
-JOINT_TABLES: ElementTables = dict(zip(("", *JOINT_TYPES), (UntypedJointTable, *_SLOTS_AND_PINS, *_TRANSMISSIONS), strict=True))
+JOINT_TABLES: ElementTables = {"": UntypedJointTable} | {joint.type_name: _make_joint_table(joint) for joint in _TYPED_JOINTS}
 FORCE_TABLES: ElementTables = dict(zip(("", *FORCE_TYPES), (UntypedForceTable, *_FORCES), strict=True))
 """Tables of [[joint]] and [[force]] by type."""

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import chain
 
 import pymunk
 
@@ -11,7 +12,8 @@ from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint, Pose
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_curve_segments
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_curve
-from governor_mechanism.model import joints
+from governor_mechanism.model.curves import Curve
+from governor_mechanism.model.joints import Joint, impulse_parts
 from governor_mechanism.types import NO_INDEX
 
 GROOVE_HALF_LENGTH_RATIO = 1e3
@@ -32,34 +34,41 @@ class JointConstraints:
     updates: tuple[PreStepUpdate, ...] = ()
 
 
-def make_joint_constraints(
-    joint: joints.Joint, first: AttachedPoint, second: AttachedPoint, length_scale: float, drive: int
-) -> JointConstraints:
+def make_joint_constraints(joint: Joint, first: AttachedPoint, second: AttachedPoint, length_scale: float, drive: int) -> JointConstraints:
     """Return the pymunk constraints of a joint between two points; `drive` is the index of the input of a driver.
 
     Raises UnsupportedEffect for a joint that pymunk cannot represent.
     """
-    match joint:
-        case joints.Distance() | joints.ArcSlot():
-            return JointConstraints((_make_pin(first, second, joint.length if isinstance(joint, joints.Distance) else joint.radius),))
-        case joints.Pin():
+    parts = joint.impulse_parts()
+    if not parts:
+        raise UnsupportedEffect(f"engine 'impulse' has no joint of type {type(joint).__name__} ({joint.name!r}); use engine 'multibody'")
+    made = [_make_part(part, first, second, length_scale, drive) for part in parts]
+    constraints, updates = (tuple(chain.from_iterable(getattr(one, name) for one in made)) for name in ("constraints", "updates"))
+    return JointConstraints(constraints, updates)
+
+
+def _make_part(
+    part: impulse_parts.ImpulsePart, first: AttachedPoint, second: AttachedPoint, length_scale: float, drive: int
+) -> JointConstraints:
+    """Return the pymunk constraints of one part of a joint."""
+    match part:
+        case impulse_parts.Pivot():
             return JointConstraints((_make_pivot(first, second),))
-        case joints.Weld():
-            return JointConstraints((_make_pivot(first, second), *_make_rotation_lock(first, second, joint.relative_angle)))
-        case joints.Prismatic():
-            slider = _make_slider(joint, first, second, length_scale)
-            return JointConstraints((*slider.constraints, *_make_rotation_lock(first, second, joint.relative_angle)), slider.updates)
-        case joints.Slider():
-            return _make_slider(joint, first, second, length_scale)
-        case joints.CurveSlot():
-            return _make_reanchored_pin(first, second, joint.angle, length_scale, curve=joint)
-        case joints.TranslationalDriver():
-            return _make_reanchored_pin(first, second, joint.angle - math.pi / 2, length_scale, drive=drive)
-        case joints.Gear():
-            return JointConstraints((pymunk.GearJoint(second.body, first.body, -joint.offset, joint.ratio),))
-        case joints.RotationalDriver():
+        case impulse_parts.FixedDistance():
+            return JointConstraints((_make_pin(first, second, part.distance),))
+        case impulse_parts.FixedAngle():
+            return JointConstraints(_make_rotation_lock(first, second, part.angle))
+        case impulse_parts.AngleRatio():
+            return JointConstraints((pymunk.GearJoint(second.body, first.body, -part.offset, part.ratio),))
+        case impulse_parts.Guide(curve=None):
+            return _make_slider(part.angle, first, second, length_scale)
+        case impulse_parts.Guide():
+            return _make_reanchored_pin(first, second, part.angle, length_scale, curve=part.curve)
+        case impulse_parts.DrivenOffset():
+            return _make_reanchored_pin(first, second, part.angle, length_scale, drive=drive)
+        case impulse_parts.DrivenAngle():
             return _make_driven_turn(first, second, drive)
-    raise UnsupportedEffect(f"engine 'impulse' has no joint of type {type(joint).__name__} ({joint.name!r}); use engine 'multibody'")
+    raise TypeError(f"no pymunk constraint is defined for {type(part).__name__}")
 
 
 def _make_pivot(first: AttachedPoint, second: AttachedPoint) -> pymunk.Constraint:
@@ -80,12 +89,12 @@ def _make_rotation_lock(first: AttachedPoint, second: AttachedPoint, angle: floa
     return (pymunk.GearJoint(first.body, second.body, angle, 1.0),)
 
 
-def _make_slider(joint: joints.Slider, first: AttachedPoint, second: AttachedPoint, length_scale: float) -> JointConstraints:
+def _make_slider(angle: float, first: AttachedPoint, second: AttachedPoint, length_scale: float) -> JointConstraints:
     """Return the constraint of a slider: a groove only between bodies that cannot rotate, where it is of second order."""
     if first.body.moment != math.inf or second.body.moment != math.inf:
-        return _make_reanchored_pin(first, second, joint.angle, length_scale)
+        return _make_reanchored_pin(first, second, angle, length_scale)
     half_length = GROOVE_HALF_LENGTH_RATIO * length_scale
-    ux, uy = math.cos(joint.angle), math.sin(joint.angle)
+    ux, uy = math.cos(angle), math.sin(angle)
 
     def locate_end(travel: float) -> tuple[float, float]:
         return first.x + travel * ux, first.y + travel * uy
@@ -117,12 +126,7 @@ def _make_driven_turn(first: AttachedPoint, second: AttachedPoint, drive: int) -
 
 
 def _make_reanchored_pin(
-    first: AttachedPoint,
-    second: AttachedPoint,
-    angle: float,
-    length_scale: float,
-    curve: joints.CurveSlot | None = None,
-    drive: int = NO_INDEX,
+    first: AttachedPoint, second: AttachedPoint, angle: float, length_scale: float, curve: Curve | None = None, drive: int = NO_INDEX
 ) -> JointConstraints:
     """Return a pin across a line or curve of the first body that guides the second point, or drives it across the line.
 
@@ -130,7 +134,7 @@ def _make_reanchored_pin(
     then acts through the second point, whatever its length.
     """
     pin = _make_pin(first, second, length_scale)
-    segments = make_curve_segments(curve.curve) if curve else None
+    segments = make_curve_segments(curve) if curve else None
 
     def update(poses: Poses, inputs: StepInputs) -> None:
         """Re-anchor the pin at the predicted pose."""

@@ -10,8 +10,9 @@ from typing import Any
 from governor_mechanism.effects.gas_pressure import GasPressure, gas_phase, travel_in_stroke
 from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn, RowKind
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
 from governor_mechanism.model.effect import OutputForce
+from governor_mechanism.model.joints.constraint_row import RowKind
 from governor_mechanism.numerics.jit import jit_in_place, record_dtype
 from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
 

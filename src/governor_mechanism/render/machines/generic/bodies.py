@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring
-from governor_mechanism.model.joints import ArcSlot, CurveSlot, Distance, Joint, Pin, Point, Slider, TranslationalDriver, Weld
+from governor_mechanism.model.joints import Glyph, Joint, Point
 from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.output_variables import LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.numerics.once_per_object import once_per_object
@@ -112,10 +112,12 @@ def _outline_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
 def _held_points(element: Joint | ForceElement | Reading) -> tuple[Point, ...]:
     """Return the points at which a joint or a force element holds a body, or which a reading follows."""
     match element:
-        case Pin() | Distance() | Weld() | Spring() | Damper() | PointDistance():
+        case Joint() if Glyph.FEET in element.glyphs:
             return element.first, element.second
-        case Slider() | ArcSlot() | CurveSlot() | TranslationalDriver():
+        case Joint() if element.glyphs & {Glyph.FOOT, Glyph.PATH}:
             return (element.second,)
+        case Spring() | Damper() | PointDistance():
+            return element.first, element.second
         case Force() | PointCoordinate():
             return (element.point,)
         case LineAngle():
@@ -140,23 +142,19 @@ def _slot_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
     """Return points of the guides on the body, which its plate must contain."""
     points: list[Vec2] = []
     for joint in _guides_on(extents, body):
-        axes = (joint.first.x, joint.first.y, 0.0 if isinstance(joint, ArcSlot) else joint.angle)
+        axes = (joint.first.x, joint.first.y, getattr(joint, "angle", 0.0))
         chain = guide_centreline(joint, extents)
         points += place_points(axes, chain[:: max(len(chain) // 12, 1)])
     return points
 
 
-def _guides_on(extents: MechanismExtents, body: Body) -> list[Slider | ArcSlot | CurveSlot]:
-    return [
-        joint
-        for joint in extents.part.mechanism.joints
-        if isinstance(joint, Slider | ArcSlot | CurveSlot) and joint.first.body == body.name
-    ]
+def _guides_on(extents: MechanismExtents, body: Body) -> list[Joint]:
+    return [joint for joint in extents.part.mechanism.joints if joint.glyphs & {Glyph.GUIDE, Glyph.SLOT} and joint.first.body == body.name]
 
 
 def _is_sliding_block(extents: MechanismExtents, body: Body) -> bool:
     """Return whether a sliding block represents the body."""
-    return any(isinstance(joint, Slider) and joint.second.body == body.name for joint in extents.part.mechanism.joints)
+    return any(Glyph.GUIDE in joint.glyphs and joint.second.body == body.name for joint in extents.part.mechanism.joints)
 
 
 def _may_have_ball(extents: MechanismExtents, body: Body) -> bool:
@@ -181,7 +179,7 @@ def _single_point_shapes(placed: PlacedMechanism, body: Body, pose: PoseTuple) -
     u, (x, y, _) = placed.unit, pose
     if body.mass == 0.0 and not body.can_rotate:
         return [make_wall((x, y), math.pi / 2, 0.10 * u, 0.035 * u)]  # a moving point of the ground
-    holding_joints = [joint for joint in placed.mechanism.joints if isinstance(joint, Pin | Distance | CurveSlot | ArcSlot)]
+    holding_joints = [joint for joint in placed.mechanism.joints if joint.glyphs & {Glyph.PIN, Glyph.PINS, Glyph.PIN_IN_SLOT}]
     is_held_by_joint = any(body.name in (joint.first.body, joint.second.body) for joint in holding_joints)
     if placed.hangs_on_springs(body.name) and not is_held_by_joint:
         half_width, half_height = (side / 2 * u for side in _MASS_SIDES)

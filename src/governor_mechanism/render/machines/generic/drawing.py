@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from governor_mechanism.model.joints import GROUND, Distance
+from governor_mechanism.model.joints import GROUND, Glyph
 from governor_mechanism.render.geometry.outlines import make_bar
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines
 from governor_mechanism.render.machines.generic import bodies, cranks, force_elements, joints, rams, reading_marks
@@ -45,7 +45,7 @@ class GenericDrawing(MechanismExtents):
         yield from joints.guide_shapes(placed, fixed=False)
         yield from (shape for shape in shapes_of_bodies if shape.role not in ("block", "ball"))
         for joint in self.part.mechanism.joints:
-            if isinstance(joint, Distance):
+            if Glyph.BAR in joint.glyphs:
                 yield make_bar("link", placed.position(joint.first), placed.position(joint.second), _LINK_WIDTH * placed.unit)
         yield from force_elements.translational_element_shapes(placed)
         yield from joints.block_shapes(placed)

@@ -8,6 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from governor_mechanism.model import joints
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
+from governor_mechanism.model.joints import Glyph
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.render.geometry.outlines import make_band, make_bar, make_box, make_hatching, make_wall
 from governor_mechanism.render.geometry.points import arc_points, axes_to_plane, distinct_points, place_points, wheel_radii
@@ -65,27 +66,26 @@ def guide_shapes(placed: PlacedMechanism, *, fixed: bool) -> Iterator[DrawnShape
         if joint.name not in placed.extents.joint_travels or (joint.first.body == joints.GROUND) != fixed:
             continue
         axes = _guide_axes(placed, joint)
-        match joint:
-            case joints.Slider() if not (fixed and _is_drawn_elsewhere(placed, joint)):
-                yield from _straight_guide_shapes(placed, joint, axes, fixed=fixed)
-            case joints.ArcSlot() | joints.CurveSlot():
-                yield from _slot_shapes(joint, placed.extents, axes, fixed=fixed)
-            case joints.TranslationalDriver() if fixed and not _is_guided_by_slider(placed, joint):
-                yield Lines("guide", (place_points(axes, guide_centreline(joint, placed.extents)),))
+        if Glyph.GUIDE in joint.glyphs and not (fixed and _is_drawn_elsewhere(placed, joint)):
+            yield from _straight_guide_shapes(placed, joint, axes, fixed=fixed)
+        elif Glyph.SLOT in joint.glyphs:
+            yield from _slot_shapes(joint, placed.extents, axes, fixed=fixed)
+        elif Glyph.PATH in joint.glyphs and fixed and not _is_guided_by_slider(placed, joint):
+            yield Lines("guide", (place_points(axes, guide_centreline(joint, placed.extents)),))
 
 
 def _guide_axes(placed: PlacedMechanism, joint: joints.Joint) -> PoseTuple:
     """Return the axes of a guide: origin in the joint's first point, x along a straight guide."""
-    angle = joint.angle if isinstance(joint, joints.Slider | joints.CurveSlot | joints.TranslationalDriver) else 0.0
+    angle = getattr(joint, "angle", 0.0)
     return *placed.position(joint.first), placed.pose(joint.first.body)[2] + angle
 
 
-def _is_drawn_elsewhere(placed: PlacedMechanism, joint: joints.Slider) -> bool:
+def _is_drawn_elsewhere(placed: PlacedMechanism, joint: joints.Joint) -> bool:
     """Return whether the block of a slider is a rack, or drawn by the drawing of a machine."""
     return joint.second.body in rack_bodies(placed.mechanism) or joint.name in placed.extents.replaced_guides
 
 
-def _block_sides(placed: PlacedMechanism, joint: joints.Slider) -> Vec2:
+def _block_sides(placed: PlacedMechanism, joint: joints.Joint) -> Vec2:
     """Return the sides of the block of a slider; a mass on springs is large enough to show them side by side."""
     body = joint.second.body
     has_no_other_joint = all(body not in (other.first.body, other.second.body) or other is joint for other in placed.mechanism.joints)
@@ -94,7 +94,7 @@ def _block_sides(placed: PlacedMechanism, joint: joints.Slider) -> Vec2:
     return along * placed.unit, across * placed.unit
 
 
-def _straight_guide_shapes(placed: PlacedMechanism, joint: joints.Slider, axes: PoseTuple, *, fixed: bool) -> list[DrawnShape]:
+def _straight_guide_shapes(placed: PlacedMechanism, joint: joints.Joint, axes: PoseTuple, *, fixed: bool) -> list[DrawnShape]:
     u = placed.unit
     (low, _), (high, _) = guide_centreline(joint, placed.extents)
     width, offset = _block_sides(placed, joint)[1], ram_offsets(placed.extents).get(joint.name, 0.0)
@@ -110,13 +110,13 @@ def _straight_guide_shapes(placed: PlacedMechanism, joint: joints.Slider, axes: 
     return [make_wall(middle, axes[2] - side * math.pi / 2, (high - low) / 2, 0.035 * u, lean=side) for side, middle in middles]
 
 
-def _is_guided_by_slider(placed: PlacedMechanism, drive: joints.TranslationalDriver) -> bool:
+def _is_guided_by_slider(placed: PlacedMechanism, drive: joints.Joint) -> bool:
     """Return whether the driven body also runs in a guide, so that its path needs no line."""
     bodies = {drive.first.body, drive.second.body}
-    return any(isinstance(joint, joints.Slider) and {joint.first.body, joint.second.body} == bodies for joint in placed.mechanism.joints)
+    return any(Glyph.GUIDE in joint.glyphs and {joint.first.body, joint.second.body} == bodies for joint in placed.mechanism.joints)
 
 
-def _slot_shapes(joint: joints.ArcSlot | joints.CurveSlot, extents: MechanismExtents, axes: PoseTuple, *, fixed: bool) -> list[DrawnShape]:
+def _slot_shapes(joint: joints.Joint, extents: MechanismExtents, axes: PoseTuple, *, fixed: bool) -> list[DrawnShape]:
     u = extents.length_scale
     low, high = extents.joint_travels[joint.name]
     rim = "frame plate" if fixed else "plate"
@@ -130,7 +130,7 @@ def _slot_shapes(joint: joints.ArcSlot | joints.CurveSlot, extents: MechanismExt
 def block_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
     """Yield the blocks that slide in straight guides; a rack is its own block. A ram has a lug that carries its pin."""
     for joint in placed.mechanism.joints:
-        if isinstance(joint, joints.Slider) and not _is_drawn_elsewhere(placed, joint):
+        if Glyph.GUIDE in joint.glyphs and not _is_drawn_elsewhere(placed, joint):
             length, width = _block_sides(placed, joint)
             axes = (*placed.position(joint.second), _guide_axes(placed, joint)[2])
             if offset := ram_offsets(placed.extents).get(joint.name, 0.0):
@@ -147,15 +147,12 @@ def pin_centres(placed: PlacedMechanism) -> Iterator[Vec2]:
     beads = _bead_bodies(placed)
     rotating_bodies = {body.name for body in placed.mechanism.bodies if body.can_rotate}
     for joint in placed.mechanism.joints:
-        match joint:
-            case joints.Distance():
-                yield from (placed.position(end) for end in (joint.first, joint.second) if end.body not in beads)
-            case joints.Pin():
-                yield placed.position(joint.second)
-            case joints.ArcSlot() | joints.CurveSlot() if joint.second.body not in beads:
-                yield placed.position(joint.second)
-            case joints.Slider() if not isinstance(joint, joints.Prismatic) and ({joint.first.body, joint.second.body} & rotating_bodies):
-                yield placed.position(joint.second)
+        if Glyph.PINS in joint.glyphs:
+            yield from (placed.position(end) for end in (joint.first, joint.second) if end.body not in beads)
+        is_in_slot = Glyph.PIN_IN_SLOT in joint.glyphs and joint.second.body not in beads
+        is_on_block = Glyph.PIN_ON_BLOCK in joint.glyphs and {joint.first.body, joint.second.body} & rotating_bodies
+        if Glyph.PIN in joint.glyphs or is_in_slot or is_on_block:
+            yield placed.position(joint.second)
 
 
 def _bead_bodies(placed: PlacedMechanism) -> set[str]:
@@ -163,7 +160,7 @@ def _bead_bodies(placed: PlacedMechanism) -> set[str]:
     held_only_in_point: dict[str, bool] = {}
     for joint in placed.mechanism.joints:
         for point in (joint.first, joint.second):
-            is_point_only = isinstance(joint, joints.Distance | joints.ArcSlot | joints.CurveSlot) and not (point.x or point.y)
+            is_point_only = bool(joint.glyphs & {Glyph.PINS, Glyph.PIN_IN_SLOT}) and not (point.x or point.y)
             held_only_in_point[point.body] = held_only_in_point.get(point.body, True) and is_point_only
     return {body.name for body in placed.mechanism.bodies if not body.can_rotate and held_only_in_point.get(body.name)}
 
@@ -172,9 +169,9 @@ def foot_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
     """Yield a hatched foot under every pin, link, block or weld on the ground; above it where the mechanism hangs."""
     feet: list[joints.Point] = []
     for joint in placed.mechanism.joints:
-        if isinstance(joint, joints.Pin | joints.Distance | joints.Weld):
+        if Glyph.FEET in joint.glyphs:
             feet += (joint.first, joint.second)
-        elif isinstance(joint, joints.Slider | joints.ArcSlot | joints.CurveSlot):
+        elif Glyph.FOOT in joint.glyphs:
             feet.append(joint.second)
     positions = [(foot.x, foot.y) for foot in feet if foot.body == joints.GROUND]
     for point in distinct_points(positions, 0.01 * placed.unit):
@@ -193,13 +190,13 @@ def _foot_shape(position: Vec2, u: float, *, above: bool) -> tuple[DrawnShape, .
 
 def toothed_bodies(mechanism: Mechanism) -> set[str]:
     """Return the names of bodies drawn as wheels or racks."""
-    meshing = [joint for joint in mechanism.joints if isinstance(joint, joints.Gear | joints.RackAndPinion)]
+    meshing = [joint for joint in mechanism.joints if joint.glyphs & {Glyph.WHEELS, Glyph.RACK}]
     return {point.body for joint in meshing for point in (joint.first, joint.second)}
 
 
 def rack_bodies(mechanism: Mechanism) -> set[str]:
     """Return the names of bodies drawn as racks."""
-    return {joint.second.body for joint in mechanism.joints if isinstance(joint, joints.RackAndPinion)} - {joints.GROUND}
+    return {joint.second.body for joint in mechanism.joints if Glyph.RACK in joint.glyphs} - {joints.GROUND}
 
 
 def wheel_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:

@@ -12,7 +12,7 @@ import numpy as np
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque
-from governor_mechanism.model.joints import GROUND, ArcSlot, CurveSlot, Joint, Pin, Point, RackAndPinion, Slider, TranslationalDriver
+from governor_mechanism.model.joints import GROUND, ArcSlot, Glyph, Joint, Pin, Point, RackAndPinion
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.film.layout import ELEVATION_RECT
@@ -109,13 +109,13 @@ class MechanismExtents(MachineDrawing, ABC):
         separation, body = self._separation(joint.first, joint.second), self.part.mechanism.body_index(joint.first.body)
         angles = self.poses[:, body, 2] if body >= 0 else np.zeros(len(self.poses))
         match joint:
-            case Slider() | CurveSlot() | TranslationalDriver():
-                travel: FloatArray = rotate_vector(-(angles + joint.angle), *separation.T)[0]
             case ArcSlot():
                 x, y = rotate_vector(-angles, *separation.T)
-                travel = np.unwrap(np.arctan2(y, x))
+                travel: FloatArray = np.unwrap(np.arctan2(y, x))
             case RackAndPinion():
                 travel = separation @ np.array([math.cos(joint.angle), math.sin(joint.angle)])
+            case _ if joint.glyphs & {Glyph.GUIDE, Glyph.SLOT, Glyph.PATH}:
+                travel = rotate_vector(-(angles + getattr(joint, "angle", 0.0)), *separation.T)[0]
             case _:
                 return None
         return float(travel.min()), float(travel.max())

@@ -1,0 +1,63 @@
+"""The gear pair."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.joints.base import FirstConfiguration, Glyph, Joint, Key
+from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind
+from governor_mechanism.model.joints.impulse_parts import AngleRatio, ImpulsePart
+from governor_mechanism.model.measured_fields import measured
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gear(Joint):
+    """A gear pair: the angle of the second body is ratio * angle of the first + offset. It removes one degree of freedom.
+
+    Both angles are measured in the plane. The points only give the centres of the wheels.
+
+    Attributes
+    ----------
+    ratio
+        Ratio of the angles; negative for external teeth, not 0.
+    offset
+        Angle of the second body at zero angle of the first, rad.
+    """
+
+    type_name = "gear"
+    joins_bodies = True
+    keys = (
+        Key(
+            "ratio",
+            "ratio",
+            "the rotation of the second body per rotation of the first; negative for external gears",
+            sign="not zero",
+            is_built=True,
+            is_required=True,
+        ),
+        Key("offset", "angle", "the angle of the second body where the first has none; by default that of the initial configuration"),
+    )
+    glyphs = frozenset((Glyph.WHEELS,))
+
+    ratio: float = measured("")
+    offset: float = measured("rad", default=0.0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.ratio == 0.0:
+            raise MechanismError(f"ratio of gear {self.name!r} must not be 0; to fix a body use a weld")
+
+    @classmethod
+    def initial_values(cls, given: Mapping[str, Any], first_configuration: FirstConfiguration) -> Mapping[str, Any]:
+        """Return the offset."""
+        return {"offset": first_configuration.relative_angle(given["first"], given["second"], given["ratio"])}
+
+    def constraint_rows(self, length_scale: float) -> list[ConstraintRow]:
+        """Return the equations of the joint; `length_scale` (m) converts angles to lengths."""
+        factors = {"first_angle_factor": -length_scale * self.ratio, "second_angle_factor": length_scale}
+        return [ConstraintRow(RowKind.FIXED_DIRECTION, {**factors, "constant": length_scale * self.offset})]
+
+    def impulse_parts(self) -> tuple[ImpulsePart, ...]:
+        """Return the pymunk constraints that make up the joint."""
+        return (AngleRatio(self.ratio, self.offset),)

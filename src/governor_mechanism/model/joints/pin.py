@@ -1,0 +1,23 @@
+"""The pin: a revolute joint."""
+
+from dataclasses import dataclass
+
+from governor_mechanism.model.joints.base import Glyph, Joint
+from governor_mechanism.model.joints.constraint_row import ConstraintRow, coincidence_rows
+from governor_mechanism.model.joints.impulse_parts import ImpulsePart, Pivot
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pin(Joint):
+    """A revolute joint: the two points coincide. It removes two degrees of freedom."""
+
+    type_name = "pin"
+    glyphs = frozenset((Glyph.PIN, Glyph.FEET))
+
+    def constraint_rows(self, length_scale: float) -> list[ConstraintRow]:
+        """Return the equations of the joint; `length_scale` (m) converts angles to lengths."""
+        return coincidence_rows()
+
+    def impulse_parts(self) -> tuple[ImpulsePart, ...]:
+        """Return the pymunk constraints that make up the joint."""
+        return (Pivot(),)
