@@ -1,5 +1,6 @@
 # make run      sets up .venv, simulates the shipped Porter governor, checks it against the closed form, films it
-# make test     sets up .venv and passes every test
+# make test     sets up .venv and passes the tests of every day
+# make test-all passes all tests: also every scene in every engine, hard cases, long runs, commands of the documentation
 # make test-docs runs every command of the README and the documentation as it stands there (minutes)
 # make docs     builds the documentation into docs/_build/html
 # make test-browser drives the interactive pages and the documentation in Chromium
@@ -19,7 +20,7 @@ CANDIDATES := python3 python3.14 python3.13 python3.12 python3.11
 
 unexport PYTHONDONTWRITEBYTECODE # tests start many processes, each of which would translate all sources again
 
-.PHONY: run test test-docs docs test-browser check package lock gallery gallery-page contact-sheet errata certificates mutants benchmark clean
+.PHONY: run test test-all test-docs docs test-browser check package lock gallery gallery-page contact-sheet errata certificates mutants benchmark clean
 
 run: $(VENV)/installed
 	$(BIN)/governor-mechanism run porter --out renders/latest
@@ -27,6 +28,9 @@ run: $(VENV)/installed
 	$(BIN)/governor-mechanism crosscheck porter
 
 test: $(VENV)/installed-test
+	$(BIN)/python -m pytest -n auto --dist worksteal -m "not long"
+
+test-all: $(VENV)/installed-test
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
 test-docs: $(VENV)/installed-test

@@ -283,6 +283,7 @@ def test_the_package_is_imported_without_the_heavy_packages(tmp_path):
     assert not modules_loaded_by("import governor_mechanism", tmp_path) & heavy
 
 
+@pytest.mark.long
 def test_a_run_needs_only_the_packages_of_its_own_engine(tmp_path):
     """numba itself imports scipy.linalg for the kernels."""
     loaded = modules_loaded_by("import governor_mechanism as gm\nassert gm.run('porter').outcome.ok", tmp_path)

@@ -254,6 +254,7 @@ def test_an_output_that_is_full_is_told_in_a_sentence(words):
     assert "Traceback" not in answer.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("closing", ["2>&-", "2>/dev/full"])
 @pytest.mark.parametrize(("words", "status"), [("crosscheck slider_crank --json", 0), ("run portr --json", 2)])
 def test_messages_that_nobody_can_read_do_not_reach_the_output(closing, words, status):
@@ -267,6 +268,7 @@ def test_a_crosscheck_with_flags_of_numpy_is_json_too():
     assert {type(row["passed"]) for row in answer["rows"]} == {bool}
 
 
+@pytest.mark.long
 def test_a_full_disk_leaves_the_results_of_an_earlier_run(tmp_path):
     """A limit on the size of files acts as a full disk does; the film and the readings are smaller than it, the figure is larger."""
     words = [*COMMAND, "run", str(short_scene(tmp_path, **{"10 ms": "500 ms"})), "--no-film", "--out", str(tmp_path)]
@@ -278,6 +280,7 @@ def test_a_full_disk_leaves_the_results_of_an_earlier_run(tmp_path):
     assert (tmp_path / "short.csv").read_text(encoding="utf-8") == "old"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("stage", "signal_sent"), [("run", signal.SIGTERM), ("film", signal.SIGINT), ("film", signal.SIGKILL)])
 def test_an_interrupt_leaves_no_partial_file_and_says_one_line(stage, signal_sent, tmp_path):
     scene = short_scene(tmp_path, **{'"1 s"': '"3000 s"' if stage == "run" else '"60 s"', '"10 ms"': '"50 ms"'})
@@ -502,6 +505,7 @@ def interrupt_call(happened, *words: str) -> tuple[int, str]:
     return result.exit_code, result.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("workers", "interrupt", "expected"),
     [("1", interrupt_call, 130), ("2", interrupt_process, 130), ("2", terminate_process, 143)],

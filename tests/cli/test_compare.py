@@ -16,6 +16,7 @@ def call(*words: str):
     return CliRunner().invoke(app, ["compare", *words])
 
 
+@pytest.mark.long
 def test_one_table_one_figure_and_one_film(tmp_path: Path) -> None:
     words = ("--seconds", "1 s", "--range", "sleeve_lift=80 mm:120 mm", "--accuracy", "1e-5", "--out", str(tmp_path))
     result = call("porter", "porter_dashpot", "slider_crank", "--json", *words)

@@ -47,6 +47,7 @@ def test_python_runs(code, tmp_path, monkeypatch, capsys):
     assert "nan" not in capsys.readouterr().out.lower()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("page", [pytest.param(page, id=str(page.relative_to(ROOT))) for page in PAGES if commands(page, "sh")])
 def test_commands_run(page, tmp_path, monkeypatch):
     """In the order of the page, without what other tests draw. A run of a shipped scene as it stands is left to the tests of the scenes."""

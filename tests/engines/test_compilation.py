@@ -36,6 +36,7 @@ def test_multibody_calls_the_integration_that_is_compiled_ahead(model):
     assert kernel.signature_of(integrator._make_integration_arguments()) in kernel._dispatcher.signatures
 
 
+@pytest.mark.long
 def test_only_a_stiff_scene_loads_the_implicit_integration():
     code = (
         "import governor_mechanism as gm\n"

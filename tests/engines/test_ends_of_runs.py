@@ -216,6 +216,7 @@ def test_the_search_for_events_is_bounded(monkeypatch: pytest.MonkeyPatch) -> No
     assert "are not searched for" in run.event_notes[0]
 
 
+@pytest.mark.long
 def test_impulse_follows_a_flight_as_multibody_does_and_says_where_it_ends() -> None:
     text = """
 machine = "custom"
@@ -298,6 +299,7 @@ accuracy = 1e-6
     assert "give the body no mass" in run.message
 
 
+@pytest.mark.long
 def test_an_exit_beside_a_singular_configuration_is_found_in_a_few_steps(monkeypatch):
     """The search for the time of the exit tries times at which the links would be in line, where steps become as small as they can."""
     steps: list[int] = []

@@ -73,6 +73,7 @@ def test_every_error_has_a_scale(tmp_path):
     assert run.error_estimate == pytest.approx(max(largest, 1e-13))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ["reduced", "multibody"])
 def test_motion_and_energy_that_contradict_each_other_fail_the_certificate(engine, monkeypatch):
     honest = gm.run("porter", engine=engine, accuracy=1e-6)

@@ -199,6 +199,7 @@ def test_a_cut_off_that_moves_is_refused_by_name():
         gm.run(moving, engine="reduced")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["governed_engine", "governed_engine_mean_torque"])
 def test_engines_agree_over_two_hundred_turns_and_impulse_refuses_by_name(name):
     changes = {"run.duration": 105.0, "run.output_interval": 0.1, "run.accuracy": 1e-6}

@@ -318,6 +318,7 @@ def test_a_flight_is_not_refined_below_the_rounding_of_its_positions(run_scene):
     assert run.cost.steps < 60_000
 
 
+@pytest.mark.long
 def test_an_impulse_run_of_a_flight_ends_with_its_digits(run_scene):
     run, reference = (run_scene(RODS_IN_EXPONENTIAL_FLIGHT, engine, 1e-3) for engine in ("impulse", "multibody"))
     assert run.outcome is Outcome.LEFT_RANGE
@@ -386,6 +387,7 @@ def test_the_default_number_of_steps_falls_with_the_number_of_joints():
     assert engine.step_limit(gm.load("four_bar_chain")) < 1000
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ["reduced", "multibody"])
 def test_a_higher_accuracy_returns_no_worse_a_run(engine):
     runs = [gm.run("slider_crank_torque", engine=engine, accuracy=accuracy, times=[3.0]) for accuracy in (1e-10, 1e-11, 1e-12)]

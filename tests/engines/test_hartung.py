@@ -94,6 +94,7 @@ def test_a_run_with_an_oil_brake_ends_at_rest(engine: str, rpm: float) -> None:
     assert run.readings["lever_angle"][-1] == pytest.approx(expected, abs=1e-8)  # errors on the way die out with the motion
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", NAMES)
 @pytest.mark.parametrize("dimensions", [PAPER_DIMENSIONS, HUNG], ids=["vertical", "hung"])
 def test_small_swings_take_the_closed_forms_time(engine: str, dimensions: dict[str, Any]) -> None:
@@ -194,7 +195,7 @@ def test_a_sleeve_locked_at_standstill_is_held_with_the_static_force(dimensions:
     np.testing.assert_allclose(evaluate_static_forces(locked, run.poses)["static_sleeve_force"], float(static), rtol=1e-9)
 
 
-@pytest.mark.parametrize("engine", NAMES)
+@pytest.mark.parametrize("engine", [pytest.param(name, marks=pytest.mark.long) if name == "impulse" else name for name in NAMES])
 def test_what_runs_outward_meets_its_stop(engine: str) -> None:
     """Let go 0.1 rad inside its rest it swings 0.1 rad beyond, and meets a stop half way there."""
     rest = equilibrium_angle_at(PAPER_DIMENSIONS, 208 * RPM)
@@ -211,6 +212,7 @@ def test_what_runs_outward_meets_its_stop(engine: str) -> None:
     assert struck[0].time == pytest.approx(crossing, abs=3e-4)  # the witness is looked at every 0.25 ms
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", [name for name in NAMES if BellCrankMasses in ENGINES[name].effects])
 def test_heavy_bell_cranks_swing_as_statics_say(engine: str) -> None:
     cranks = BellCrankMasses(mass=8.0, weight_width=0.154, weight_height=0.2, weight_depth=0.1)

@@ -91,6 +91,7 @@ def counted_steps(monkeypatch):
     return counted
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("max_steps", [300, 6000])
 @pytest.mark.parametrize("name", HARD_SCENES)
 def test_the_work_of_all_runs_together_is_bounded(name, max_steps, counted_steps):
@@ -114,6 +115,7 @@ def test_the_samples_before_the_limit_are_true():
         assert error <= 3 * run.error_estimate, reading
 
 
+@pytest.mark.long
 def test_a_refinement_that_does_not_fit_is_not_begun(counted_steps):
     coarse = ImpulseEngine(max_steps=8000).run(governor(duration=2.0), accuracy=1e-12)
     assert coarse.outcome is Outcome.ACCURACY_MISSED

@@ -102,6 +102,7 @@ def error_ratios(scene, name: str, steps=(2e-3, 1e-3, 5e-4)):
     return np.array(errors[:-1]) / errors[1:]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "scene",
     [
@@ -182,6 +183,7 @@ def test_a_block_slides_to_rest_where_its_energy_ends():
     assert run.energy.dissipated_energy[-1] == pytest.approx(1.0, abs=1e-9)
 
 
+@pytest.mark.long
 def test_a_spring_and_friction_stop_the_block_after_the_analytical_half_swings():
     # From 0.2 m each half swing loses 2 W / k and changes side: -0.14, 0.08, -0.02, where 2 N do not overcome friction.
     spring = OutputSpring(reading="displacement", rate=100.0)
@@ -219,6 +221,7 @@ def test_a_rotating_body_bounces_between_its_stops():
     assert times[:3] == pytest.approx([0.1, 0.1 + 1 / 4.0, 0.1 + 1 / 4.0 + 1 / 3.2], abs=1e-9)
 
 
+@pytest.mark.long
 def test_a_governor_comes_to_rest_on_its_stop_and_leaves_it():
     stops = Stops(reading="sleeve_lift", low=0.06, high=0.12, restitution=0.2)
     ramp = Spindle(times=(0.0, 2.0), speeds=(11.0, 15.0))
@@ -234,6 +237,7 @@ def test_a_governor_comes_to_rest_on_its_stop_and_leaves_it():
     assert 11.0 + 2.0 * leaves == pytest.approx(speed, abs=1e-5)
 
 
+@pytest.mark.long
 def test_the_estimate_of_random_governors_with_friction_holds():
     random = np.random.default_rng(5)
     is_honest = []
@@ -252,6 +256,7 @@ def test_the_estimate_of_random_governors_with_friction_holds():
     assert sum(is_honest) >= 7
 
 
+@pytest.mark.long
 def test_a_slip_with_a_small_excess_force_is_followed():
     # At its turning point the force exceeds the friction limit by one per cent: a regression held the contact again in every step.
     dimensions = {
@@ -349,6 +354,7 @@ def test_the_slip_time_of_a_held_rod_converges_with_order_two():
     assert errors[-1] < 1e-6
 
 
+@pytest.mark.long
 def test_friction_elsewhere_reverses_with_a_bounce():
     """One degree of freedom: friction of the arms shortens the bounces of the sleeve as friction on the sleeve would."""
     scene = porter(dry_friction(12.0, "arm_angle"), Stops(reading="sleeve_lift", low=0.08, restitution=0.6), speed=10.0, rate=0.0)
@@ -358,6 +364,7 @@ def test_friction_elsewhere_reverses_with_a_bounce():
     assert rests[1] == pytest.approx(rests[0], abs=1e-8)  # the remaining bounces last some microseconds
 
 
+@pytest.mark.long
 def test_a_sample_just_before_an_impact_is_on_the_right_side():
     """It lies some microseconds before an impact that all three runs have already passed."""
     drawn = draw_scene(62, 7)
@@ -368,6 +375,7 @@ def test_a_sample_just_before_an_impact_is_on_the_right_side():
         assert np.max(np.abs(run.rates[name] - rates)) < 1e-4  # the lever rebounds at 0.5 rad/s
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("machine", "number", "kind", "accuracy"),
     [

@@ -36,6 +36,7 @@ def test_porter_open_matches_the_reference_after_two_seconds(accuracy):
     assert run.joint_gap.max() < accuracy * PORTER["arm"]
 
 
+@pytest.mark.long
 def test_the_estimate_is_not_below_the_true_error_in_random_governors():
     random = np.random.default_rng(20260921)
     n_underestimated, compared = 0, 0
@@ -153,6 +154,7 @@ def test_the_two_balls_mirror_each_other():
     np.testing.assert_allclose(run.poses[:, 0, 1], run.poses[:, 1, 1], atol=1e-6 * PORTER["arm"])
 
 
+@pytest.mark.long
 def test_a_pass_close_to_a_singular_configuration_is_certified():
     # At 0.4 degrees arms and links are nearly collinear and hardly constrain the relative motion of the balls: with few iterations
     # the symmetry is lost while every joint stays closed.

@@ -124,6 +124,7 @@ def scene(spindle, rate):
     return built.with_changes(spindle=spindle)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("sense", "rate"), SENSES, ids=NAMES)
 def test_the_engine_drives_the_porter_as_points_in_space_go(sense, rate):
     motion = motion_from_start(driven_motion, sense, rate)

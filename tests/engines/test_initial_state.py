@@ -172,6 +172,7 @@ def test_a_start_off_the_table_of_a_slot_is_refused():
     initial_state(scene(text=SLOT.format(x=0.1, y=0.0)))
 
 
+@pytest.mark.long
 def test_a_drive_that_locks_the_mechanism_ends_the_run_by_name():
     motor = DRIVE.format(name="motor", body="rocker", rate="60 rpm") + 'start = "100 deg"\n'
     locking = FOUR_BAR.replace('"0.2 s"', '"2 s"') + motor

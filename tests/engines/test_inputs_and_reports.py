@@ -138,7 +138,7 @@ def test_body_guided_off_the_axis_has_a_centrifugal_force():
     assert evaluations(0.1) > 0
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", [pytest.param(ImpulseEngine, marks=pytest.mark.long), MultibodyEngine, ReducedEngine])
 def test_link_that_passes_its_dead_centre_ends_the_run_although_the_arm_reverses(engine):
     # The short link becomes perpendicular to the spindle: the arm cannot continue and reverses, the sleeve moves on.
     dimensions = {**PORTER, "link": 0.15}

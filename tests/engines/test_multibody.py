@@ -122,6 +122,7 @@ def shared(name):
 BOTH = [name for name in shipped_scenes() if shared(name)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", BOTH)
 def test_engines_agree_on_every_shipped_scene(name):
     scene = gm.load(name)
@@ -270,6 +271,7 @@ def test_cost_counts_evaluations():
     assert 13 * run.cost.steps <= evaluations <= 16 * (run.cost.steps + run.cost.rejected) + 2 * 2
 
 
+@pytest.mark.long
 def test_kernels_work_without_a_cache_folder(tmp_path):
     # A file in place of the folder prevents even an administrator from writing there.
     site = tmp_path / "site-packages"
@@ -301,6 +303,7 @@ def test_compilation_is_announced_without_a_cache(tmp_path, capsys, monkeypatch)
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.long
 def test_impulse_agrees_on_the_governor_with_rigid_links():
     scene, _ = porter_with_rods(speed=13.0, angle=0.9, rate=1.5)
     coarse = ImpulseEngine().run(scene, accuracy=1e-7)

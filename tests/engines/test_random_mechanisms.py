@@ -437,6 +437,7 @@ def test_errors_of_accurate_engines_are_within_accuracy_and_estimate(engine):
     assert fell_short <= 1  # the estimate is for a ten times larger tolerance
 
 
+@pytest.mark.long
 def test_errors_of_impulse_are_within_accuracy_and_estimate():
     random, fell_short = np.random.default_rng(SEED + 2), 0
     for linkage in linkages():

@@ -88,6 +88,7 @@ def assert_finite(run: Trajectory) -> None:
     assert (run.outcome is not Outcome.DONE) or (run.error_estimate is not None and len(run.times) > 0)
 
 
+@pytest.mark.long
 @settings(max_examples=20, derandomize=True)
 @given(number=scene_numbers)
 def test_wild_scenes_end_by_name_with_finite_numbers(number):
@@ -244,6 +245,7 @@ def hash_of_runs() -> str:
     return digest.hexdigest()
 
 
+@pytest.mark.long
 def test_runs_repeat_bit_by_bit_also_in_another_process():
     first, again = hash_of_runs(), hash_of_runs()
     assert first == again

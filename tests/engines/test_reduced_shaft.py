@@ -31,6 +31,7 @@ def assert_engines_agree(scene, accuracy, allowed=None):
     return reduced, multibody
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", MODELS)
 def test_shipped_engines_agree_with_multibody(name):
     for accuracy in (1e-8, 1e-10):

@@ -12,6 +12,7 @@ from governor_mechanism.model.events import EventKind
 from governor_scenes import PORTER, governor_scene
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("engine", "allowed"), [("multibody", 1e-7), ("reduced", 1e-7), ("impulse", 1e-6)])
 def test_crank_passes_the_dead_centres_of_its_slider(engine, allowed):
     run = gm.run("slider_crank_torque", engine=engine, accuracy=1e-6, times=np.linspace(0.0, 0.85, 171))

@@ -111,6 +111,7 @@ def test_method_of_a_scene_that_is_not_stiff():
     assert run.cost.method == "explicit (DOP853)"
 
 
+@pytest.mark.long
 def test_the_stiff_flyball_governor_agrees_with_its_equations_in_three_coordinates():
     times = np.linspace(0.0, 10.0, 41)
     reference = stiff_flyball.solve(times)

@@ -174,6 +174,7 @@ def test_the_coefficients_satisfy_the_conditions_of_order(n_stages):
     )  # condition number of the eigenvectors: below 1e3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("n_stages", "counts"), [(3, [4, 8, 16]), (5, [1, 2, 3])])
 def test_errors_fall_with_the_order_of_the_method_and_of_its_dense_output(n_stages, counts):
     errors = np.array([fixed_step_errors(1.0, n_stages, n) for n in counts])

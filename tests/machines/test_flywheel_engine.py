@@ -160,7 +160,9 @@ def stall_angle() -> float:
     return float(angles[first - 1] + share * (angles[first] - angles[first - 1]))  # off by the square of 1e-4
 
 
-@pytest.mark.parametrize(("engine", "tolerance"), [("multibody", 1e-4), ("reduced", 1e-4), ("impulse", 0.1)])
+@pytest.mark.parametrize(
+    ("engine", "tolerance"), [("multibody", 1e-4), ("reduced", 1e-4), pytest.param("impulse", 0.1, marks=pytest.mark.long)]
+)
 def test_a_load_that_the_engine_cannot_carry_stalls_the_shaft(engine, tolerance):
     # impulse ends at a monitor time, which it does not locate further: 40 ms before the end the shaft turns at 0.01 rad/s.
     run = ENGINES[engine].run(air_engine_scene(STALL, duration=30.0, accuracy=1e-6))

@@ -35,6 +35,7 @@ def test_a_given_limit_is_used():
     assert (motion_range.low_message, motion_range.high_message) == (limit.low_message, limit.high_message)
 
 
+@pytest.mark.long
 @settings(max_examples=25)
 @example(seed=448698)  # the balls reach the axis just after the change point
 @given(seed=st.integers(0, 2**32 - 1))
@@ -194,6 +195,7 @@ def geared(ratio):
     )
 
 
+@pytest.mark.long
 def test_a_period_ends_where_the_poses_repeat_and_not_before():
     motion_range = find_range_of_motion(geared(1 / 3), rotates_with_spindle=False)
     assert (motion_range.low, motion_range.high, motion_range.period) == pytest.approx((-3 * math.pi, 3 * math.pi, 6 * math.pi))

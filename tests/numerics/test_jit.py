@@ -105,6 +105,7 @@ def test_an_error_in_a_called_kernel_reaches_python():
         fourth_root(-1.0)
 
 
+@pytest.mark.long
 def test_what_kernels_allocate_is_freed_and_steps_allocate_nothing():
     """Kernels that count no references must neither keep nor free the arrays that they are given."""
     environment = os.environ | {"NUMBA_NRT_STATS": "1"}

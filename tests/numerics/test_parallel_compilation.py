@@ -32,6 +32,7 @@ print(json.dumps([result, sum(stats.cache_hits.values()), sum(stats.cache_misses
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("option", "hits", "misses"), [("", 1, 0), ("broken", 0, 1)])
 def test_a_second_process_compiles_for_this_one_or_this_one_compiles_itself(tmp_path, monkeypatch, option, hits, misses):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))

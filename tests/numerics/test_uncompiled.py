@@ -19,8 +19,8 @@ for model, engine, time in json.loads(sys.argv[1]):
     results[f"{model} {engine}"] = [{name: values.tolist() for name, values in run.readings.items()}, run.cost.steps, len(run.events)]
 print(json.dumps([results, "numba" in sys.modules]))
 """
+SHORT_CASES = [["porter", engine, 0.1] for engine in ("reduced", "multibody", "impulse")]
 CASES = [
-    *(["porter", engine, 0.1] for engine in ("reduced", "multibody", "impulse")),
     *(["porter_dry_friction", engine, 0.4] for engine in ("reduced", "multibody", "impulse")),
     *(["air_engine", engine, 0.1] for engine in ("reduced", "multibody")),
     ["hartung_corrected", "reduced", 0.1],
@@ -30,16 +30,17 @@ CASES = [
 ]
 
 
-def run_scenes(compiler):
-    """Return readings, steps and events of all cases in a process of its own, and whether it has loaded numba."""
+def run_scenes(cases, compiler):
+    """Return readings, steps and events of cases in a process of its own, and whether it has loaded numba."""
     environment = os.environ | {"GOVERNOR_MECHANISM_JIT": compiler}
-    command = [sys.executable, "-W", "ignore", "-c", RUN_SCENES, json.dumps(CASES)]
+    command = [sys.executable, "-W", "ignore", "-c", RUN_SCENES, json.dumps(cases)]
     answer = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
     return json.loads(answer.stdout)
 
 
-def test_kernels_without_a_compiler_return_the_same():
-    (compiled, has_numba), (uncompiled, has_numba_uncompiled) = run_scenes("1"), run_scenes("0")
+@pytest.mark.parametrize("cases", [SHORT_CASES, pytest.param(CASES, marks=pytest.mark.long)])
+def test_kernels_without_a_compiler_return_the_same(cases):
+    (compiled, has_numba), (uncompiled, has_numba_uncompiled) = run_scenes(cases, "1"), run_scenes(cases, "0")
     assert has_numba
     assert not has_numba_uncompiled
     assert compiled.keys() == uncompiled.keys()

@@ -208,6 +208,7 @@ def test_a_broken_belt_hangs_down_and_the_film_goes_on(throttled, tmp_path):
     assert sum(durations) == pytest.approx(0.6)  # true time
 
 
+@pytest.mark.long
 def test_a_long_run_is_shown_in_time_lapse_that_the_frame_names(mean_torque, tmp_path):
     governed = find_governed_engine(mean_torque.scene)
     stop = settled_time(mean_torque, governed)

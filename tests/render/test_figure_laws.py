@@ -63,6 +63,7 @@ def ground_colours(figure, texts):
         yield None if not len(counts) else to_hex(colours[np.argmax(counts)] / 255)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("theme", [Theme.LIGHT, Theme.DARK])
 def test_every_text_has_contrast_to_its_ground(figure, theme):
     with themed(figure, theme):
@@ -92,6 +93,7 @@ def test_styles_of_curves_differ_without_colours():
             assert len(styles) == len(set(styles))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PLATES)
 def test_a_plate_is_a_sheet_a4_of_vectors(tmp_path, name):
     content = FIGURES[name]().save(tmp_path / "plate.pdf").read_bytes()

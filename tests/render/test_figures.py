@@ -46,6 +46,7 @@ def test_a_constant_reading_has_a_line_instead_of_a_panel_unless_it_is_chosen(po
     assert len(readings_figure(steady, ["spindle_speed"]).axes) == 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("theme", ["light", "dark", "transparent"])
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
 def test_every_theme_and_format_is_written_and_equal_figures_give_equal_files(tmp_path, porter, theme, ending):

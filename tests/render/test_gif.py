@@ -86,6 +86,7 @@ class StripesPainter:
     draw = paint
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("n_rows", "lowest_rate", "rate"), [(0, 0.0, FRAME_RATES[0]), (480, 0.0, FRAME_RATES[-1]), (480, 18.0, 20.0), (480, 40.0, 25.0)]
 )

@@ -36,6 +36,7 @@ def side_by_side(runs, titles=TITLES):
     return SideBySidePainter(runs, titles, data, 480)
 
 
+@pytest.mark.long
 def test_the_film_has_the_duration_of_its_runs(tmp_path, pair_film):
     runs = [fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.03, output_interval=0.1, amplitude=swing) for swing in (8.0, 3.0)]
     odd_film = gm.film(runs, tmp_path / "a.gif", titles=TITLES, frames_per_second=20)
@@ -46,6 +47,7 @@ def test_the_film_has_the_duration_of_its_runs(tmp_path, pair_film):
         assert image.info["loop"] == 0
 
 
+@pytest.mark.long
 def test_equal_runs_are_shown_twice(tmp_path):
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=0.2, output_interval=0.05)
     shown, _ = decode_film(gm.film([run, run], tmp_path / "a.gif", slow_down=1))
@@ -82,6 +84,7 @@ def test_the_frames_of_both_move(pair_film):
     assert (shown[10][50:430, :280] != shown[10][50:430, 480:760]).any()
 
 
+@pytest.mark.long
 def test_a_shorter_run_rests_at_its_end_and_says_so(tmp_path, pair):
     longer = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, output_interval=0.02, amplitude=5.0)
     path = gm.film([pair[0], longer, pair[1]], tmp_path / "a.gif", frames_per_second=10)

@@ -241,6 +241,7 @@ def test_the_words_of_marks_plate_stand_clear_within_the_frame(name):
     assert overlaps(marks_construction.draw_marks_plate(diagram(name))) == ([], [])
 
 
+@pytest.mark.long
 def test_plates_are_png_and_equal_for_equal_scenes(tmp_path):
     runs = [MultibodyEngine().run(valve_scene(duration=0.1)) for _ in range(2)]
     plates = [write_machine_figures(run, FigureFiles(folder=tmp_path), stem) for run, stem in zip(runs, ("one", "two"), strict=True)]

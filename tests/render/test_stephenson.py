@@ -83,6 +83,7 @@ def test_the_curve_of_the_last_turn_ends_at_the_crank(run):
     assert not any(isinstance(shape, Polygon) and not np.isfinite(shape.points).all() for shape in shapes if getattr(shape, "points", ()))
 
 
+@pytest.mark.long
 def test_the_plates_of_a_link_motion_are_written(tmp_path):
     run = gm.run(link_gear_scene({"suspension": "lower pin", "reverser": [[0.0, 1.0], [0.1, 0.5]]}, duration=0.1))
     files = write_machine_figures(run, FigureFiles(folder=tmp_path), "gear")

@@ -55,6 +55,7 @@ def listing(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
+@pytest.mark.long
 def test_the_table_is_the_same_though_a_worker_is_killed_and_whoever_connects(scene, local_cluster, alone, tmp_path):
     address = local_cluster.scheduler_address
     killed = []

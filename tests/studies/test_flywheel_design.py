@@ -181,6 +181,7 @@ def test_a_design_is_plain_json():
     assert "back pressure (66)" in document["paper"]["deviations"]
 
 
+@pytest.mark.long
 def test_the_plate_is_drawn_of_the_paper_and_of_other_engines(tmp_path: Path):
     paper = draw_flywheel_plate(design_flywheel(), simulate_wheels(design_flywheel(), PAPER), PAPER)
     texts = {text.get_text() for axes in paper.axes for text in axes.texts}

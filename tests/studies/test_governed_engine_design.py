@@ -160,6 +160,7 @@ def test_a_slow_design_is_not_simulated_for_ever():
     assert begin <= duration
 
 
+@pytest.mark.long
 def test_the_command_designs_and_simulates(tmp_path: Path):
     result = call("governed-engine", "--power", "20 PS", "--speed=120rpm", "--droop", "4%", "--out", str(tmp_path), "--json")
     assert result.exit_code == 0, result.output

@@ -24,6 +24,7 @@ def report():
     return gm.hard_cases(short=True)
 
 
+@pytest.mark.long
 def test_every_row_of_the_short_form_passes(report):
     assert [f"{row.case} at {row.value:g}, {row.engine}: {row.verdict.value}" for row in report.rows if not row.verdict.passed] == []
     assert {row.case for row in report.rows} == set(HARD_CASES)
@@ -32,6 +33,7 @@ def test_every_row_of_the_short_form_passes(report):
     assert sum(row.verdict is Verdict.WITHIN_ESTIMATE for row in report.rows) > len(report.rows) / 2
 
 
+@pytest.mark.long
 def test_the_figure_of_a_case_shows_errors_estimates_and_ends(report, tmp_path):
     case = next(case for case in report.cases if case.name == "flight")
     page = hard_case_figure(report, case)
@@ -40,6 +42,7 @@ def test_the_figure_of_a_case_shows_errors_estimates_and_ends(report, tmp_path):
     assert "left range" in words
 
 
+@pytest.mark.long
 def test_the_report_as_text_table_and_record(report, tmp_path):
     text = str(report)
     assert f"{len(report.rows)} rows, 0 failed" in text

@@ -103,6 +103,7 @@ def stop_after(rows):
     return progress
 
 
+@pytest.mark.long
 def test_files_are_the_same_by_one_worker_by_two_and_interrupted(scene, tmp_path, monkeypatch):
     vary = [ARMS, MASSES, REFUSED]
     whole = gm.sweep(scene, vary, out=tmp_path / "one")
@@ -444,6 +445,7 @@ def _noted(tasks, task, index):
     return compute_row(task, index)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "vary",
     [

@@ -21,6 +21,7 @@ def failed(report):
     return [row.quantity.split(" (")[0] for row in report.rows if not row.passed]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SETTINGS)
 @pytest.mark.parametrize("engine", ["impulse", "multibody"])
 def test_every_setting_agrees_in_both_engines(name, engine):

@@ -70,6 +70,7 @@ def test_multipliers_are_exponentials_of_the_eigenvalues_times_the_period():
     assert motion.return_error < 1e-9
 
 
+@pytest.mark.long
 def test_the_cyclic_torque_moves_the_growth_rate_less_with_a_heavier_flywheel():
     documents = [gm.load(name).document for name in ("governed_engine", "governed_engine_mean_torque")]
 
@@ -81,6 +82,7 @@ def test_the_cyclic_torque_moves_the_growth_rate_less_with_a_heavier_flywheel():
     assert shift(600.0) < 0.5 * shift(300.0)
 
 
+@pytest.mark.long
 def test_map_and_hyperbola_agree_and_the_border_is_the_limit(limit):
     study = gm.stability_map("governed_engine_mean_torque", [f"{INERTIA}=400:1200:3", f"{DASHPOT}=5:65:4"], border_points=3)
     assert study.growth_rates.shape == (4, 3)
