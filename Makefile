@@ -28,7 +28,7 @@ run: $(VENV)/installed
 	$(BIN)/governor-mechanism crosscheck porter
 
 test: $(VENV)/installed-test
-	$(BIN)/python -m pytest -n auto --dist worksteal -m "not long"
+	$(BIN)/python -m pytest -n auto --dist worksteal -m "not long" --hypothesis-profile=quick
 
 test-all: $(VENV)/installed-test
 	$(BIN)/python -m pytest -n auto --dist worksteal

@@ -13,6 +13,8 @@ settings.register_profile(
     "mutants", deadline=None, max_examples=12, derandomize=True, database=None, phases=[Phase.explicit, Phase.generate]
 )
 """For benchmarks/mutants.py: few examples, the same for every mutant, and none is simplified."""
+settings.register_profile("quick", parent=settings.get_profile("suite"), max_examples=20)
+"""For `make test`; `make test-all` tries more examples."""
 settings.load_profile("suite")
 
 COMPILE = """
@@ -26,12 +28,10 @@ import governor_mechanism as gm
 
 for engine in {engines}:
     run = gm.run("porter_cyclic", engine=engine, times=[0.3], certify=False)
-    gm.run("porter", engine=engine, times=[0.01], certify=False)
     gm.run("air_engine", engine=engine, times=[0.01], certify=False)
     if engine == "reduced":
         gm.kinematics("porter", "arm_angle", [0.5, 0.6])
-    if engine == "multibody":
-        gm.run("stiff_flyball", engine=engine, times=[10.0], certify=False)
+        gm.run("stiff_flyball", engine="multibody", times=[10.0], certify=False)  # the other process has compiled the explicit steps
     if engine == "impulse":
         gm.run("hartung_corrected", engine=engine, times=[5.0], certify=False)
         gm.linearise("haug_governor")

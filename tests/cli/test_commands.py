@@ -79,6 +79,7 @@ def test_models_lists_every_shipped_scene_on_a_line():
     assert "pendulum_governor" in next(line for line in lines if line.startswith("porter "))
 
 
+@pytest.mark.long
 def test_run_writes_film_figure_readings_arrays_and_record(tmp_path):
     result = call("run", str(short_scene(tmp_path, **{"10 ms": "100 ms"})), "--out", str(tmp_path / "out"))
     assert result.exit_code == 0, result.output

@@ -18,6 +18,7 @@ def call(*words: str):
     return CliRunner().invoke(app, list(words))
 
 
+@pytest.mark.long
 def test_effort_power_and_sensitiveness_are_printed_drawn_and_given_as_json(tmp_path):
     words = ["equilibria", "porter", "--resistance", "40 N", "--range", "arm_angle=20 deg:45 deg", "--speed-change", "0.02"]
     result = call(*words, "--out", str(tmp_path))

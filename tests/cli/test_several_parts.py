@@ -48,6 +48,7 @@ def call(*words):
     return CliRunner().invoke(app, list(words))
 
 
+@pytest.mark.long
 def test_run_writes_readings_of_all_parts(scene, tmp_path):
     result = call("run", scene, "--verbose", "--out", str(tmp_path))
     assert result.exit_code == 0, result.output
@@ -76,6 +77,7 @@ def test_run_as_json_has_the_final_readings_of_all_parts(scene, tmp_path):
     assert not (tmp_path / "engine.gif").exists()
 
 
+@pytest.mark.long
 def test_equilibria_are_those_of_the_rotating_part(scene, tmp_path):
     """At the speed of the shipped steady state the arms hang at an angle with the cosine 0.6, as g = 0.3 m x 0.6 x speed^2."""
     speed = math.sqrt(9.81 / (0.3 * 0.6))
@@ -212,6 +214,7 @@ def test_effects_are_switched_part_by_part(scene, tmp_path):
     assert "engine.centrifugal" not in answer["untried"]
 
 
+@pytest.mark.long
 def test_accuracy_measures_the_engine_that_can_run_it(scene, tmp_path, monkeypatch):
     monkeypatch.setattr("governor_mechanism.studies.work_precision.study.MIN_REPEATS", 1)
     monkeypatch.setattr("governor_mechanism.studies.work_precision.study.MIN_TIMING_DURATION", 0.0)

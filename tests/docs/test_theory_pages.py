@@ -9,7 +9,7 @@ import pytest
 from documentation_pages import ROOT
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.engines.certificate import JOINTS_OF_FIXED_WORK
-from governor_mechanism.engines.multibody.run import MultibodySettings
+from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.engines.selection import ENGINES
 from governor_mechanism.mechanics.contact import tolerances

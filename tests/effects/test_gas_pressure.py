@@ -22,8 +22,8 @@ def gases(draw):
     """Coefficients of any gas whose volume does not vanish in a stroke."""
     change, switch = draw(st.sampled_from([1.0, -1.0])), draw(st.floats(0.01, 0.99))
     volume = draw(st.floats(0.02, 2.0)) + (1.0 if change < 0 else 0.0)
-    numbers = draw(st.floats(-1.0, 1.0)), draw(st.floats(1e3, 1e7)), draw(st.floats(0.0, 1e6)), draw(st.floats(0.01, 5.0))
-    area, pressure, back_pressure, stroke = numbers
+    area = draw(st.sampled_from([-1.0, 1.0])) * draw(st.floats(1e-4, 1.0))
+    pressure, back_pressure, stroke = draw(st.floats(1e3, 1e7)), draw(st.floats(0.0, 1e6)), draw(st.floats(0.01, 5.0))
     return area, pressure, volume, change, switch, float(draw(st.booleans())), back_pressure, stroke
 
 

@@ -187,7 +187,7 @@ FEW_AND_MANY_BOUNCES = [(share, restitution) for share in (0.1, 0.5, 0.95) for r
     [
         *((engine, 1e-9, *case) for engine in (MultibodyEngine(), ReducedEngine()) for case in FEW_AND_MANY_BOUNCES),
         *((ImpulseEngine(), 1e-6, *case) for case in FEW_AND_MANY_BOUNCES[::4]),
-        (ImpulseEngine(), 1e-6, 0.1, 0.9),  # here more iterations would be tried
+        pytest.param(ImpulseEngine(), 1e-6, 0.1, 0.9, marks=pytest.mark.long),  # here more iterations would be tried
     ],
     ids=lambda value: getattr(value, "name", None),
 )

@@ -67,6 +67,7 @@ def test_a_torque_in_time_changes_the_momentum_by_its_integral(engine, accuracy,
     assert run.energy.drift < 10 * allowed
 
 
+@pytest.mark.long
 def test_impulse_engine_is_of_second_order_with_a_free_spindle():
     scene = free_porter(duration=1.0)
     reference = gm.run(scene, engine="multibody", accuracy=1e-11)

@@ -12,7 +12,8 @@ import governor_mechanism as gm
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.certificate import StepPlan
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.engines.multibody.run import MIN_IMPLICIT_STEPS, ConstrainedIntegrator, MultibodySettings
+from governor_mechanism.engines.multibody.run import MIN_IMPLICIT_STEPS, ConstrainedIntegrator
+from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.engines.stall_causes import describe_stall
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.stages import StepCounter
@@ -311,6 +312,7 @@ def test_light_balls_lead_a_heavy_sleeve_through_its_change_point(run_scene):
         np.testing.assert_allclose(runs["multibody"].readings[name], values, rtol=0, atol=allowed, err_msg=name)
 
 
+@pytest.mark.long
 def test_a_flight_is_not_refined_below_the_rounding_of_its_positions(run_scene):
     run = run_scene(RODS_IN_EXPONENTIAL_FLIGHT, "multibody", 1e-9)
     assert run.outcome is Outcome.LEFT_RANGE

@@ -199,6 +199,7 @@ def test_a_spring_and_friction_stop_the_block_after_the_analytical_half_swings()
     assert run.energy.drift < 1e-6
 
 
+@pytest.mark.long
 def test_a_block_on_a_spring_sticks_and_slips_with_the_friction_limit():
     spring = OutputSpring(reading="displacement", rate=100.0)
     relieved = InputFunction(times=(0.0, 0.8, 0.8, 1.0, 1.0), values=(6.0, 6.0, 0.5, 0.5, 6.0))
@@ -215,6 +216,7 @@ def test_friction_on_a_rotating_body_brings_it_to_rest():
     assert run.readings["rotation"][-1] == pytest.approx(0.02 * 25.0 / (2 * 0.1), abs=1e-7)  # I w^2 / (2 M)
 
 
+@pytest.mark.long
 def test_a_rotating_body_bounces_between_its_stops():
     run = ImpulseEngine().run(wheel(Stops(reading="rotation", low=-0.5, high=0.5, restitution=0.8)), accuracy=1e-8)
     times = [event.time for event in run.events]

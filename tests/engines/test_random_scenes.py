@@ -207,6 +207,7 @@ def test_reversible_scenes_are_of_many_machines():
     assert len(machines) >= 5, machines
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["reduced", "multibody", "impulse"])
 def test_motions_without_losses_reverse(name):
     for drawn in reversible_scenes():

@@ -413,6 +413,7 @@ def test_a_turning_point_of_the_coordinate_ends_the_run():
     np.testing.assert_allclose(run.readings["crank"], true.readings["crank"][:many], atol=1e-6)  # ten times the requested accuracy
 
 
+@pytest.mark.long
 def test_a_change_point_ends_the_run_and_auto_continues():
     scene = gm.load("four_bar_chain")
     run, true = both(scene, 1e-9)  # multibody misses 1e-10 after ten change points

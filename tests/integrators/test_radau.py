@@ -183,6 +183,7 @@ def test_errors_fall_with_the_order_of_the_method_and_of_its_dense_output(n_stag
     assert observed_order(errors[:, 1], counts) == pytest.approx(n_stages + 1, abs=0.5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("n_stages", [3, 5])
 def test_stiffness_reduces_the_order_to_no_less_than_the_number_of_stages(n_stages):
     counts = [1, 2, 4]

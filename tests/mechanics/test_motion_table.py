@@ -234,6 +234,7 @@ def exact_slider_second_derivative(angles):
     return -CRANK * c - CRANK**2 * (c * c - s * s) / root - CRANK**4 * (s * c) ** 2 / root**3
 
 
+@pytest.mark.long
 def test_outputs_and_static_force_on_both_sides_of_the_start():
     springs = [OutputSpring(reading=name, rate=70.0, zero=zero, one_sided=True) for name, zero in (("crank_angle", 0.0), ("slider_x", 0.3))]
     scene = slider_crank().with_changes(effects=tuple(springs))

@@ -41,7 +41,8 @@ def scalar_records():
     """Return the names of the named tuples whose fields are all numbers."""
     names = set()
     for path in PACKAGE_ROOT.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        text = path.read_text(encoding="utf-8")
+        for node in ast.walk(ast.parse(text)) if "NamedTuple" in text else ():
             if isinstance(node, ast.ClassDef) and "NamedTuple" in map(ast.unparse, node.bases):
                 fields = [ast.unparse(field.annotation) for field in node.body if isinstance(field, ast.AnnAssign)]
                 if set(fields) <= {"float", "int", "bool"}:
@@ -53,7 +54,8 @@ def kernels():
     """Return file, name, decorator, return annotation and called names of every decorated kernel."""
     found = []
     for path in sorted(PACKAGE_ROOT.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        text = path.read_text(encoding="utf-8")
+        for node in ast.walk(ast.parse(text)) if "@jit" in text else ():
             if isinstance(node, ast.FunctionDef):
                 for decorator in map(ast.unparse, node.decorator_list):
                     if decorator.startswith("jit"):

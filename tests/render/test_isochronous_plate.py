@@ -53,6 +53,7 @@ def upright_words(figure):
     return [text for text in [*figure.texts, *labels] if text.get_rotation() % 180 == 0]
 
 
+@pytest.mark.long
 def test_the_plate_is_a_png_and_equal_for_equal_scenes(tmp_path):
     first, second = (isochronous_figure(load_scene("watt_improved")).save(tmp_path / file) for file in ("a.png", "b.png"))
     with Image.open(first) as image:

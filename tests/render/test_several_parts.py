@@ -88,6 +88,7 @@ def test_a_film_of_one_part_is_as_wide_as_any_other(run, tmp_path):
         gm.film(run, tmp_path / "none.gif", part="govenor")
 
 
+@pytest.mark.long
 def test_two_runs_of_several_parts_share_their_panels(run, tmp_path):
     path = gm.film([run, run], tmp_path / "two.gif", titles=("a", "b"), stop=0.1, slow_down=1)
     assert path.stat().st_size > 0

@@ -205,6 +205,7 @@ def test_the_words_of_zeuners_plate_stand_clear_within_the_frame(name):
     assert overlaps(zeuner.draw_zeuner_plate(diagram(name))) == ([], [])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CROWDED)
 @pytest.mark.parametrize(("plate", "panel"), [(zeuner.draw_zeuner_plate, 0), (marks_construction.draw_marks_plate, 3)])
 def test_the_names_of_crowded_events_stand_clear_of_each_other(name, plate, panel):

@@ -166,6 +166,7 @@ def test_impossible_governors_are_refused(inputs, sentence):
     assert sentence in str(caught.value)
 
 
+@pytest.mark.long
 def test_the_command_writes_scene_and_plates(tmp_path: Path):
     result = call("--out", str(tmp_path), "--json")
     assert result.exit_code == 0, result.output

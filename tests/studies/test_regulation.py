@@ -193,6 +193,7 @@ def test_what_does_not_settle_says_so():
         study_settling(gm.load("porter"), [10.0])
 
 
+@pytest.mark.long
 def test_figures_are_written_whole_or_not_at_all(tmp_path, twitched, played, settled, jumped):
     written = [
         cyclic_figure(twitched).save(tmp_path / "cyclic.png"),

@@ -465,6 +465,7 @@ def test_figures_are_written(scene, vary, tmp_path):
         assert sweep_figure(found).save(tmp_path / "again.png").read_bytes() == first
 
 
+@pytest.mark.long
 def test_a_map_tells_how_rows_ended_and_marks_the_scene(scene):
     found = gm.sweep(scene, ["spindle.speed=110rpm:300rpm:5", "dimensions.sleeve_mass=15kg:25kg:5"], ["max sleeve_lift"])
     page = sweep_figure(found)

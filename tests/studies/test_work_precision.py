@@ -196,6 +196,7 @@ def test_the_report_names_every_variant_and_is_written_to_files(study, tmp_path)
     assert study.to_dataframe()["error"].tolist() == [point.error for point in study.points]
 
 
+@pytest.mark.long
 def test_the_figure_is_written_and_refuses_other_names(study, tmp_path):
     path = work_precision_figure(study, 1e-6).save(tmp_path / "study.png")
     assert path.read_bytes().startswith(b"\x89PNG")
@@ -253,6 +254,7 @@ def test_progress_is_reported_to_the_end(timer):
     assert [done for done, _ in reports] == sorted(done for done, _ in reports)
 
 
+@pytest.mark.long
 def test_a_scene_that_ends_early_is_compared_as_closely_as_any(timer):
     """A governor that opens fully after a fortieth of its time."""
     scene = gm.load("porter")
@@ -263,6 +265,7 @@ def test_a_scene_that_ends_early_is_compared_as_closely_as_any(timer):
     assert early.cheapest_for(1e-5).variant in ("reduced", "multibody")
 
 
+@pytest.mark.long
 def test_a_stiff_joint_solver_gets_more_iterations_before_it_is_given_up(timer):
     """Seven bodies and ten pins: twenty iterations never close them, whatever the step."""
     squeezer = run_accuracy_study(gm.load("andrews_squeezer"), 0.08, timer=timer)

@@ -110,6 +110,7 @@ def test_impossible_maps_are_refused(scene, vary, message):
         gm.stability_map(scene, vary)
 
 
+@pytest.mark.long
 def test_the_command_writes_map_and_figure(tmp_path, capsys):
     options = ["--vary", f"{INERTIA}=400:1200:2", "--vary", f"{DASHPOT}=5:65:2", "--border-points", "1", "--workers", "1"]
     with pytest.raises(SystemExit) as stop:

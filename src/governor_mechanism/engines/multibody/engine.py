@@ -13,7 +13,8 @@ from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControl
 from governor_mechanism.engines.exit_location import count_before, find_first_exit
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.integration import SINGULAR_CONSTRAINT_TOLERANCE_RATIO
-from governor_mechanism.engines.multibody.run import ConstrainedIntegrator, MultibodySettings
+from governor_mechanism.engines.multibody.run import ConstrainedIntegrator
+from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME, contacts_of
 from governor_mechanism.model.effect import Effect

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.engines.certificate import ErrorControlSettings, StepPlan, speed_jump_work
+from governor_mechanism.engines.certificate import StepPlan, speed_jump_work
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.multibody.integration import MultibodyEquation, integrate_multibody
 from governor_mechanism.engines.multibody.limit_rows import make_limit_rows
 from governor_mechanism.engines.multibody.partition import ImplicitIntegrator
+from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits
 from governor_mechanism.integrators.equation import make_step_buffers
 from governor_mechanism.integrators.radau import RadauLimits
@@ -65,37 +66,6 @@ EXCURSION_SAMPLES = 33
 
 IMPLICIT_STEPS_PER_MOTION, IMPLICIT_STEPS_OF_TRANSIENT = 3.0, 40.0
 """Implicit steps in the time in which a motion changes, and those of the transient at its start; rough, as measured at 1e-6."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class MultibodySettings(ErrorControlSettings):
-    """Numerical settings of the multibody engine; the defaults serve all shipped scenes.
-
-    Attributes
-    ----------
-    constraint_tolerance_ratio
-        Constraint tolerance of the projection as a fraction of the length scale: rounding.
-    max_distance_ratio
-        Distance from the origin, in length scales, beyond which a body has flown away: rounding exceeds the accuracy there.
-    implicit_step_cost
-        Number of explicit steps that take as long as an implicit one in a small mechanism; measured from 1 to 30 bodies: 2 to 5.
-    implicit_step_cost_per_state
-        Additional ones per component of the state: the linear equations of an implicit step are dense.
-    restart_step_ratio
-        Largest step size after an event, as a fraction of the largest step.
-    event_time_tolerance
-        Events closer than this, in units of the time scale, are simultaneous.
-    max_simultaneous_events
-        Largest number of successive events at one time; more are endless chattering.
-    """
-
-    constraint_tolerance_ratio: float = 1e-14
-    max_distance_ratio: float = 1e6
-    implicit_step_cost: float = 4.0
-    implicit_step_cost_per_state: float = 0.02
-    restart_step_ratio: float = 0.04
-    event_time_tolerance: float = 1e-13
-    max_simultaneous_events: int = 30
 
 
 @dataclass(frozen=True)
@@ -163,8 +133,8 @@ class ConstrainedIntegrator:
         with compiled_beside(integrate_multibody, self._make_integration_arguments):
             self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion))
             self.error_scale = self._make_error_scale(evaluator.time_scale)
-            self._implicit_step_cost = settings.implicit_step_cost + settings.implicit_step_cost_per_state * self.error_scale.size
-            self._stable_step, motion_time = self._find_stable_step(float(np.max(reported_times, initial=0.0)))
+            self.implicit_step_cost = settings.implicit_step_cost + settings.implicit_step_cost_per_state * self.error_scale.size
+            self.stable_step, motion_time = self._find_stable_step(float(np.max(reported_times, initial=0.0)))
         self.error_scale = self._make_error_scale(motion_time)
         max_interval = settings.monitor_interval_ratio * motion_time
         self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
@@ -192,8 +162,8 @@ class ConstrainedIntegrator:
             self.scene_contacts.start(self.initial_state.copy(), self.input_cubics(0.0))
         limits = StepLimits(1.0, 1.0, 1.0, 1, self._min_stiff_steps)
         ExplicitRun(self, limits, self.initial_state.copy(), 0.0, np.empty(0)).integrate(0.0)
-        if self._stable_step < np.inf:
-            self._make_implicit_integrator().compile_kernel(self.input_cubics(0.0), self.initial_state)
+        if self.stable_step < np.inf:
+            self.make_implicit_integrator().compile_kernel(self.input_cubics(0.0), self.initial_state)
 
     def integrate(self, tolerance: float, plan: StepPlan) -> IntegrationResult:
         """Integrate from the start over all monitor times, with a plan of the steps."""
@@ -204,53 +174,37 @@ class ConstrainedIntegrator:
         if contacts is not None:
             contacts.start(state, self.input_cubics(0.0))
         run, status = ExplicitRun(self, limits, state, 0.0, times), IntegrationStatus.DONE
-        implicit: ImplicitIntegrator | None = None
-        last_step: LastStep | None = None
-        explicit_step, worthwhile_steps = limits.step, 0
-        max_implicit_steps = math.ceil(plan.max_steps / self._implicit_step_cost)
-        if self._stable_step < np.inf:
-            status, run.step = IntegrationStatus.STIFF, self._stable_step
+        method = MethodChoice(self, run, limits)
         for start, end in pairwise(self.breakpoints.tolist()):
             run.time = start
-            if status == IntegrationStatus.DONE and (implicit is None or run.is_never_stiff):
-                status = run.integrate(end)
-            if status == IntegrationStatus.STIFF:
-                implicit = self._make_implicit_integrator()
-                self.stiffness_onset, explicit_step = min(self.stiffness_onset, run.time), run.step
-                n_explicit = (self.breakpoints[-1] - run.time) / (self._implicit_step_cost * explicit_step)
-                worthwhile_steps = min(max(math.ceil(n_explicit), MIN_IMPLICIT_STEPS), max_implicit_steps)
-            if implicit is not None and not run.is_never_stiff:
-                rows, cubics_start = run.rows_until(end), run.time
-                implicit_limits = RadauLimits(tolerance, run.step, worthwhile_steps - implicit.n_steps, *records)
-                status, run.step, n_reached, run.time = implicit.integrate(
-                    self.input_cubics(run.time), (run.time, end), times[rows], state, implicit_limits, run.states[rows]
-                )
-                run.n_filled += n_reached
-                if status == IntegrationStatus.LEFT_LIMITS:
-                    step_start = cubics_start + float(implicit.step_start[-1])
-                    last_step = LastStep(step_start, implicit.step_start[:-1].copy(), run.time, state.copy(), None)
-                if status == IntegrationStatus.STEP_LIMIT and worthwhile_steps < max_implicit_steps:
-                    run.continue_explicitly(explicit_step)
-                    status = run.integrate(end)
+            status = method.advance(end)
             if status != IntegrationStatus.DONE:
                 break
-            # The work of a jump of the given spindle speed; the state recorded there is the one after the jump.
-            work_index = 6 * len(self.system.bodies)
-            state[work_index] += speed_jump_work(self.evaluator, end, lambda: self._to_mass_centres(state)[0])
-            run.states[run.n_filled - 1, work_index] = state[work_index]
+            self._apply_speed_jump(run, end)
             if contacts is not None:  # an input function has a jump or a kink
                 contacts.change_mode(end, state, self.input_cubics(end))
-        if implicit is not None:
-            self.implicit_steps += implicit.n_steps
-            run.counts += implicit.counts
-            run.output_force_counts += implicit.counts[StepCounter.EVALUATIONS] * count_output_forces(self.system)
+        method.count_implicit_work()
         self.counters += run.counts
         self.output_force_counts += run.output_force_counts
         events = drop_cancelled_events(contacts.events if contacts else (), SIMULTANEITY_TOLERANCE * self.evaluator.time_scale)
-        states, modes, last_step = run.states[: run.n_filled], tuple(run.contact_modes), last_step or run.last_step
-        return IntegrationResult(states, status, run.step, run.time, last_step, modes, events)
+        return IntegrationResult(
+            states=run.states[: run.n_filled],
+            status=status,
+            last_step=run.step,
+            end_time=run.time,
+            exit_step=run.last_step,
+            contact_modes=tuple(run.contact_modes),
+            events=events,
+        )
 
-    def _make_implicit_integrator(self) -> ImplicitIntegrator:
+    def _apply_speed_jump(self, run: "ExplicitRun", time: float) -> None:
+        """Add the work of a jump of the given spindle speed; the state recorded there is the one after the jump."""
+        work_index = 6 * len(self.system.bodies)
+        run.state[work_index] += speed_jump_work(self.evaluator, time, lambda: self._to_mass_centres(run.state)[0])
+        run.states[run.n_filled - 1, work_index] = run.state[work_index]
+
+    def make_implicit_integrator(self) -> ImplicitIntegrator:
+        """Return an integrator of the same model with implicit steps."""
         return ImplicitIntegrator(*self.model, self.error_scale, self.constraint_tolerance, self.max_distance, self.limits)
 
     def describe_stiffness(self, integration: IntegrationResult) -> str:
@@ -258,7 +212,7 @@ class ConstrainedIntegrator:
         if not self._is_damped or not len(integration.states) or self.is_stiff:
             return ""
         time = float(self.time_grid.monitor_times[len(integration.states) - 1])
-        decay_rate, _ = self._make_implicit_integrator().rates_at(self.input_cubics(time), integration.states[-1])
+        decay_rate, _ = self.make_implicit_integrator().rates_at(self.input_cubics(time), integration.states[-1])
         if decay_rate * integration.last_step < STIFF_STEP_RATIO * STABILITY_LIMIT:
             return ""
         return (
@@ -280,11 +234,11 @@ class ConstrainedIntegrator:
         """
         if not self._is_damped or self._min_stiff_steps == np.inf:
             return math.inf, self.evaluator.time_scale
-        decay_rate, oscillation_rate = self._make_implicit_integrator().rates_at(self.input_cubics(0.0), self.initial_state)
+        decay_rate, oscillation_rate = self.make_implicit_integrator().rates_at(self.input_cubics(0.0), self.initial_state)
         motion_rate = max(oscillation_rate, loading_rate(self.scene))
         n_explicit = duration * decay_rate / STABILITY_LIMIT
         n_implicit = IMPLICIT_STEPS_OF_TRANSIENT + IMPLICIT_STEPS_PER_MOTION * duration * motion_rate
-        is_stiff = n_explicit > max(self._min_stiff_steps, self._implicit_step_cost * n_implicit)
+        is_stiff = n_explicit > max(self._min_stiff_steps, self.implicit_step_cost * n_implicit)
         return (STABILITY_LIMIT / decay_rate, 1 / (motion_rate or 1.0)) if is_stiff else (math.inf, self.evaluator.time_scale)
 
     def state_history(self, states: FloatArray, times: FloatArray) -> StateHistory:
@@ -332,7 +286,7 @@ class ConstrainedIntegrator:
             start, state, mode = float(self.time_grid.monitor_times[k]), integration.states[k], modes[k] if modes else None
         if self.is_stiff:
             end_state = state.copy()
-            implicit, limits = (self._make_implicit_integrator(), RadauLimits(tolerance, time - start or 1.0, max_steps))
+            implicit, limits = (self.make_implicit_integrator(), RadauLimits(tolerance, time - start or 1.0, max_steps))
             outputs = np.empty(0), end_state, limits, np.empty((0, state.size))
             status, *_ = implicit.integrate(self.input_cubics(start), (start, time), *outputs)
         else:
@@ -396,6 +350,69 @@ class ConstrainedIntegrator:
         lag_scale = np.maximum(np.abs(self.initial_state[6 * n_bodies + N_ENERGY_STATES :]), 1.0)
         energy_scale = [self.evaluator.energy_scale] * N_ENERGY_STATES
         return np.concatenate([pose_scale, pose_scale / motion_time, energy_scale, lag_scale])
+
+
+class MethodChoice:
+    """The method of a run: explicit steps, implicit ones from where the motion is stiff, and explicit ones where those take more work."""
+
+    def __init__(self, context: ConstrainedIntegrator, run: "ExplicitRun", limits: StepLimits) -> None:
+        self._context, self._run, self._limits = context, run, limits
+        self._implicit: ImplicitIntegrator | None = None
+        self._explicit_step = limits.step
+        self._worthwhile_steps = 0
+        """Implicit steps that take as much work as the explicit ones they replace."""
+        self._max_implicit_steps = math.ceil(limits.max_steps / context.implicit_step_cost)
+
+    def advance(self, end: float) -> IntegrationStatus:
+        """Integrate up to a time (s), without breakpoints before it."""
+        run, context, implicit = self._run, self._context, self._implicit
+        if implicit is None and context.stable_step < np.inf:
+            run.step = context.stable_step
+            implicit = self._become_implicit()
+        elif implicit is None or run.is_never_stiff:
+            status = run.integrate(end)
+            if status != IntegrationStatus.STIFF:
+                return status
+            implicit = self._become_implicit()
+        status = self._integrate_implicitly(implicit, end)
+        if status == IntegrationStatus.STEP_LIMIT and self._worthwhile_steps < self._max_implicit_steps:
+            run.continue_explicitly(self._explicit_step)
+            return run.integrate(end)
+        return status
+
+    def _become_implicit(self) -> ImplicitIntegrator:
+        """Take implicit steps from the present state on, up to a number that is worth while."""
+        run, context = self._run, self._context
+        self._implicit = context.make_implicit_integrator()
+        self._explicit_step = run.step
+        context.stiffness_onset = min(context.stiffness_onset, run.time)
+        n_explicit = (context.breakpoints[-1] - run.time) / (context.implicit_step_cost * run.step)
+        self._worthwhile_steps = min(max(math.ceil(n_explicit), MIN_IMPLICIT_STEPS), self._max_implicit_steps)
+        return self._implicit
+
+    def _integrate_implicitly(self, implicit: ImplicitIntegrator, end: float) -> IntegrationStatus:
+        """Take implicit steps up to a time (s)."""
+        run, times = self._run, self._context.time_grid.monitor_times
+        rows, cubics_start, cubics = run.rows_until(end), run.time, self._context.input_cubics(run.time)
+        limits = RadauLimits(
+            self._limits.tolerance, run.step, self._worthwhile_steps - implicit.n_steps, self._limits.coarser_steps, self._limits.steps
+        )
+        status, run.step, n_reached, run.time = implicit.integrate(
+            cubics, (run.time, end), times[rows], run.state, limits, run.states[rows]
+        )
+        run.n_filled += n_reached
+        if status == IntegrationStatus.LEFT_LIMITS:
+            step_start = cubics_start + float(implicit.step_start[-1])
+            run.last_step = LastStep(step_start, implicit.step_start[:-1].copy(), run.time, run.state.copy(), None)
+        return status
+
+    def count_implicit_work(self) -> None:
+        """Add the work of implicit steps to the counters of the run."""
+        if self._implicit is not None:
+            self._context.implicit_steps += self._implicit.n_steps
+            self._run.counts += self._implicit.counts
+            n_evaluations = self._implicit.counts[StepCounter.EVALUATIONS]
+            self._run.output_force_counts += n_evaluations * count_output_forces(self._context.system)
 
 
 class ExplicitRun:
