@@ -15,7 +15,7 @@ class JointBuilder(DocumentTables):
     def joint(
         self, kind: str, first: BuiltBody | BuiltPoint, second: BuiltBody | BuiltPoint, name: str = "", **keys: Program | None
     ) -> None:
-        """Add a joint of any type that a scene file knows.
+        """Add a joint of any type that a scene file knows; further arguments are the keys of its table.
 
         Parameters
         ----------
@@ -27,8 +27,6 @@ class JointBuilder(DocumentTables):
             A point of the second body, or the body.
         name
             Name of the joint in results; made of its bodies if empty.
-        **keys
-            The keys of the type, as in a scene file.
 
         Raises
         ------
