@@ -11,6 +11,7 @@
 # make contact-sheet shows all films and figures of renders/ at once, in renders/contact_sheet_*.png
 # make errata   writes the page of the papers' errata and its pictures, docs/errata/, from what the package recomputes
 # make certificates compares the error estimates of every engine with true errors over 10,000 runs, and states the result (40 minutes)
+# make kernel-coverage runs the kernels without a compiler and prints which of their lines a set of short runs reaches (minutes)
 # make mutants  counts how many small faults in the program the tests notice (hours)
 # make benchmark measures speed and accuracy, as ratios within one run
 
@@ -20,7 +21,7 @@ CANDIDATES := python3 python3.14 python3.13 python3.12 python3.11
 
 unexport PYTHONDONTWRITEBYTECODE # tests start many processes, each of which would translate all sources again
 
-.PHONY: run test test-all test-docs docs test-browser check package lock gallery gallery-page contact-sheet errata certificates mutants benchmark clean
+.PHONY: run test test-all test-docs docs test-browser check package lock gallery gallery-page contact-sheet errata certificates kernel-coverage mutants benchmark clean
 
 run: $(VENV)/installed
 	$(BIN)/governor-mechanism run porter --out renders/latest
@@ -72,6 +73,9 @@ errata: $(VENV)/installed
 
 certificates: $(VENV)/installed-test
 	$(BIN)/python benchmarks/certificates.py --state
+
+kernel-coverage: $(VENV)/installed-test
+	$(BIN)/python benchmarks/kernel_coverage.py
 
 mutants: $(VENV)/installed-test
 	$(BIN)/python benchmarks/mutants.py
