@@ -257,6 +257,103 @@ accuracy = 1e-4
     assert "farther than engine impulse follows it; choose engine multibody" in impulse.message
 
 
+SLIDING_RODS_THAT_FLY_AWAY = """
+title = "cus"
+machine = "custom"
+size = 1.0
+plane = "turning"
+
+[ground]
+A = [0, 0]
+B = [0.9268715189152839, 0.17261267283097137]
+C = [0.8154929191997207, -0.9474855638972901]
+g0 = [0.0, 0.0]
+K = [-0.5504890427578908, -0.22603988157106714]
+
+[[body]]
+name = "b0"
+mass = 0.08911510302797182
+rod = { length = 0.1711780684050744 }
+at = [0.0, 0.0]
+angle = -0.6698302542251664
+
+[[body]]
+name = "b1"
+mass = 0.23695963673851067
+rod = { length = 0.13432692532484214 }
+at = [0.13419112064341146, -0.10627640492300125]
+angle = 2.7266271854992223
+
+[[joint]]
+first = "ground.g0"
+second = "b0.start"
+type = "slider"
+angle = -0.5741823538911759
+
+[[joint]]
+first = "b0.end"
+second = "b1.start"
+type = "prismatic"
+angle = 0.02218506601489878
+
+[[link]]
+name = "lk"
+first = "ground.K"
+second = "b1.end"
+length = 0.588060093301568
+
+[[force]]
+type = "force"
+point = "b1.end"
+x = 18.916479100983715
+y = 3.3499186073178144
+
+[[force]]
+type = "spring"
+first = "ground.C"
+second = "b0.end"
+stiffness = 9.200676142233306
+free_length = 0.15471539371263432
+
+[[force]]
+type = "spring"
+first = "ground.B"
+second = "b1.centre"
+stiffness = 65.89063744778547
+free_length = 0.4981634286258372
+
+[readings]
+q0 = { angle = "b0" }
+ex = { x = "b1.end" }
+ey = { y = "b1.end" }
+
+[spindle]
+speed = 16.38340226349214
+
+[effects]
+gravity = 9.81
+centrifugal = true
+
+[run]
+duration = 0.92
+output_interval = 0.005
+accuracy = 1e-06
+"""
+"""Two rods on guides in a plane that turns, which the centrifugal force drives 2,794 lengths far; found by random scenes."""
+
+
+def test_a_flight_has_one_end_and_the_scale_of_its_torque_follows_it() -> None:
+    scene = load(SLIDING_RODS_THAT_FLY_AWAY)
+    impulse, multibody = (gm.run(scene, engine=engine) for engine in ("impulse", "multibody"))
+    for run in (impulse, multibody):
+        assert run.outcome is Outcome.DONE
+        assert run.times[-1] == 0.92
+        assert run.scales["spindle_torque"] == pytest.approx(np.max(np.abs(run.readings["spindle_torque"])), rel=1e-12)
+    for name, values in impulse.readings.items():
+        allowed = (impulse.error_estimate + multibody.error_estimate) * impulse.scales[name]
+        np.testing.assert_allclose(values, multibody.readings[name], rtol=0, atol=allowed, err_msg=name)
+
+
 def test_a_stiff_motion_that_must_take_explicit_steps_names_its_cure() -> None:
     text = """
 machine = "custom"

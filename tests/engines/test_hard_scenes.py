@@ -317,7 +317,8 @@ def test_a_flight_is_not_refined_below_the_rounding_of_its_positions(run_scene):
     run = run_scene(RODS_IN_EXPONENTIAL_FLIGHT, "multibody", 1e-9)
     assert run.outcome is Outcome.LEFT_RANGE
     assert "flies away" in run.message
-    assert run.cost.steps < 60_000
+    assert run.cost.steps < 600_000
+    assert run.error_estimate < 1e-5  # relative to a torque that grows with the square of the distance
 
 
 @pytest.mark.long
@@ -326,7 +327,7 @@ def test_an_impulse_run_of_a_flight_ends_with_its_digits(run_scene):
     assert run.outcome is Outcome.LEFT_RANGE
     assert "flies away" in run.message
     assert run.cost.steps < 300_000
-    assert run.error_estimate < 0.5
+    assert run.error_estimate < 0.002
     farthest = np.max(np.hypot(*np.moveaxis(run.poses[..., :2], -1, 0)), axis=1) / 0.7  # in lengths of the rod
     assert 3000 < farthest[-1] < 6000
     for name, values in run.readings.items():

@@ -68,6 +68,7 @@ class MotionScales:
         """Return the scale of each reading and rate, of the joint gap and of the event times, from readings and rates (n,), in SI.
 
         A reading has 1 rad or its length scale, its rate that per second of the motion; what belongs to a spindle has a scale of its own.
+        The torque of a spindle has at least its largest value: where a body flies away, it grows with the square of the distance.
         """
         mechanism, rate = self._mechanism, self.motion_rate(rates)
         energy_scale = self._energy_scale(rate)
@@ -76,8 +77,10 @@ class MotionScales:
         unit_scales = {"N": energy_scale / mechanism.length_scale, "N m": energy_scale, "J": energy_scale, "rad/s": rate, "1": 1.0}
         for output in mechanism.derived_readings:
             scales[output.name] = output.scale if isinstance(output, CylinderPressure) else unit_scales[output.unit]
-        spindle_scales = {SPINDLE_SPEED: self.spindle_rate(readings), SPINDLE_TORQUE: energy_scale, SPINDLE_ANGLE: 1.0}
         for plane in self._planes:
+            largest_torque = float(np.max(np.abs(readings.get(f"{plane.prefix}{SPINDLE_TORQUE}", np.zeros(1))), initial=0.0))
+            torque_scale = max(energy_scale, largest_torque)
+            spindle_scales = {SPINDLE_SPEED: self.spindle_rate(readings), SPINDLE_TORQUE: torque_scale, SPINDLE_ANGLE: 1.0}
             named_scales = {f"{plane.prefix}{name}": scale for name, scale in spindle_scales.items()}
             scales |= {name: scale for name, scale in named_scales.items() if name in readings}
         return scales | {JOINT_GAP: mechanism.length_scale, EVENT_TIMES: self._time_scale}
