@@ -317,7 +317,7 @@ def test_a_flight_is_not_refined_below_the_rounding_of_its_positions(run_scene):
     run = run_scene(RODS_IN_EXPONENTIAL_FLIGHT, "multibody", 1e-9)
     assert run.outcome is Outcome.LEFT_RANGE
     assert "flies away" in run.message
-    assert run.cost.steps < 600_000
+    assert run.cost.steps < 60_000
     assert run.error_estimate < 1e-5  # relative to a torque that grows with the square of the distance
 
 

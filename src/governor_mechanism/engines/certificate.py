@@ -100,6 +100,9 @@ USELESS_ERROR = 0.1
 ORDER = 8
 """Order of the integration: the number of steps grows by the root of this order of the reduction of the tolerance."""
 
+FLIGHT_GOAL = 1e-5
+"""Estimate that ends the refinement of a motion in which a body flies away: rounding grows with the distance, and no work undoes it."""
+
 UNCONFIRMED_ERROR = 1.0
 """Error of states that the comparison run does not reach, relative to their scales: nothing is known of them."""
 
@@ -266,8 +269,9 @@ class CertifiedRunner(Runner):
         return result.outcome is not Outcome.STEP_LIMIT and (_is_unconfirmed(result) or (result.error_estimate or 0.0) < USELESS_ERROR)
 
     def _misses(self, result: RunResult) -> bool:
-        """Return whether the error of a result may exceed the requested accuracy."""
-        return (result.error_estimate or 0.0) > self.request.accuracy
+        """Return whether the error of a result may exceed the requested accuracy, or where a body flies away, what its rounding allows."""
+        goal = max(self.request.accuracy, FLIGHT_GOAL) if result.detail.startswith(FLIGHT_DETAIL) else self.request.accuracy
+        return (result.error_estimate or 0.0) > goal
 
     def _halve_steps(self, tolerance: float) -> RunResult:
         """Return the first run, of those that halve the steps of the one before, that meets the accuracy, or the best one."""
