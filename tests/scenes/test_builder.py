@@ -94,6 +94,69 @@ def test_the_joints_close_as_the_circles_cross():
     assert crossed.scene().document["body"][0]["angle"] == "60 deg"  # as it was written
 
 
+JANSEN_LENGTHS = {"b": 41.5, "c": 39.3, "d": 40.1, "e": 55.8, "f": 39.4, "g": 36.7, "h": 65.7, "i": 49.0, "j": 50.0, "k": 61.9, "m": 15.0}
+"""Lengths of Jansen's leg, mm; the pivot of b and c lies at (-38, -7.8) from the crank."""
+
+
+def apex(base: float, left: float, right: float) -> tuple[float, float]:
+    """Third corner of a triangle whose base lies along x."""
+    x = (base**2 + left**2 - right**2) / (2 * base)
+    return x, math.sqrt(left**2 - x**2)
+
+
+def jansen_leg(angles: dict[str, float], pen_mass: float | None) -> gm.MechanismBuilder:
+    """The leg from its lengths, with its crank at 0 and further angles, deg; with a pen on its foot if that has a mass."""
+    lengths = JANSEN_LENGTHS
+    m = gm.Mechanism.build("Jansen leg")
+    given = {name: f"{angle} deg" for name, angle in angles.items()}
+    crank = m.rod("crank", length=f"{lengths['m']} mm", mass=0.1, angle=0.0)
+    j, k, f, c, b, g = (m.rod(name, length=f"{lengths[name]} mm", mass=0.1, angle=given.get(name)) for name in "jkfcbg")
+    left = b.point(*(f"{x} mm" for x in apex(lengths["b"], lengths["d"], lengths["e"])), "left")
+    foot = g.point(*(f"{x} mm" for x in apex(lengths["g"], lengths["i"], lengths["h"])), "foot")
+    m.pin(m.ground(0, 0), crank.start)
+    m.pin(m.ground("-38 mm", "-7.8 mm"), b.start, c.start)
+    m.pin(crank.end, j.start, k.start)
+    m.pin(j.end, b.end)
+    m.pin(left, f.start)
+    m.pin(k.end, c.end, g.start)
+    m.pin(f.end, g.end)
+    if pen_mass is not None:
+        m.pin(foot, m.point_mass("pen", mass=pen_mass).centre)
+    return m
+
+
+def jansen_configurations() -> list[dict[str, float]]:
+    """Angles of b, c and g, rad, in all ways in which three pairs of circles cross."""
+    lengths = JANSEN_LENGTHS
+    crank_end, pivot, found = complex(lengths["m"], 0.0), complex(-38.0, -7.8), []
+
+    def crossings(first: complex, radius: float, second: complex, other_radius: float) -> list[complex]:
+        return circles_cross((first.real, first.imag), radius, (second.real, second.imag), other_radius)
+
+    for upper in crossings(crank_end, lengths["j"], pivot, lengths["b"]):
+        direction = (upper - pivot) / lengths["b"]
+        left = pivot + direction * complex(*apex(lengths["b"], lengths["d"], lengths["e"]))
+        for lower in crossings(crank_end, lengths["k"], pivot, lengths["c"]):
+            for knee in crossings(left, lengths["f"], lower, lengths["g"]):
+                found.append({name: float(np.angle(z)) for name, z in (("b", direction), ("c", lower - pivot), ("g", knee - lower))})
+    return found
+
+
+@pytest.mark.parametrize("angles", [{"c": -80, "b": 80, "g": 170}, {"c": -60, "b": 60, "g": 120}, {"c": 100, "b": -60, "g": -80}], ids=str)
+@pytest.mark.parametrize("pen_mass", [None, 0.001])
+def test_a_leg_closes_in_the_one_of_its_eight_ways_that_is_closest_to_the_given_angles(angles, pen_mass):
+    def distance(one: dict[str, float]) -> float:
+        return sum(math.remainder(one[name] - math.radians(angle), math.tau) ** 2 for name, angle in angles.items())
+
+    configurations = jansen_configurations()
+    closest = min(configurations, key=distance)
+    assert len(configurations) == 8
+    bodies = {body["name"]: body["angle"] for body in jansen_leg(angles, pen_mass).document()["body"] if body["name"] in angles}
+    assert {name: math.remainder(angle - closest[name], math.tau) for name, angle in bodies.items()} == pytest.approx(
+        dict.fromkeys(angles, 0.0), abs=1e3 * MAX_GAP
+    )
+
+
 def test_without_any_angle_the_joints_close_too():
     positions = ends(four_bar())
     assert abs(abs(positions["coupler"] - positions["crank"]) - 0.3) < MAX_GAP

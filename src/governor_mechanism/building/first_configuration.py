@@ -137,11 +137,12 @@ def _find_poses(sketch: MechanismSketch, given_angles: Mapping[str, float], plac
     def distance(one: _Configuration) -> float:
         return _sum_of_squared_deviations(sketch, one.poses, given_angles)
 
-    near, held_names = min(_search(sketch, {}, guesses), key=distance, default=None), list[str]()
+    starts = [*_close_at_best(sketch, given_angles, guesses), *guesses]
+    near, held_names = min(_search(sketch, {}, starts), key=distance, default=None), list[str]()
     if near is not None:
         held_names = list(_find_independent(sketch, given_angles, {}, near))
     is_overdetermined = near is not None and len(held_names) < len(given_angles)
-    if is_overdetermined and (found := _search(sketch, {name: given_angles[name] for name in held_names}, guesses)):
+    if is_overdetermined and (found := _search(sketch, {name: given_angles[name] for name in held_names}, starts)):
         return min(found, key=distance).poses
     raise MechanismError(explain_unclosed_joint(_hold_angles(sketch, {}), guesses, held_names, None if near is None else near.poses))
 
@@ -188,13 +189,19 @@ def _make_guesses(sketch: MechanismSketch, given_angles: Mapping[str, float], pl
         yield chain_bodies(sketch, angles, placed, offsets)
 
 
+def _close_at_best(sketch: MechanismSketch, angles: Mapping[str, float], guesses: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return the poses with the least gaps in which bodies have their angles: they lead to the closest configuration, as guesses may not."""
+    solver = _hold_angles(sketch, {})
+    held = [solver.mechanism.body_index(name) for name in angles]
+    return [minimise_gaps(solver, guess, held) for guess in guesses[:N_SEARCHES]]
+
+
 def _search(sketch: MechanismSketch, angles: Mapping[str, float], guesses: Sequence[FloatArray]) -> list[_Configuration]:
     """Return the configurations nearest to guesses in which bodies have their angles; if none closes at once, after a slower search."""
     solver = _hold_angles(sketch, angles)
     if found := _close_all(solver, guesses):
         return found
-    held = [solver.mechanism.body_index(name) for name in angles]
-    return _close_all(solver, [minimise_gaps(solver, guess, held) for guess in guesses[:N_SEARCHES]])
+    return _close_all(solver, _close_at_best(sketch, angles, guesses))
 
 
 def _close_all(solver: PositionSolver, guesses: Iterable[FloatArray]) -> list[_Configuration]:
