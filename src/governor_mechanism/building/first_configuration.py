@@ -190,7 +190,7 @@ def _make_guesses(sketch: MechanismSketch, given_angles: Mapping[str, float], pl
 
 
 def _close_at_best(sketch: MechanismSketch, angles: Mapping[str, float], guesses: Sequence[FloatArray]) -> list[FloatArray]:
-    """Return poses in which bodies have their angles and the gaps are least: the closest configuration is near, as it may not be to guesses."""
+    """Return poses in which bodies have their angles and the gaps are least: the closest configuration is near them."""
     solver = _hold_angles(sketch, {})
     held = [solver.mechanism.body_index(name) for name in angles]
     return [minimise_gaps(solver, guess, held) for guess in guesses[:N_SEARCHES]]
