@@ -17,7 +17,7 @@ KERNEL_CONSTANTS = (
     "effects/dashpot.py",
     "mechanics/contact/tolerances.py",
     "mechanics/dynamics/system/arrays.py",
-    "mechanics/reduction/reduced_forces.py",
+    "mechanics/reduction/layouts.py",
     "mechanics/reduction/reduced_model.py",
     "integrators/step_attempt.py",
     "engines/reduced/table_end.py",

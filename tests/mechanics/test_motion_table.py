@@ -14,8 +14,8 @@ from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_s
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.model_outputs import evaluate_output_second_derivative, evaluate_table_output
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
-from governor_mechanism.mechanics.reduction.node_evaluation import make_lagrangian_workspace
-from governor_mechanism.mechanics.reduction.reduced_model import N_STATES, make_reduced_model
+from governor_mechanism.mechanics.reduction.node_evaluation import make_reduction_workspace
+from governor_mechanism.mechanics.reduction.reduced_model import N_STATES
 from governor_mechanism.mechanics.reduction.table import ExtensionStatus, allocate_table, find_piece
 from governor_mechanism.mechanics.reduction.table_refinement import extend_table
 from governor_mechanism.model.joints import GROUND, Pin, Point
@@ -90,7 +90,7 @@ def test_a_table_may_begin_on_either_side_also_where_its_first_width_is_refused(
     """The piece below covers what the one above does in the mirror; a first width of 2 rad is too large for the fit tolerance."""
     scene = slider_crank()
     arrays, _, _ = lower_reduced_scene(scene)
-    workspace, poses = make_lagrangian_workspace(arrays.lagrangian), PositionSolver(scene.mechanism).solve({"crank_angle": 0.0})
+    workspace, poses = make_reduction_workspace(arrays), PositionSolver(scene.mechanism).solve({"crank_angle": 0.0})
     widths = []
     for side in (0, 1):
         table = allocate_table(arrays, 4, 0.0, poses)
@@ -240,7 +240,7 @@ def test_outputs_and_static_force_on_both_sides_of_the_start():
     scene = slider_crank().with_changes(effects=tuple(springs))
     table = extend_to(start_table(scene), -1.0, 1.5)
     arrays = table.table
-    model = make_reduced_model(arrays, table.forces, np.zeros((1, 5)), np.array([0, 0, 1]))
+    model = table.model.on_table(arrays, np.zeros((1, 5)), np.array([0, 0, 1]))
     for angle in (-0.9, 0.2, 0.5, 1.4):
         piece, t, side = find_piece(arrays.intervals, arrays.neighbours, arrays.periodicity, angle, 0)
         assert side == -1

@@ -20,7 +20,6 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_state_rates
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
-from governor_mechanism.mechanics.reduction.reduced_model import make_reduced_model
 from governor_mechanism.mechanics.reduction.shaft import find_shaft_train, parts_with_coordinate
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import Scene
@@ -42,7 +41,7 @@ def compare_formulations(scene: Scene, *, time: float = 0.0, sliding_sign: int =
 
     table = MotionTable(scene, float(coordinate.value), poses[first : first + len(part.mechanism.bodies)])
     mode = np.array([0, *signs, *(is_taut for _ in springs)])
-    model = make_reduced_model(table.table, table.forces, stack_local_cubics(table.time_functions, np.array([time]))[0], mode)
+    model = table.model.on_table(table.table, stack_local_cubics(table.time_functions, np.array([time]))[0], mode)
     shaft = next((mechanism.body_index(name) for name in train.motion), 0)
     rate = float(np.sum(coordinate.gradient * velocities))
     state = rate, float(poses[shaft, 2]), float(velocities[shaft, 2])
@@ -154,6 +153,6 @@ def test_inputs_go_on_in_local_time():
     found = []
     for time, local_time in ((0.8, 0.5), (1.3, 0.0)):
         cubics = stack_local_cubics(motion.time_functions, np.array([time]))[0]
-        model = make_reduced_model(motion.table, motion.forces, cubics, np.array([0, 1]))
+        model = motion.model.on_table(motion.table, cubics, np.array([0, 1]))
         found.append(evaluate_state_rates(model, 0, -1.0, 0.4, 0.0, 0.0, local_time, True))
     np.testing.assert_allclose(*found, rtol=1e-12)

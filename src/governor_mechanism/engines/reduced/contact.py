@@ -25,13 +25,12 @@ from governor_mechanism.mechanics.reduction.model_outputs import (
     friction_limit,
 )
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
-from governor_mechanism.mechanics.reduction.reduced_forces import ForceParameter, OutputForceColumn, ReducedForces
 from governor_mechanism.mechanics.reduction.reduced_model import ReducedModel, StateIndex
 from governor_mechanism.mechanics.reduction.shaft_outputs import evaluate_shaft_outputs
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place
-from governor_mechanism.types import NO_INDEX, FloatArray, IntArray
+from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
 
 
 class ReducedState(NamedTuple):
@@ -48,7 +47,7 @@ class ReducedState(NamedTuple):
 def evaluate_reduced_contacts(place: ReducedState) -> ContactDynamics:
     """Return the motion of the outputs with contacts or one-sided springs."""
     model, piece, t, rate = place.model, place.piece, place.t, place.state[1]
-    n_contacts, n_springs, parameters = model.contacts.shape[0], model.one_sided_springs.shape[0], model.parameters
+    n_contacts, n_springs, parameters = model.contacts.size, model.one_sided_springs.size, model.parameters[0]
     angle, speed = place.state[StateIndex.SHAFT_ANGLE], place.state[StateIndex.SHAFT_SPEED]
     acceleration = evaluate_state_rates(model, piece, t, rate, angle, speed, place.local_time, False).acceleration
     values, derivatives, accelerations, limits = np.empty(n_contacts), np.empty(n_contacts), np.empty(n_contacts), np.empty(n_contacts)
@@ -59,18 +58,18 @@ def evaluate_reduced_contacts(place: ReducedState) -> ContactDynamics:
         limits[k] = friction_limit(model, k)
     stretches, stretch_rates = np.empty(n_springs), np.empty(n_springs)
     for i in range(n_springs):
-        value, derivative = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])
-        stretches[i] = (value - model.one_sided_springs[i, 1]) / model.one_sided_springs[i, 2]
-        stretch_rates[i] = derivative * rate / model.one_sided_springs[i, 2]
+        spring = model.one_sided_springs[i]
+        value, derivative = evaluate_table_output(model, piece, t, spring.output_index)
+        stretches[i] = (value - spring.slack_below) / spring.scale
+        stretch_rates[i] = derivative * rate / spring.scale
     inverse_inertia = evaluate_piece(model.coefficients, piece, TableColumn.INVERSE_INERTIA, t)
     compliance = np.empty((n_contacts, n_contacts))
     for i in range(n_contacts):
         for k in range(n_contacts):
             compliance[i, k] = derivatives[i] * derivatives[k] * inverse_inertia
-    time_scale, energy_scale = parameters[ForceParameter.TIME_SCALE], parameters[ForceParameter.ENERGY_SCALE]
     return ContactDynamics(
         model.contacts, values, derivatives * rate, accelerations, compliance, limits, stretches, stretch_rates,
-        time_scale, energy_scale, 1, False,
+        parameters.time_scale, parameters.energy_scale, 1, False,
     )  # fmt: skip
 
 
@@ -107,30 +106,22 @@ def apply_transition(
         state[1] = 0.0
 
 
-def make_event_tolerances(forces: ReducedForces) -> FloatArray:
+def make_event_tolerances(model: ReducedModel) -> FloatArray:
     """Return the rounding of the event functions in their order, see `EventLayout`; none where nothing has events."""
-    begins_table = np.isneginf(forces.table_segments["low"])
-    if not len(forces.contacts) and not len(forces.one_sided_springs) and not begins_table.any() and not forces.kinks.size:
+    begins_table = np.isneginf(model.table_segments["low"])
+    if not model.contacts.size and not model.one_sided_springs.size and not begins_table.any() and not model.kinks.size:
         return np.zeros(0)
-    scales, parameters = forces.contacts["scale"], forces.parameters
-    contact_scales = scales / parameters[ForceParameter.TIME_SCALE], scales, scales
-    force_scales = np.full(2, parameters[ForceParameter.FORCE_SCALE])
-    tolerances = EVENT_ROUNDING_RATIO * np.concatenate([*contact_scales, forces.one_sided_springs[:, 2], force_scales])
-    return np.concatenate([tolerances, np.repeat(forces.table_segments["tolerance"][begins_table], 2), forces.kinks["tolerance"]])
-
-
-def make_mode(forces: ReducedForces) -> IntArray:
-    """Return a contact mode without anything held, with slack springs, tables on their lowest segments, and all kinks monitored."""
-    mode = [0] * forces.mode_layout.tables
-    mode += np.flatnonzero(np.isneginf(forces.table_segments["low"])).tolist()
-    n_gases = len(forces.shaft_forces) + int(np.sum(forces.output_forces[:, OutputForceColumn.PHASE] >= 0))
-    return np.array(mode + [1] * len(forces.kinks) + [IN_NO_PHASE] * n_gases, dtype=np.int64)
+    scales, parameters = model.contacts["scale"], model.parameters[0]
+    contact_scales = scales / parameters["time_scale"], scales, scales
+    force_scales = np.full(2, parameters["force_scale"])
+    tolerances = EVENT_ROUNDING_RATIO * np.concatenate([*contact_scales, model.one_sided_springs["scale"], force_scales])
+    return np.concatenate([tolerances, np.repeat(model.table_segments["tolerance"][begins_table], 2), model.kinks["tolerance"]])
 
 
 @jit_in_place
 def set_table_terms(model: ReducedModel) -> None:
     """Set the terms of the inputs to the segments of tables in the contact mode."""
-    for k in range(int(model.parameters[ForceParameter.TABLE_COUNT])):
+    for k in range(model.parameters[0].n_tables):
         segment = model.table_segments[model.mode[model.mode_layout.tables + k]]
         term = model.input_terms[segment.term_index]
         term.a, term.b, term.c = segment.a, segment.b, segment.c
@@ -139,7 +130,7 @@ def set_table_terms(model: ReducedModel) -> None:
 @jit_in_place
 def change_table_segments(model: ReducedModel, event_values: FloatArray) -> None:
     """Let tables whose event functions are positive go on to the next segment."""
-    for k in range(int(model.parameters[ForceParameter.TABLE_COUNT])):
+    for k in range(model.parameters[0].n_tables):
         upper_end = model.event_layout.table_ends + 2 * k
         is_above, is_below = event_values[upper_end] > 0.0, event_values[upper_end + 1] > 0.0
         model.mode[model.mode_layout.tables + k] += int(is_above) - int(is_below)
@@ -149,7 +140,7 @@ def change_table_segments(model: ReducedModel, event_values: FloatArray) -> None
 @jit_in_place
 def _evaluate_table_ends(model: ReducedModel, piece: int, t: float, state: FloatArray, event_values: FloatArray) -> None:
     """Fill the event functions at the ends of the segments of tables."""
-    for k in range(int(model.parameters[ForceParameter.TABLE_COUNT])):
+    for k in range(model.parameters[0].n_tables):
         segment = model.table_segments[model.mode[model.mode_layout.tables + k]]
         upper_end = model.event_layout.table_ends + 2 * k
         value = evaluate_output(model, piece, t, segment.source_index)[0]
@@ -174,22 +165,21 @@ def _evaluate_kinks(model: ReducedModel, piece: int, t: float, event_values: Flo
 
 
 @jit_in_place
-def _keep_phases(model: ReducedModel, forces: FloatArray, piece: int, t: float) -> None:
+def _keep_phases(model: ReducedModel, forces: RecordArray, piece: int, t: float) -> None:
     """Keep the gases among some forces in their present phases of the cycle."""
-    for i in range(forces.shape[0]):
-        force = forces[i]
-        index = int(force[OutputForceColumn.PHASE])
-        if index >= 0:
-            travel = evaluate_output(model, piece, t, force[OutputForceColumn.OUTPUT])[0]
-            crank_angle = evaluate_output(model, piece, t, force[OutputForceColumn.CRANK_ANGLE])[0]
-            model.mode[index] = int(evaluate_gas_phase(force[OutputForceColumn.FIRST_COEFFICIENT :], travel, crank_angle))
+    for i in range(forces.size):
+        gas = forces[i]
+        if gas.argument_index != NO_INDEX:
+            travel = evaluate_output(model, piece, t, gas.output_index)[0]
+            crank_angle = evaluate_output(model, piece, t, gas.argument_index)[0]
+            gas.phase = int(evaluate_gas_phase(gas.coefficients, travel, crank_angle))
 
 
 @jit_in_place
 def find_blocked_directions(model: ReducedModel, piece_index: int, t: float) -> tuple[bool, bool]:
     """Return whether stops block an increase, and a decrease, of the coordinate."""
     up_blocked = down_blocked = False
-    for k in range(model.contacts.shape[0]):
+    for k in range(model.contacts.size):
         value, output_derivative = evaluate_table_output(model, piece_index, t, model.contacts[k].output_index)
         outward_derivative = find_touched_stop(model.contacts, k, value, REST_TOLERANCE) * output_derivative
         up_blocked, down_blocked = up_blocked or outward_derivative > 0.0, down_blocked or outward_derivative < 0.0
@@ -217,7 +207,7 @@ def evaluate_reduced_event_functions(
         if not down_blocked:
             event_values[layout.release_down] = -force - resistance
         return
-    for k in range(model.contacts.shape[0]):
+    for k in range(model.contacts.size):
         value, output_derivative = evaluate_table_output(model, piece, t, model.contacts[k].output_index)
         sliding_sign = model.mode[model.mode_layout.contacts + k]
         if sliding_sign != 0:
@@ -226,8 +216,9 @@ def evaluate_reduced_event_functions(
             event_values[layout.high_stops + k] = value - model.contacts[k].high
         if model.contacts[k].low > -math.inf:
             event_values[layout.low_stops + k] = model.contacts[k].low - value
-    for i in range(model.one_sided_springs.shape[0]):
-        elongation = evaluate_table_output(model, piece, t, model.one_sided_springs[i, 0])[0] - model.one_sided_springs[i, 1]
+    for i in range(model.one_sided_springs.size):
+        spring = model.one_sided_springs[i]
+        elongation = evaluate_table_output(model, piece, t, spring.output_index)[0] - spring.slack_below
         is_taut = model.mode[model.mode_layout.springs + i] != 0
         event_values[layout.springs + i] = -elongation if is_taut else elongation
 
@@ -254,5 +245,7 @@ def begin_phases(model: ReducedModel, state: FloatArray, local_time: float, piec
 @jit_in_place
 def end_phases(model: ReducedModel) -> None:
     """Let the phase of each gas follow from the state again."""
-    for i in range(model.mode_layout.phases, model.mode.size):
-        model.mode[i] = IN_NO_PHASE
+    for i in range(model.output_forces.size):
+        model.output_forces[i].phase = IN_NO_PHASE
+    for i in range(model.shaft_forces.size):
+        model.shaft_forces[i].phase = IN_NO_PHASE

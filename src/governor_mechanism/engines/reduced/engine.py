@@ -25,7 +25,6 @@ from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_N
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_functions_of
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
-from governor_mechanism.mechanics.reduction.reduced_forces import OutputForceColumn
 from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import CylinderGas, Torque, TorsionDamper
@@ -184,7 +183,7 @@ class ReducedRunner(CertifiedRunner):
         times = make_time_grid(np.minimum(end, max_times * max_interval), reduced_run.breakpoints, np.inf, max_interval).monitor_times
         while True:
             solution = reduced_run.integrate(times, tolerance, plan)
-            displacements = np.abs(np.diff(solution.states[:, 0])) / reduced_run.motion_table.arrays.lagrangian.assembly.coordinate_scale
+            displacements = np.abs(np.diff(solution.states[:, 0])) / reduced_run.motion_table.arrays.assembly.coordinate_scale
             n_intervals = np.ceil(displacements / settings.monitor_interval_ratio).clip(1)
             if np.max(displacements, initial=0.0) < settings.max_monitor_travel:
                 break
@@ -201,11 +200,11 @@ class ReducedRunner(CertifiedRunner):
         reduced_runs = list(self._reduced_runs.values())
         steps, rejected, evaluations, moving_evaluations = np.sum([reduced_run.counts for reduced_run in reduced_runs], axis=0).tolist()
         n_pieces = sum(reduced_run.motion_table.n_pieces for reduced_run in reduced_runs)
-        law_counts, forces = Counter({"equations of motion": evaluations, "table pieces": n_pieces}), reduced_runs[0].motion_table.forces
-        for law_index in np.concatenate([forces.output_forces, forces.shaft_forces])[:, OutputForceColumn.LAW].astype(int):
+        law_counts, model = Counter({"equations of motion": evaluations, "table pieces": n_pieces}), reduced_runs[0].motion_table.model
+        for law_index in np.concatenate([model.output_forces, model.shaft_forces])["law"]:
             law = FORCE_LAWS[law_index]
             law_counts[law.law_name] += moving_evaluations if law.dissipates else evaluations
-        if n_frictions := int(np.sum(forces.contacts["friction_input"] >= 0)):
+        if n_frictions := int(np.sum(model.contacts["friction_input"] >= 0)):
             law_counts[FRICTION_LAW_NAME] = n_frictions * moving_evaluations
         return steps, rejected, dict(law_counts)
 

@@ -13,7 +13,6 @@ from governor_mechanism.engines.reduced.contact import (
     end_phases,
     evaluate_reduced_event_functions,
     make_event_tolerances,
-    make_mode,
     set_table_terms,
 )
 from governor_mechanism.integrators import dop853, stage_quality
@@ -28,9 +27,8 @@ from governor_mechanism.mechanics.kinematics.time_functions import stack_local_c
 from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_equation_of_motion
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
-from governor_mechanism.mechanics.reduction.reduced_forces import ForceParameter, ReducedForces
-from governor_mechanism.mechanics.reduction.reduced_model import N_STATES, ReducedModel, StateIndex, make_reduced_model
-from governor_mechanism.mechanics.reduction.table import PiecewiseTable, allocate_table, find_piece
+from governor_mechanism.mechanics.reduction.reduced_model import N_STATES, ReducedModel, StateIndex
+from governor_mechanism.mechanics.reduction.table import allocate_table, find_piece
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import evaluate_piece
@@ -81,26 +79,21 @@ class ReducedEquation(NamedTuple):
     step_start: FloatArray
 
 
-def make_reduced_equation(
-    table: PiecewiseTable, forces: ReducedForces, input_cubics: FloatArray, mode: IntArray, counts: IntArray, tolerance: float
-) -> ReducedEquation:
-    """Return the equation of a table, the forces along it, the inputs, a contact mode, counters, and the tolerance of the steps."""
-    model = make_reduced_model(table, forces, input_cubics, mode)
-    accuracy = tolerance / FIRST_TOLERANCE_RATIO * float(forces.parameters[ForceParameter.COORDINATE_SCALE])
+def make_reduced_equation(model: ReducedModel, counts: IntArray, tolerance: float) -> ReducedEquation:
+    """Return the equation of a model on a table, with counters and the tolerance of the steps."""
+    accuracy = tolerance / FIRST_TOLERANCE_RATIO * float(model.parameters["coordinate_scale"][0])
     return ReducedEquation(model, np.zeros(1, dtype=np.int64), counts, accuracy, np.zeros(N_STATES + 1))
 
 
-def make_reduced_buffers(forces: ReducedForces, counts: IntArray) -> StepBuffers:
+def make_reduced_buffers(model: ReducedModel, counts: IntArray) -> StepBuffers:
     """Return the buffers of an integration; only what changes is integrated."""
-    parameters = forces.parameters
-    coordinate_scale, time_scale, energy_scale = parameters[
-        [ForceParameter.COORDINATE_SCALE, ForceParameter.TIME_SCALE, ForceParameter.ENERGY_SCALE]
-    ]
+    parameters = model.parameters[0]
+    coordinate_scale, time_scale, energy_scale = (float(parameters[name]) for name in ("coordinate_scale", "time_scale", "energy_scale"))
     error_scale = np.array([coordinate_scale, coordinate_scale / time_scale, energy_scale, energy_scale, 1.0, 1.0 / time_scale])
-    has_shaft, is_conservative = parameters[ForceParameter.HAS_SHAFT] != 0.0, parameters[ForceParameter.IS_CONSERVATIVE] != 0.0
-    n_integrated = N_STATES if has_shaft else 2 if is_conservative else int(StateIndex.SHAFT_ANGLE)
-    n_coupled = N_STATES if has_shaft else 2
-    return make_step_buffers(N_STATES, n_coupled, error_scale[:n_integrated], make_event_tolerances(forces), counts, len(forces.kinks))
+    n_coupled = n_integrated = N_STATES
+    if not parameters["has_shaft"]:
+        n_coupled, n_integrated = 2, 2 if parameters["is_conservative"] else int(StateIndex.SHAFT_ANGLE)
+    return make_step_buffers(N_STATES, n_coupled, error_scale[:n_integrated], make_event_tolerances(model), counts, len(model.kinks))
 
 
 @jit_in_place
@@ -122,12 +115,12 @@ _take_general_step = jit_in_place(make_take_step(_evaluate))
 
 @jit_in_place
 def _take_step(equation: ReducedEquation, local_time: float, h: float, state: FloatArray, stages: Stages) -> float:
-    parameters = equation.model.parameters
-    if parameters[ForceParameter.IS_CONSERVATIVE] != 0.0:
+    parameters = equation.model.parameters[0]
+    if parameters.is_conservative != 0:
         quality = _take_conservative_step(equation, h, state, stages)
     else:
         quality = _take_general_step(equation, local_time, h, state, stages)
-    is_far = abs(stages.end[0] - state[0]) > MAX_STEP_OUTSIDE_TABLE * parameters[ForceParameter.COORDINATE_SCALE]
+    is_far = abs(stages.end[0] - state[0]) > MAX_STEP_OUTSIDE_TABLE * parameters.coordinate_scale
     if quality < 0.0:
         return stage_quality.FAR_OUTSIDE_DOMAIN if is_far else quality
     side = _find_excursion(equation, h, state, stages) if state[1] * stages.end[1] < 0.0 else -1
@@ -192,9 +185,9 @@ def _finish_step(equation: ReducedEquation, local_time: float, quality: float, s
 @jit_in_place
 def _check_step(equation: ReducedEquation, local_time: float, h: float, state: FloatArray, stages: Stages, quality: float) -> float:
     """Return a negative quality if a shaft turns back within a step."""
-    parameters, end = equation.model.parameters, stages.next_state
-    is_turning = parameters[ForceParameter.STALL_RATIO] * end[StateIndex.SHAFT_SPEED] >= 0.0
-    if is_turning and end[StateIndex.RATE] >= parameters[ForceParameter.MIN_RATE]:
+    parameters, end = equation.model.parameters[0], stages.next_state
+    is_turning = parameters.stall_ratio * end[StateIndex.SHAFT_SPEED] >= 0.0
+    if is_turning and end[StateIndex.RATE] >= parameters.min_rate:
         return quality
     copy_array(equation.step_start[: state.size], state)
     equation.step_start[state.size] = local_time
@@ -234,15 +227,15 @@ _integrate_to_event = jit_in_place(dop853.make_dop853(_EQUATION))
 
 def make_integration_arguments(scene: Scene) -> tuple[Any, ...]:
     """Return arguments of `integrate_reduced` for a scene, of which only the types matter: the table is empty."""
-    arrays, forces, inputs = lower_reduced_scene(scene)
-    table = allocate_table(arrays, 1, 0.0, np.zeros((len(arrays.lagrangian.bodies), 3)))
-    input_cubics = stack_local_cubics(inputs, np.zeros(1))[0]
-    mode, counts = make_mode(forces), np.zeros(len(StepCounter), dtype=np.int64)
-    equation = make_reduced_equation(table, forces, input_cubics, mode, counts, 1.0)
+    arrays, model, inputs = lower_reduced_scene(scene)
+    table = allocate_table(arrays, 1, 0.0, np.zeros((len(arrays.bodies), 3)))
+    model = model.on_table(table, stack_local_cubics(inputs, np.zeros(1))[0], model.mode)
+    counts = np.zeros(len(StepCounter), dtype=np.int64)
+    equation = make_reduced_equation(model, counts, 1.0)
     state, states = np.zeros(N_STATES), np.zeros((0, N_STATES))
     limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)
-    buffers = make_reduced_buffers(forces, counts)
-    return equation, buffers, (0.0, 0.0), np.zeros(0), state, limits, states, mode[np.newaxis], make_event_log(0), False
+    buffers = make_reduced_buffers(model, counts)
+    return equation, buffers, (0.0, 0.0), np.zeros(0), state, limits, states, model.mode[np.newaxis], make_event_log(0), False
 
 
 @jit_in_place
@@ -265,7 +258,7 @@ def integrate_reduced(
     """
     model, counts, mode = equation.model, buffers.stages.counts, equation.model.mode
     (time, end), step, n_reached, is_released = span, limits.step, 0, False
-    time_scale = model.parameters[ForceParameter.TIME_SCALE]
+    time_scale = model.parameters[0].time_scale
     set_table_terms(model)
     while True:
         if selects_mode:  # the only call: the machine code of the transition is a third of that of this function
@@ -275,7 +268,7 @@ def integrate_reduced(
         is_held, n_steps = mode[model.mode_layout.held] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
         if buffers.n_kinks > 0:
             begin_phases(model, state, time - span[0], equation.piece[0], buffers.event_values[LAST_SAMPLE])
-        min_stiff_steps = math.inf if is_held or model.parameters[ForceParameter.IS_CONSERVATIVE] != 0.0 else 0.0
+        min_stiff_steps = math.inf if is_held or model.parameters[0].is_conservative != 0 else 0.0
         max_step = _choose_max_step(model, limits.max_step, is_held)
         segment_limits = dop853.StepLimits(
             limits.tolerance, step, max_step, limits.max_steps, min_stiff_steps, limits.coarser_steps, limits.steps
@@ -304,7 +297,7 @@ def integrate_reduced(
 @jit_in_place
 def _choose_max_step(model: ReducedModel, max_step: float, is_held: bool) -> float:
     """Return the largest step (s) up to the next event."""
-    is_load_steady = model.parameters[ForceParameter.FLUCTUATION_AMPLITUDE] == 0.0 and model.input_terms.size == 0
+    is_load_steady = model.parameters[0].fluctuation_amplitude == 0.0 and model.input_terms.size == 0
     return max_step * (HELD_STEP_FACTOR if is_held and is_load_steady else 1.0)
 
 

@@ -139,7 +139,7 @@ def integrate_passage(
         side = status - IntegrationStatus.BELOW_TABLE
         if motion_table.extend(side):
             continue
-        scale = motion_table.arrays.lagrangian.assembly.coordinate_scale
+        scale = motion_table.arrays.assembly.coordinate_scale
         travel_left = motion_table.edge(side) - state[0]
         time_left, distance_scale = _time_at_rate(travel_left, state[1]), max(scale, abs(state[0]))
         step, is_end = _approach_table_end(

@@ -9,7 +9,6 @@ import numpy as np
 from governor_mechanism.engines.certificate import StepPlan, speed_jump_work
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.reduced import integration
-from governor_mechanism.engines.reduced.contact import make_mode
 from governor_mechanism.engines.reduced.passage import Tail, integrate_passage
 from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.integrators.dop853 import StepLimits
@@ -28,7 +27,6 @@ from governor_mechanism.mechanics.dynamics.forces.loads import reading_tables_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
-from governor_mechanism.mechanics.reduction.reduced_forces import ForceParameter
 from governor_mechanism.mechanics.reduction.reduced_model import N_STATES, StateIndex
 from governor_mechanism.mechanics.reduction.shaft import find_shaft_train, parts_with_coordinate
 from governor_mechanism.model.events import Event
@@ -98,10 +96,10 @@ class ReducedRun:
 
     def _make_initial_mode(self) -> IntArray:
         """Return the contact mode before the search for the one at the start, with the segments of tables at the start."""
-        mode = make_mode(self.motion_table.forces)
+        mode = self.motion_table.model.mode.copy()
         if not self._has_tables:
             return mode
-        scene, first = self.evaluator.scene, 1 + len(self._subjects)
+        scene, layout = self.evaluator.scene, self.motion_table.model.mode_layout
         outputs = [evaluate_output(self.evaluator.mechanism, name, self._initial_motion[0]) for name in forced_output_names(scene)]
         values, rates = (
             [float(output.value) for output in outputs],
@@ -109,7 +107,7 @@ class ReducedRun:
         )
         input_modes = InputModes(scene, self.evaluator.time_scale, len(self._subjects))
         segments = input_modes.update(initial_mode(scene), 0.0, values, rates, ()).segments
-        mode[first : first + len(segments)] += np.array(segments, dtype=np.int64)
+        mode[layout.tables : layout.kinks] += np.array(segments, dtype=np.int64)
         return mode
 
     def _make_start(self, coordinate: str, poses: FloatArray, velocities: FloatArray) -> FloatArray:
@@ -129,7 +127,7 @@ class ReducedRun:
         mode = self._make_initial_mode()
         states, modes = np.zeros((len(times), N_STATES)), np.zeros((len(times), len(mode)), dtype=np.int64)
         event_log, counts = make_event_log(event_capacity * self.has_contacts), np.zeros(len(StepCounter), dtype=np.int64)
-        buffers = integration.make_reduced_buffers(motion_table.forces, counts)
+        buffers = integration.make_reduced_buffers(motion_table.model, counts)
         start_events = list[Event]()
         if self.has_contacts:
             integration.initialise_contact_mode(self._make_equation(0.0, mode, counts, tolerance), buffers, 0.0, state, event_log)
@@ -214,7 +212,7 @@ class ReducedRun:
         """Return the state (N_STATES,) at a time, s, after a state and a mode at another one; None on failure."""
         state, mode, event_log, counts = state.copy(), mode.copy(), make_event_log(0), np.zeros(len(StepCounter), dtype=np.int64)
         equation = self._make_equation(start, mode, counts, tolerance, has_limits)
-        buffers = integration.make_reduced_buffers(self.motion_table.forces, counts)
+        buffers = integration.make_reduced_buffers(self.motion_table.model, counts)
         if self.has_contacts and start > 0.0 and start in self.breakpoints:
             # A row at a breakpoint has the mode before it.
             integration.initialise_contact_mode(equation, buffers, start, state, event_log)
@@ -227,11 +225,13 @@ class ReducedRun:
         self, start: float, mode: IntArray, counts: IntArray, tolerance: float, has_limits: bool = True
     ) -> integration.ReducedEquation:
         """Return the equation in a contact mode, with the cubics of the inputs from a time (s) up to their next breakpoint."""
-        input_cubics, forces = stack_local_cubics(self.motion_table.time_functions, np.array([start]))[0], self.motion_table.forces
+        input_cubics = stack_local_cubics(self.motion_table.time_functions, np.array([start]))[0]
+        model = self.motion_table.model.on_table(self.motion_table.table, input_cubics, mode)
         if not has_limits:
-            forces = forces._replace(parameters=forces.parameters.copy())
-            forces.parameters[ForceParameter.STALL_RATIO], forces.parameters[ForceParameter.MIN_RATE] = 0.0, -np.inf
-        equation = integration.make_reduced_equation(self.motion_table.table, forces, input_cubics, mode, counts, tolerance)
+            model = model._replace(parameters=model.parameters.copy())
+            model.parameters["stall_ratio"] = 0.0
+            model.parameters["min_rate"] = -np.inf
+        equation = integration.make_reduced_equation(model, counts, tolerance)
         return equation._replace(step_start=self._step_start) if has_limits else equation
 
     def state_history(self, solution: ReducedSolution) -> StateHistory:
@@ -261,7 +261,8 @@ class ReducedRun:
         """Return the contact modes at the times reached; empty without contacts."""
         if not self.has_contacts and not self._has_tables:
             return ()
-        first_segments = make_mode(self.motion_table.forces)[1 + len(self._subjects) :][: len(reading_tables_of(self.evaluator.scene))]
+        layout, first_mode = self.motion_table.model.mode_layout, self.motion_table.model.mode
+        first_segments = first_mode[layout.tables : layout.kinks].tolist()
         mechanism, n_contacts = self.evaluator.mechanism, len(self.contacts)
         values = [evaluate_output_value(mechanism, contact.output_name, poses) for contact in self.contacts]
         contact_modes, last_row = list[ContactMode](), list[int]()
@@ -273,6 +274,6 @@ class ReducedRun:
             held_values = tuple(float(value[index]) if state == HELD else None for value, state in zip(values, states, strict=False))
             sliding_signs = tuple(0 if state == HELD else state for state in states[:n_contacts])
             taut = tuple(map(bool, states[n_contacts : n_contacts + len(self.one_sided_springs)]))
-            segments = tuple(one - first for one, first in zip(states[len(self._subjects) :], first_segments.tolist(), strict=False))
+            segments = tuple(one - first for one, first in zip(states[len(self._subjects) :], first_segments, strict=False))
             contact_modes.append(ContactMode(held_values, sliding_signs, taut, bool(is_held), segments))
         return tuple(contact_modes)

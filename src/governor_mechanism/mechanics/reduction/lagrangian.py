@@ -19,7 +19,7 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.mechanics.kinematics.range_of_motion import RangeOfMotion, find_range_of_motion
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.lagrangian_lowering import lower_lagrangian
-from governor_mechanism.mechanics.reduction.node_evaluation import Coefficient, evaluate_coefficients_at_nodes, make_lagrangian_workspace
+from governor_mechanism.mechanics.reduction.node_evaluation import Coefficient, evaluate_coefficients_at_nodes, make_reduction_workspace
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import TURNING_PLANE, FreeSpindle
@@ -126,7 +126,7 @@ class SingleDofReduction:
         effects = [effect for effect in output_forces_of(scene) if not effect.dissipates]
         outputs = list(dict.fromkeys(effect.reading for effect in effects))
         self._arrays = lower_lagrangian(scene, "", scene.part, outputs, effects)
-        self._workspace = make_lagrangian_workspace(self._arrays)
+        self._workspace = make_reduction_workspace(self._arrays)
         loads = [load for element in self.mechanism.force_elements for load in element.loads]
         self._loads = np.array([CubicTimeFunction(load)(np.zeros(1))[0] for load in loads])  # at a discontinuity the right limit
         self.coordinate_scale = self.mechanism.output_scale(self.mechanism.coordinate)

@@ -7,7 +7,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
-from governor_mechanism.mechanics.reduction.node_evaluation import make_lagrangian_workspace
+from governor_mechanism.mechanics.reduction.node_evaluation import make_reduction_workspace
 from governor_mechanism.mechanics.reduction.shaft import parts_with_coordinate
 from governor_mechanism.mechanics.reduction.table import (
     BOUND_TOLERANCE,
@@ -46,8 +46,8 @@ class MotionTable:
         The scene.
     arrays
         The lowered mechanism.
-    forces
-        The forces along the coordinate.
+    model
+        The forces along the coordinate, not yet on the table.
     time_functions
         Given spindle speed, loads of force elements, friction forces, factors of these.
     table
@@ -61,13 +61,9 @@ class MotionTable:
     def __init__(self, scene: Scene, q: float, poses: FloatArray, width_ratio: float = 1.0) -> None:
         start_time = time.perf_counter()
         self.scene = scene
-        self.arrays, forces, self.time_functions = lower_reduced_scene(scene)
-        self.forces = forces._replace(
-            inputs=np.zeros_like(forces.inputs),
-            input_terms=forces.input_terms.copy(),
-            shaft_outputs=forces.shaft_outputs.with_own_results(),
-        )
-        self._workspace = make_lagrangian_workspace(self.arrays.lagrangian)
+        self.arrays, model, self.time_functions = lower_reduced_scene(scene)
+        self.model = model.with_own_results()
+        self._workspace = make_reduction_workspace(self.arrays)
         self.table = allocate_table(self.arrays, INITIAL_TABLE_CAPACITY, q, poses.copy())
         self.table.next_widths[:] *= width_ratio
         self.setup_time = 0.0
@@ -94,7 +90,7 @@ class MotionTable:
         """Return the coordinate at which the table ends below (0) or above (1): its bound, or the end of the last piece."""
         edge = self.edge(side)
         bound = self._bound(side)
-        return bound if abs(edge - bound) < BOUND_TOLERANCE * self.arrays.lagrangian.assembly.coordinate_scale else edge
+        return bound if abs(edge - bound) < BOUND_TOLERANCE * self.arrays.assembly.coordinate_scale else edge
 
     def edge(self, side: int) -> float:
         """Return the coordinate up to which the table has values, below (0) or above (1)."""

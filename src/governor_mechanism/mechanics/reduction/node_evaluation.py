@@ -15,7 +15,7 @@ from governor_mechanism.mechanics.dynamics.forces.output_forces import LOAD, eva
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import AssemblyArrays, AssemblyWorkspace, make_assembly_workspace
 from governor_mechanism.model.joints.constraint_row import RowKind
-from governor_mechanism.numerics.jit import jit, jit_in_place
+from governor_mechanism.numerics.jit import jit, jit_in_place, record_dtype
 from governor_mechanism.types import FloatArray, RecordArray
 
 CANCELLATION_RATIO = 1e-15
@@ -49,8 +49,12 @@ class Coefficient(IntEnum):
     """From here on the force along q of each load at unit input, and its derivative."""
 
 
-class LagrangianArrays(NamedTuple):
-    """A mechanism with one degree of freedom as arrays, from which its Lagrangian coefficients follow.
+OUTPUT_LIMIT_DTYPE = record_dtype(("output_index", "i8"), ("low", "f8"), ("high", "f8"))
+"""Limits of an output."""
+
+
+class ReductionArrays(NamedTuple):
+    """A mechanism with one degree of freedom as arrays, from which its Lagrangian coefficients and its motion table follow.
 
     Attributes
     ----------
@@ -68,6 +72,22 @@ class LagrangianArrays(NamedTuple):
         Forces along the outputs that are tabulated, records of `OUTPUT_FORCE_DTYPE`; the input of a load is its number.
     n_loads
         Number of inputs of force elements.
+    output_scales
+        Scales of the outputs in the table, which come first in the rows of the outputs; shape (outputs,).
+    limits
+        Records of `OUTPUT_LIMIT_DTYPE`, which end the table; shape (limits,).
+    steady_speed
+        Magnitude of a constant spindle speed, rad/s; negative if the speed changes.
+    time_scale
+        Characteristic time, s.
+    low
+        Lower bound of the coordinate.
+    high
+        Upper bound of the coordinate.
+    full_turn
+        Whole turn of a coordinate that is an angle, rad; else 0.
+    is_conservative
+        Whether the quadratic and the potential column hold all forces.
     """
 
     assembly: AssemblyArrays
@@ -77,9 +97,17 @@ class LagrangianArrays(NamedTuple):
     output_rows: ConstraintRows
     forces: RecordArray
     n_loads: int
+    output_scales: FloatArray
+    limits: RecordArray
+    steady_speed: float
+    time_scale: float
+    low: float
+    high: float
+    full_turn: float
+    is_conservative: bool
 
 
-class LagrangianWorkspace(NamedTuple):
+class ReductionWorkspace(NamedTuple):
     """Buffers of the evaluation; coefficients (n,) are indexed by `Coefficient`."""
 
     assembly: AssemblyWorkspace
@@ -88,21 +116,10 @@ class LagrangianWorkspace(NamedTuple):
     coefficients: FloatArray
 
 
-def make_lagrangian_workspace(arrays: LagrangianArrays) -> LagrangianWorkspace:
-    """Allocate the buffers of the evaluation.
-
-    Parameters
-    ----------
-    arrays
-        The lowered mechanism.
-
-    Returns
-    -------
-    LagrangianWorkspace
-        Buffers of matching sizes.
-    """
+def make_reduction_workspace(arrays: ReductionArrays) -> ReductionWorkspace:
+    """Return buffers of the evaluation."""
     n_outputs = len(arrays.output_rows.table)
-    return LagrangianWorkspace(
+    return ReductionWorkspace(
         assembly=make_assembly_workspace(arrays.assembly),
         output_row_values=np.zeros((n_outputs, N_ROW_COLUMNS)),
         output_jacobian=np.zeros((n_outputs, 2, 3)),
@@ -111,7 +128,7 @@ def make_lagrangian_workspace(arrays: LagrangianArrays) -> LagrangianWorkspace:
 
 
 @jit_in_place
-def evaluate_coefficients(arrays: LagrangianArrays, workspace: LagrangianWorkspace, node: FloatArray) -> None:
+def evaluate_coefficients(arrays: ReductionArrays, workspace: ReductionWorkspace, node: FloatArray) -> None:
     """Fill the coefficients of the workspace from a node (3, 3 bodies): poses, tangent and curvature."""
     poses, tangents, curvatures = node[0].reshape(-1, 3), node[1].reshape(-1, 3), node[2].reshape(-1, 3)
     coefficients = workspace.coefficients
@@ -132,7 +149,7 @@ def evaluate_coefficients(arrays: LagrangianArrays, workspace: LagrangianWorkspa
 
 @jit_in_place
 def _add_spindle_inertia(
-    arrays: LagrangianArrays, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray, coefficients: FloatArray
+    arrays: ReductionArrays, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray, coefficients: FloatArray
 ) -> None:
     """Add the moment of inertia of all bodies about the spindle, and its derivatives."""
     magnitude, length_scale = 0.0, arrays.assembly.pose_scales[0]
@@ -152,7 +169,7 @@ def _add_spindle_inertia(
 
 
 @jit_in_place
-def _add_force(arrays: LagrangianArrays, workspace: LagrangianWorkspace, index: int, tangents: FloatArray, curvatures: FloatArray) -> None:
+def _add_force(arrays: ReductionArrays, workspace: ReductionWorkspace, index: int, tangents: FloatArray, curvatures: FloatArray) -> None:
     """Add one force along an output to the coefficients; the output rows were evaluated with the tangents as velocities."""
     force, rows, jacobian, coefficients = arrays.forces[index], arrays.output_rows, workspace.output_jacobian, workspace.coefficients
     row, value = force.output_index, workspace.output_row_values[force.output_index, RowColumn.RESIDUAL]
@@ -173,7 +190,7 @@ def _add_force(arrays: LagrangianArrays, workspace: LagrangianWorkspace, index: 
 
 
 @jit
-def evaluate_coefficients_at_nodes(arrays: LagrangianArrays, workspace: LagrangianWorkspace, nodes: FloatArray) -> FloatArray:
+def evaluate_coefficients_at_nodes(arrays: ReductionArrays, workspace: ReductionWorkspace, nodes: FloatArray) -> FloatArray:
     """Return the coefficients (n, coefficients) at nodes (n, 3, 3 bodies)."""
     result = np.empty((nodes.shape[0], workspace.coefficients.size))
     for k in range(nodes.shape[0]):
@@ -204,47 +221,11 @@ class TableColumn(IntEnum):
     """From here on the loads at unit input over I, then value and derivative of each output."""
 
 
-class ReductionArrays(NamedTuple):
-    """A mechanism with one degree of freedom as arrays, from which its motion table is computed.
-
-    Attributes
-    ----------
-    lagrangian
-        What determines the Lagrangian coefficients.
-    output_scales
-        Scales of the outputs in the table, which come first in the rows of the outputs; shape (outputs,).
-    limits
-        Output index, low and high limit; shape (n, 3).
-    steady_speed
-        Magnitude of a constant spindle speed, rad/s; negative if the speed changes.
-    time_scale
-        Characteristic time, s.
-    low
-        Lower bound of the coordinate.
-    high
-        Upper bound of the coordinate.
-    full_turn
-        Whole turn of a coordinate that is an angle, rad; else 0.
-    is_conservative
-        Whether the quadratic and the potential column hold all forces.
-    """
-
-    lagrangian: LagrangianArrays
-    output_scales: FloatArray
-    limits: FloatArray
-    steady_speed: float
-    time_scale: float
-    low: float
-    high: float
-    full_turn: float
-    is_conservative: bool
-
-
 @jit_in_place
-def evaluate_columns(arrays: ReductionArrays, workspace: LagrangianWorkspace, node: FloatArray, columns: FloatArray) -> None:
+def evaluate_columns(arrays: ReductionArrays, workspace: ReductionWorkspace, node: FloatArray, columns: FloatArray) -> None:
     """Fill the columns of the table from a node (3, 3 bodies): poses, tangent and curvature."""
-    lagrangian, coefficients = arrays.lagrangian, workspace.coefficients
-    evaluate_coefficients(lagrangian, workspace, node)
+    coefficients = workspace.coefficients
+    evaluate_coefficients(arrays, workspace, node)
     inverse_inertia = 1.0 / coefficients[Coefficient.INERTIA]
     centrifugal = 0.5 * coefficients[Coefficient.SPINDLE_INERTIA_DERIVATIVE]
     columns[TableColumn.QUADRATIC] = -0.5 * coefficients[Coefficient.INERTIA_DERIVATIVE] * inverse_inertia
@@ -259,11 +240,11 @@ def evaluate_columns(arrays: ReductionArrays, workspace: LagrangianWorkspace, no
     columns[TableColumn.SPINDLE_INERTIA] = coefficients[Coefficient.SPINDLE_INERTIA]
     columns[TableColumn.DAMPING] = -coefficients[Coefficient.DAMPING] * inverse_inertia
     column: int = TableColumn.FIRST_LOAD
-    for k in range(lagrangian.n_loads):
+    for k in range(arrays.n_loads):
         columns[column] = coefficients[Coefficient.FIRST_LOAD + 2 * k] * inverse_inertia
         column += 1
     tangents = node[1].reshape(-1, 3)
     for k in range(arrays.output_scales.size):
         columns[column] = workspace.output_row_values[k, RowColumn.RESIDUAL]
-        columns[column + 1] = output_rate(lagrangian.output_rows, workspace.output_jacobian, k, tangents)
+        columns[column + 1] = output_rate(arrays.output_rows, workspace.output_jacobian, k, tangents)
         column += 2

@@ -1,12 +1,18 @@
-"""The reduced model as arrays, and its state: a motion table, the forces along it, inputs and contact mode."""
+"""The reduced model as records, and its state: a motion table, the forces along it and on the shaft, inputs and contact mode."""
 
 from enum import IntEnum
 from typing import NamedTuple
 
-from governor_mechanism.mechanics.reduction.reduced_forces import EventLayout, ModeLayout, ReducedForces
+import numpy as np
+
+from governor_mechanism.mechanics.reduction.layouts import EventLayout, ModeLayout
 from governor_mechanism.mechanics.reduction.shaft_outputs import ShaftOutputs
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable
+from governor_mechanism.numerics.jit import record_dtype
 from governor_mechanism.types import FloatArray, IntArray, RecordArray
+
+COORDINATE = -2
+"""Index that stands for the coordinate among those of outputs."""
 
 
 class StateIndex(IntEnum):
@@ -30,46 +36,77 @@ N_STATES = len(StateIndex)
 N_FURTHER_STATES = N_STATES - 2
 """Number of states after the coordinate and its rate, which a conservative model has none of."""
 
+MODEL_PARAMETERS_DTYPE = record_dtype(
+    ("is_conservative", "i8"),  # whether the quadratic and the potential column hold all forces
+    ("is_spindle_loaded", "i8"),  # whether a change of the spindle speed loads the bodies
+    ("has_shaft", "i8"),  # whether a shaft turns freely, so that its angle and speed are states
+    ("has_reaction", "i8"),  # whether the bodies in the turning plane act on the shaft
+    ("n_loads", "i8"),  # number of inputs of force elements
+    ("first_load_input", "i8"),  # the first input of force elements that act along the coordinate
+    ("n_outputs", "i8"),  # number of outputs in the table
+    ("n_tables", "i8"),  # number of tables of readings
+    ("spindle_ratio", "f8"),  # ratio of the spindle speed to that of the shaft; 0 if the spindle speed is given
+    ("shaft_inertia", "f8"),  # moment of inertia of all bodies that only rotate, at the speed of the shaft, kg m2
+    ("shaft_damping", "f8"),  # coefficient of the torsion dampers on the shaft, N m s/rad
+    ("fluctuation_amplitude", "f8"),  # relative amplitude of the fluctuation of a given spindle speed
+    ("cycles_per_turn", "f8"),  # cycles of that fluctuation per turn
+    ("min_rate", "f8"),  # rate of the coordinate below which the integration ends
+    ("stall_ratio", "f8"),  # ratio to the shaft of a body on it with which the integration ends where it turns back, or 0
+    ("coordinate_scale", "f8"),  # scale of the coordinate, m or rad
+    ("time_scale", "f8"),  # characteristic time, s
+    ("energy_scale", "f8"),  # scale of energies, J
+    ("force_scale", "f8"),  # scale of generalised forces along the coordinate
+)
+"""Scalars of a reduced model."""
+
+ONE_SIDED_SPRING_DTYPE = record_dtype(
+    ("output_index", "i8"),  # the output along which it acts
+    ("slack_below", "f8"),  # value of the output below which it is slack
+    ("scale", "f8"),  # scale of the output
+)
+"""A spring that goes slack instead of pushing."""
+
+SHAFT_TORQUE_DTYPE = record_dtype(
+    ("input_index", "i8"),  # its input, N m
+    ("ratio", "f8"),  # speed relative to that of the shaft of what it acts on
+)
+"""A torque on the shaft that an input gives."""
+
 
 class ReducedModel(NamedTuple):
-    """The motion table and the forces along it, in few arrays; see `PiecewiseTable` and `ReducedForces`.
+    """The motion table and the forces along it; few arrays, because each one adds to the cost of a kernel call.
 
     Attributes
     ----------
-    coefficients
-        As in `PiecewiseTable`.
-    intervals
-        As in `PiecewiseTable`.
-    neighbours
-        As in `PiecewiseTable`.
-    periodicity
+    coefficients, intervals, neighbours, periodicity
         As in `PiecewiseTable`.
     parameters
-        As in `ReducedForces`.
+        Record of `MODEL_PARAMETERS_DTYPE`; shape (1,).
     one_sided_springs
-        As in `ReducedForces`.
+        Records of `ONE_SIDED_SPRING_DTYPE`; shape (springs,).
     output_forces
-        As in `ReducedForces`.
+        Force laws that the table does not contain, records of `OUTPUT_FORCE_DTYPE`. Outputs are counted from those of the table on; an
+        index of COORDINATE is the coordinate.
     contacts
-        As in `ReducedForces`.
+        Records of `CONTACT_DTYPE`; shape (contacts,).
     shaft_torques
-        As in `ReducedForces`.
+        Records of `SHAFT_TORQUE_DTYPE`.
     shaft_forces
-        As in `ReducedForces`.
+        Gas on the shaft, like `output_forces`.
     shaft_outputs
-        As in `ReducedForces`.
+        Outputs of bodies on the shaft along which gas acts or on which loads depend.
     kinks
-        As in `ReducedForces`.
+        Kinks of gas, records of `EVENT_FUNCTION_DTYPE`; shape (kinks,).
     table_segments
-        As in `ReducedForces`.
+        Segments of all tables of readings, records of `TABLE_SEGMENT_DTYPE`.
     input_terms
-        As in `ReducedForces`.
+        Records of `INPUT_TERM_DTYPE`; those of tables are set where a segment begins.
     inputs
-        As in `ReducedForces`.
+        Values of the inputs at the last evaluation; shape (inputs,).
     mode_layout
-        As in `ReducedForces`.
+        Layout of the contact mode.
     event_layout
-        As in `ReducedForces`.
+        Layout of the event functions.
     input_cubics
         Cubics of the inputs in local time, highest power first, then the integral at local time 0; shape (inputs, 5).
     mode
@@ -80,12 +117,12 @@ class ReducedModel(NamedTuple):
     intervals: FloatArray
     neighbours: IntArray
     periodicity: FloatArray
-    parameters: FloatArray
-    one_sided_springs: FloatArray
-    output_forces: FloatArray
+    parameters: RecordArray
+    one_sided_springs: RecordArray
+    output_forces: RecordArray
     contacts: RecordArray
-    shaft_torques: FloatArray
-    shaft_forces: FloatArray
+    shaft_torques: RecordArray
+    shaft_forces: RecordArray
     shaft_outputs: ShaftOutputs
     kinks: RecordArray
     table_segments: RecordArray
@@ -96,24 +133,23 @@ class ReducedModel(NamedTuple):
     input_cubics: FloatArray
     mode: IntArray
 
+    def with_own_results(self) -> "ReducedModel":
+        """Return the model with arrays of its own for what an integration changes."""
+        return self._replace(
+            output_forces=self.output_forces.copy(),
+            shaft_forces=self.shaft_forces.copy(),
+            shaft_outputs=self.shaft_outputs.with_own_results(),
+            input_terms=self.input_terms.copy(),
+            inputs=np.zeros_like(self.inputs),
+        )
 
-def make_reduced_model(table: PiecewiseTable, forces: ReducedForces, input_cubics: FloatArray, mode: IntArray) -> ReducedModel:
-    """Combine a table, its forces and the inputs to a reduced model.
-
-    Parameters
-    ----------
-    table
-        The motion table.
-    forces
-        The forces along the coordinate.
-    input_cubics
-        Inputs from the local time 0 on; shape (inputs, 5).
-    mode
-        Contact mode, see `ModeLayout`.
-
-    Returns
-    -------
-    ReducedModel
-        The arrays that the kernels read.
-    """
-    return ReducedModel(table.coefficients, table.intervals, table.neighbours, table.periodicity, *forces, input_cubics, mode)
+    def on_table(self, table: PiecewiseTable, input_cubics: FloatArray, mode: IntArray) -> "ReducedModel":
+        """Return the model along a motion table, with cubics of its inputs (inputs, 5) and a contact mode."""
+        return self._replace(
+            coefficients=table.coefficients,
+            intervals=table.intervals,
+            neighbours=table.neighbours,
+            periodicity=table.periodicity,
+            input_cubics=input_cubics,
+            mode=mode,
+        )

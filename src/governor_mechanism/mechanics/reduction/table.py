@@ -109,8 +109,8 @@ def allocate_table(arrays: ReductionArrays, capacity: int, q: float, poses: Floa
     PiecewiseTable
         A table without pieces.
     """
-    n_columns, n_bodies = count_columns(arrays), len(arrays.lagrangian.bodies)
-    width = INITIAL_PIECE_WIDTH * arrays.lagrangian.assembly.coordinate_scale
+    n_columns, n_bodies = count_columns(arrays), len(arrays.bodies)
+    width = INITIAL_PIECE_WIDTH * arrays.assembly.coordinate_scale
     table = PiecewiseTable(
         intervals=np.zeros((capacity, 4)),
         neighbours=np.full((capacity, 2), -1, dtype=np.int64),
@@ -142,7 +142,7 @@ def count_columns(arrays: ReductionArrays) -> int:
     n_outputs = len(arrays.output_scales)
     if arrays.is_conservative and not n_outputs:
         return TableColumn.INVERSE_INERTIA
-    return TableColumn.FIRST_LOAD + arrays.lagrangian.n_loads + 2 * n_outputs
+    return TableColumn.FIRST_LOAD + arrays.n_loads + 2 * n_outputs
 
 
 @jit_in_place

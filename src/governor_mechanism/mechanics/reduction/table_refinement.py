@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import is_on_branch, solve_position
-from governor_mechanism.mechanics.reduction.node_evaluation import LagrangianWorkspace, ReductionArrays, TableColumn, evaluate_columns
+from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays, ReductionWorkspace, TableColumn, evaluate_columns
 from governor_mechanism.mechanics.reduction.table import BOUND_TOLERANCE, EndReason, ExtensionStatus, PiecewiseTable
 from governor_mechanism.model.joints.constraint_row import RowKind
 from governor_mechanism.numerics.array_copy import copy_array
@@ -54,7 +54,7 @@ TABLE_CLOSURE_TOLERANCE = 1e-8
 
 
 @jit
-def extend_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: PiecewiseTable, side: int) -> ExtensionStatus:
+def extend_table(arrays: ReductionArrays, workspace: ReductionWorkspace, table: PiecewiseTable, side: int) -> ExtensionStatus:
     """Add the next piece to a table; before the first one, find the node at which the table starts.
 
     Parameters
@@ -79,10 +79,10 @@ def extend_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table:
 
 
 @jit
-def _start_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: PiecewiseTable) -> bool:
+def _start_table(arrays: ReductionArrays, workspace: ReductionWorkspace, table: PiecewiseTable) -> bool:
     """Solve the initial node of a table and set the scales from it; return whether that was possible."""
     node, columns = table.initial_node, np.zeros(table.column_scales.size)
-    if not solve_position(arrays.lagrangian.assembly, workspace.assembly, table.intervals[0, 0], node):
+    if not solve_position(arrays.assembly, workspace.assembly, table.intervals[0, 0], node):
         table.end_reasons[:] = EndReason.AT_SINGULARITY
         return False
     evaluate_columns(arrays, workspace, node, columns)
@@ -94,13 +94,13 @@ def _start_table(arrays: ReductionArrays, workspace: LagrangianWorkspace, table:
 @jit_in_place
 def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray, columns: FloatArray) -> None:
     """Set the scales of columns and poses from the initial node."""
-    column_scales, coordinate_scale, time_scale = table.column_scales, arrays.lagrangian.assembly.coordinate_scale, arrays.time_scale
+    column_scales, coordinate_scale, time_scale = table.column_scales, arrays.assembly.coordinate_scale, arrays.time_scale
     column_scales[TableColumn.QUADRATIC] = 1.0 / coordinate_scale
     column_scales[TableColumn.POTENTIAL] = coordinate_scale / time_scale**2
     column_scales[TableColumn.CENTRIFUGAL] = coordinate_scale
     largest_tangent = 0.0
     for c in range(table.node_scales.shape[1]):
-        pose_scale = arrays.lagrangian.assembly.pose_scales[c]
+        pose_scale = arrays.assembly.pose_scales[c]
         table.node_scales[0, c], table.node_scales[1, c] = pose_scale, pose_scale / coordinate_scale
         largest_tangent = max(largest_tangent, abs(node[1, c]))
     if columns.size == TableColumn.INVERSE_INERTIA:
@@ -108,7 +108,7 @@ def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray
     column_scales[TableColumn.INVERSE_INERTIA] = columns[TableColumn.INVERSE_INERTIA]
     column_scales[TableColumn.SPINDLE_INERTIA] = columns[TableColumn.SPINDLE_INERTIA]
     column_scales[TableColumn.DAMPING] = 1.0 / time_scale
-    first_output = TableColumn.FIRST_LOAD + arrays.lagrangian.n_loads
+    first_output = TableColumn.FIRST_LOAD + arrays.n_loads
     for column in range(TableColumn.FIRST_LOAD, first_output):
         column_scales[column] = largest_tangent * columns[TableColumn.INVERSE_INERTIA]
     for k in range(arrays.output_scales.size):
@@ -117,7 +117,7 @@ def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray
 
 
 @jit_in_place
-def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: PiecewiseTable, side: int) -> ExtensionStatus:
+def _add_piece(arrays: ReductionArrays, workspace: ReductionWorkspace, table: PiecewiseTable, side: int) -> ExtensionStatus:
     if table.end_reasons[side] != EndReason.NOT_ENDED or table.periodicity[0] > 0.0:
         return ExtensionStatus.TABLE_ENDED
     piece, edge_piece = table.n_pieces[0], table.end_pieces[side]
@@ -125,7 +125,7 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
         return ExtensionStatus.TABLE_FULL
     start, direction = table.intervals[edge_piece, side], 1.0 if side == 1 else -1.0
     bound = arrays.high if side == 1 else arrays.low
-    coordinate_scale, distance = arrays.lagrangian.assembly.coordinate_scale, abs(start - table.periodicity[1])
+    coordinate_scale, distance = arrays.assembly.coordinate_scale, abs(start - table.periodicity[1])
     if distance > MAX_DISTANCE * coordinate_scale:
         table.end_reasons[side] = EndReason.TOO_FAR
         return ExtensionStatus.TABLE_ENDED
@@ -142,16 +142,12 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
         period_end = table.intervals[table.end_pieces[1 - side], 1 - side] + direction * table.periodicity[2] * arrays.full_turn
         if arrays.full_turn > 0.0 and direction * (end - period_end) >= 0.0:
             end, at_bound = period_end, False
-        if abs(end - start) < MIN_PIECE_WIDTH * arrays.lagrangian.assembly.coordinate_scale:
+        if abs(end - start) < MIN_PIECE_WIDTH * arrays.assembly.coordinate_scale:
             table.end_reasons[side] = EndReason.AT_BOUND if at_bound else EndReason.AT_SINGULARITY
             return ExtensionStatus.TABLE_ENDED
         residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
         if residual <= 1.0 and rounding * FIT_TOLERANCE < MAX_ROUNDING_ERROR:
-            if (
-                rounding > noise_limit
-                and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.lagrangian.assembly.coordinate_scale
-                and not at_bound
-            ):
+            if rounding > noise_limit and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.assembly.coordinate_scale and not at_bound:
                 end = _reduce_rounding_by_resizing(arrays, workspace, table, piece, edge_piece, start, end, rounding, acceptable_noise)
                 residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
                 # No step control corrects the error of the table at a change point, and the error estimate would not show it.
@@ -159,7 +155,7 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
                 if (
                     rounding > noise_limit
                     and near_change_point
-                    and abs(bound - end) > CHANGE_POINT_MARGIN * arrays.lagrangian.assembly.coordinate_scale
+                    and abs(bound - end) > CHANGE_POINT_MARGIN * arrays.assembly.coordinate_scale
                 ):
                     table.end_reasons[side] = EndReason.AT_SINGULARITY
                     return ExtensionStatus.TABLE_ENDED
@@ -167,7 +163,7 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
             if reason == EndReason.NOT_ENDED:
                 break
             table.end_reasons[side], end = reason, limit_value  # the last piece ends where a reading reaches its limit
-            if abs(end - start) < MIN_PIECE_WIDTH * arrays.lagrangian.assembly.coordinate_scale:
+            if abs(end - start) < MIN_PIECE_WIDTH * arrays.assembly.coordinate_scale:
                 return ExtensionStatus.TABLE_ENDED
             residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
             break
@@ -194,7 +190,7 @@ def _add_piece(arrays: ReductionArrays, workspace: LagrangianWorkspace, table: P
 @jit_in_place
 def _reduce_rounding_by_resizing(
     arrays: ReductionArrays,
-    workspace: LagrangianWorkspace,
+    workspace: ReductionWorkspace,
     table: PiecewiseTable,
     piece: int,
     neighbour: int,
@@ -223,7 +219,7 @@ def _reduce_rounding_by_resizing(
 
 @jit
 def _fill_piece(
-    arrays: ReductionArrays, workspace: LagrangianWorkspace, table: PiecewiseTable, piece: int, neighbour: int, start: float, end: float
+    arrays: ReductionArrays, workspace: ReductionWorkspace, table: PiecewiseTable, piece: int, neighbour: int, start: float, end: float
 ) -> tuple[float, float]:
     """Fill a piece, node by node from the side of its neighbour; return its truncation error and its rounding error.
 
@@ -245,8 +241,8 @@ def _fill_piece(
         q_node = middle + half * CHEBYSHEV_NODES[k]
         _extrapolate_poses(arrays, node, node_before, q, q_before, q_node, table.nodes[piece, k])
         copy_array(guess, table.nodes[piece, k, 0])
-        is_solved = solve_position(arrays.lagrangian.assembly, workspace.assembly, q_node, table.nodes[piece, k])
-        if not (is_solved and is_on_branch(arrays.lagrangian.assembly, table.nodes[piece, k, 0], guess)):
+        is_solved = solve_position(arrays.assembly, workspace.assembly, q_node, table.nodes[piece, k])
+        if not (is_solved and is_on_branch(arrays.assembly, table.nodes[piece, k, 0], guess)):
             return math.inf, 0.0
         min_pivot = min(min_pivot, workspace.assembly.min_pivot[0])
         evaluate_columns(arrays, workspace, table.nodes[piece, k], columns)
@@ -266,7 +262,7 @@ def _extrapolate_poses(
 ) -> None:
     """Extrapolate the poses by a Taylor polynomial from the last two nodes."""
     displacement, previous_displacement = q_node - q, q - q_before
-    for c in range(arrays.lagrangian.assembly.pose_scales.size):
+    for c in range(arrays.assembly.pose_scales.size):
         third_derivative = (node[2, c] - node_before[2, c]) / previous_displacement if previous_displacement != 0.0 else 0.0
         guess[0, c] = node[0, c] + displacement * (node[1, c] + displacement * (0.5 * node[2, c] + displacement / 6.0 * third_derivative))
 
@@ -277,8 +273,8 @@ def _unwrap_line_angles(
 ) -> None:
     """Remove whole turns from outputs that are angles of lines, continuing the neighbouring piece."""
     for output_index in range(arrays.output_scales.size):
-        if arrays.lagrangian.output_rows.table[output_index].kind == RowKind.LINE_ANGLE:
-            column = TableColumn.FIRST_LOAD + arrays.lagrangian.n_loads + 2 * output_index
+        if arrays.output_rows.table[output_index].kind == RowKind.LINE_ANGLE:
+            column = TableColumn.FIRST_LOAD + arrays.n_loads + 2 * output_index
             last = evaluate_piece(table.coefficients, neighbour, column, float(direction)) if neighbour >= 0 else values[column, first]
             for step in range(N_CHEBYSHEV_NODES):
                 k = first + direction * step
@@ -295,7 +291,7 @@ def _fit_residual(arrays: ReductionArrays, table: PiecewiseTable, piece: int, va
         error /= max(table.column_scales[c], _largest_magnitude(values[c]))
         truncation, rounding = (truncation, max(rounding, error)) if has_stagnated else (max(truncation, error), rounding)
     for order in range(2):
-        for c in range(arrays.lagrangian.assembly.pose_scales.size):
+        for c in range(arrays.assembly.pose_scales.size):
             copy_array(column, table.nodes[piece, :, order, c])
             error, has_stagnated = fit_piece(column, unused_coefficients)
             error /= max(table.node_scales[order, c], _largest_magnitude(column))
@@ -317,7 +313,7 @@ def _locate_limit_in_piece(arrays: ReductionArrays, table: PiecewiseTable, piece
     """Return the first value on a piece at which a reading reaches its limit, and the reason code; else its far end."""
     near_edge, far_edge, n_samples = table.intervals[piece, 1 - side], table.intervals[piece, side], 4 * N_CHEBYSHEV_NODES
     reason: int = EndReason.NOT_ENDED
-    for limit in range(arrays.limits.shape[0]):
+    for limit in range(arrays.limits.size):
         for side_index in range(2):
             inside, outside = near_edge, far_edge
             for k in range(1, n_samples + 1):
@@ -338,9 +334,9 @@ def _locate_limit_in_piece(arrays: ReductionArrays, table: PiecewiseTable, piece
 @jit_in_place
 def _limit_violation(arrays: ReductionArrays, table: PiecewiseTable, piece: int, limit: int, side_index: int, q: float) -> float:
     """Return how far a reading is beyond its low (0) or high (1) limit."""
-    column = TableColumn.FIRST_LOAD + arrays.lagrangian.n_loads + 2 * int(arrays.limits[limit, 0])
+    column = TableColumn.FIRST_LOAD + arrays.n_loads + 2 * arrays.limits[limit].output_index
     value = evaluate_piece(table.coefficients, piece, column, (q - table.intervals[piece, 2]) * table.intervals[piece, 3])
-    return float(value - arrays.limits[limit, 2] if side_index == 1 else arrays.limits[limit, 1] - value)
+    return float(value - arrays.limits[limit].high if side_index == 1 else arrays.limits[limit].low - value)
 
 
 @jit
@@ -348,17 +344,17 @@ def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
     """Make a table periodic whose ends meet; else let it continue for another turn."""
     low, high = table.end_pieces[0], table.end_pieces[1]
     weights = np.empty(N_CHEBYSHEV_NODES)
-    first, last = np.zeros(arrays.lagrangian.assembly.pose_scales.size), np.zeros(arrays.lagrangian.assembly.pose_scales.size)
+    first, last = np.zeros(arrays.assembly.pose_scales.size), np.zeros(arrays.assembly.pose_scales.size)
     for end in range(2):
         piece, poses = (low, first) if end == 0 else (high, last)
         barycentric_weights((table.intervals[piece, end] - table.intervals[piece, 2]) * table.intervals[piece, 3], weights)
         for k in range(N_CHEBYSHEV_NODES):
             for c in range(poses.size):
                 poses[c] += weights[k] * table.nodes[piece, k, 0, c]
-    for c in range(arrays.lagrangian.assembly.pose_scales.size):
+    for c in range(arrays.assembly.pose_scales.size):
         pose_change = last[c] - first[c]
         whole_turns = 2.0 * math.pi * math.floor(pose_change / (2.0 * math.pi) + 0.5) if c % 3 == 2 else 0.0
-        if abs(pose_change - whole_turns) > TABLE_CLOSURE_TOLERANCE * arrays.lagrangian.assembly.pose_scales[c]:
+        if abs(pose_change - whole_turns) > TABLE_CLOSURE_TOLERANCE * arrays.assembly.pose_scales[c]:
             table.periodicity[2] += 1.0
             return
         table.pose_increment[c] = whole_turns
@@ -372,10 +368,10 @@ def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
 @jit_in_place
 def _is_periodic(arrays: ReductionArrays, table: PiecewiseTable, low: int, high: int) -> bool:
     """Return whether all columns have the same values at both ends; angles of lines are exempt, because whole turns do not matter."""
-    first_output_column, is_same = TableColumn.FIRST_LOAD + arrays.lagrangian.n_loads, True
+    first_output_column, is_same = TableColumn.FIRST_LOAD + arrays.n_loads, True
     for c in range(table.column_scales.size):
         output_index, is_derivative = (c - first_output_column) // 2, (c - first_output_column) % 2 == 1
-        if c >= first_output_column and not is_derivative and arrays.lagrangian.output_rows.table[output_index].kind == RowKind.LINE_ANGLE:
+        if c >= first_output_column and not is_derivative and arrays.output_rows.table[output_index].kind == RowKind.LINE_ANGLE:
             continue
         first, last = evaluate_piece(table.coefficients, low, c, -1.0), evaluate_piece(table.coefficients, high, c, 1.0)
         is_same = is_same and abs(last - first) <= TABLE_CLOSURE_TOLERANCE * max(table.column_scales[c], abs(first), abs(last))

@@ -34,13 +34,14 @@ OUTPUT_FORCE_DTYPE = record_dtype(
     ("has_power", "i8"),  # whether the force has no potential
     ("input_index", "i8"),  # input of a friction force or load, or that multiplies the force of a law, or NO_INDEX
     ("switch_input", "i8"),  # input that is the switch of a gas, or NO_INDEX
+    ("spring_index", "i8"),  # the one-sided spring whose contact mode says whether the force acts, or NO_INDEX (reduced model only)
     ("phase", "i8"),  # phase of the cycle in which a gas is kept, or IN_NO_PHASE
     ("slack_below", "f8"),  # value of the output below which the force is slack
     ("coefficients", "f8", (MAX_COEFFICIENTS,)),  # of the law
 )
 """One force along an output row."""
 
-OutputForceRecord = tuple[int, int, int, bool, int, int, int, float, tuple[float, ...]]
+OutputForceRecord = tuple[int, int, int, bool, int, int, int, int, float, tuple[float, ...]]
 """A record of `OUTPUT_FORCE_DTYPE`."""
 
 
@@ -53,11 +54,12 @@ def make_output_force(
     has_power: bool = False,
     input_index: int = NO_INDEX,
     switch_input: int = NO_INDEX,
+    spring_index: int = NO_INDEX,
     slack_below: float = -math.inf,
 ) -> OutputForceRecord:
     """Return a record of `OUTPUT_FORCE_DTYPE`; coefficients that are left out are zero."""
-    coefficients = pad_coefficients(coefficients)
-    return law, output_index, argument_index, has_power, input_index, switch_input, IN_NO_PHASE, slack_below, coefficients
+    indices = law, output_index, argument_index, has_power, input_index, switch_input, spring_index
+    return *indices, IN_NO_PHASE, slack_below, pad_coefficients(coefficients)
 
 
 def pad_coefficients(coefficients: Sequence[float]) -> tuple[float, ...]:
@@ -65,23 +67,12 @@ def pad_coefficients(coefficients: Sequence[float]) -> tuple[float, ...]:
     return (*coefficients, *(0.0,) * (MAX_COEFFICIENTS - len(coefficients)))
 
 
-def output_force_record(effect: OutputForce, output_index: int) -> OutputForceRecord:
-    """Return the record of an effect with a force law along an output.
-
-    Parameters
-    ----------
-    effect
-        Effect with a force law.
-    output_index
-        Index of the output row.
-
-    Returns
-    -------
-    OutputForceRecord
-        Record of `OUTPUT_FORCE_DTYPE`.
-    """
-    law = FORCE_LAWS.index(type(effect))
-    return make_output_force(law, output_index, effect.coefficients, has_power=effect.dissipates, slack_below=effect.slack_below)
+def output_force_record(effect: OutputForce, output_index: int, spring_index: int = NO_INDEX) -> OutputForceRecord:
+    """Return the record of an effect with a force law along an output."""
+    law, has_power, slack_below = FORCE_LAWS.index(type(effect)), effect.dissipates, effect.slack_below
+    return make_output_force(
+        law, output_index, effect.coefficients, has_power=has_power, spring_index=spring_index, slack_below=slack_below
+    )
 
 
 def _compile_laws(functions: Sequence[Callable[..., Any]]) -> Callable[..., Any]:
