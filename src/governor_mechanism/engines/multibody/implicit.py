@@ -104,9 +104,10 @@ class PartitionedEquation(NamedTuple):
 @jit_in_place
 def _expand(equation: PartitionedEquation, local_time: float, state: FloatArray, poses: FloatArray, result: FloatArray) -> float:
     """Fill the full state of a reduced one, with dependent coordinates solved from given poses on; return the quality."""
-    n_coordinates = poses.size
-    for i in range(n_coordinates):
-        result[i], result[n_coordinates + i] = poses[i], 0.0
+    layout = equation.system.state_layout
+    for i in range(layout.velocities):
+        result[i] = poses[i]
+        result[layout.velocities + i] = 0.0
     for i in range(state.size):
         result[equation.components[i]] = state[i]
     residual = project_state(
@@ -114,8 +115,8 @@ def _expand(equation: PartitionedEquation, local_time: float, state: FloatArray,
         equation.workspace,
         equation.input_cubics,
         local_time,
-        result[:n_coordinates].reshape(-1, 3),
-        result[n_coordinates : 2 * n_coordinates].reshape(-1, 3),
+        result[: layout.velocities].reshape(-1, 3),
+        result[layout.velocities : layout.work].reshape(-1, 3),
         equation.constraint_tolerance,
     )
     return 1.0 if residual <= MAX_OPEN_RATIO * equation.constraint_tolerance else OPEN_JOINT
@@ -179,18 +180,19 @@ def _evaluate_jacobian(
 
 @jit_in_place
 def _finish_step(equation: PartitionedEquation, local_time: float, state: FloatArray, derivative: FloatArray) -> IntegrationStatus:
-    n_coordinates = equation.stage_poses.shape[1]
-    if _evaluate_from(equation, local_time, state, equation.full_state[:n_coordinates], derivative) < 0.0:
+    layout = equation.system.state_layout
+    if _evaluate_from(equation, local_time, state, equation.full_state[: layout.velocities], derivative) < 0.0:
         return IntegrationStatus.STALLED
     copy_array(equation.step_start[: equation.full_state.size], equation.full_state)
     equation.step_start[equation.full_state.size] = equation.present_time[0]
     copy_array(equation.full_state, equation.buffer)
     equation.present_time[0] = local_time
-    for k in range(n_coordinates // 3):
-        if not abs(equation.buffer[3 * k]) + abs(equation.buffer[3 * k + 1]) <= equation.max_distance:
+    poses = equation.buffer[: layout.velocities].reshape(-1, 3)
+    for k in range(poses.shape[0]):
+        if not abs(poses[k, 0]) + abs(poses[k, 1]) <= equation.max_distance:
             return IntegrationStatus.OUT_OF_RANGE
     limits = equation.limits
-    evaluate_limit_rows(limits, n_coordinates, equation.buffer, limits.end_values)
+    evaluate_limit_rows(limits, layout, equation.buffer, limits.end_values)
     for i in range(limits.bounds.shape[0]):
         if not limits.bounds[i, 0] < limits.end_values[i, 0] < limits.bounds[i, 1]:
             return IntegrationStatus.LEFT_LIMITS

@@ -11,15 +11,11 @@ from governor_mechanism.integrators.stage_quality import LEFT_LIMITS, NEAR_SINGU
 from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.equations.constraint_solver import apply_jacobian, subtract_minv_jt
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import (
-    N_ENERGY_STATES,
-    evaluate_inputs_at,
-    evaluate_state_derivative,
-)
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_inputs_at, evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.equations.projection import project_state
 from governor_mechanism.mechanics.dynamics.forces.inputs import HOLD_KINDS, NOT_HELD
 from governor_mechanism.mechanics.dynamics.forces.output_forces import IN_NO_PHASE, evaluate_gas_phase, evaluate_travel_in_stroke
-from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace
+from governor_mechanism.mechanics.dynamics.system.arrays import StateLayout, System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.system.event_functions import GAS_KINKS, EventFunctionKind, evaluate_event_functions
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.model.time_functions import StrokeHold
@@ -88,8 +84,8 @@ class MultibodyEquation(NamedTuple):
 
 @jit_in_place
 def _project_to(equation: MultibodyEquation, local_time: float, state: FloatArray, tolerance_ratio: float) -> None:
-    n_coordinates = 3 * equation.system.bodies.size
-    poses, velocities = state[:n_coordinates].reshape(-1, 3), state[n_coordinates : 2 * n_coordinates].reshape(-1, 3)
+    layout = equation.system.state_layout
+    poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
     tolerance = tolerance_ratio * equation.constraint_tolerance
     project_state(equation.system, equation.workspace, equation.input_cubics, local_time, poses, velocities, tolerance)
 
@@ -131,10 +127,10 @@ def _project(equation: MultibodyEquation, local_time: float, state: FloatArray) 
 @jit_in_place
 def _project_errors(equation: MultibodyEquation, errors: FloatArray) -> None:
     """Remove from the errors of poses and velocities what violates the constraints, at the poses of the last evaluation."""
-    rows, workspace, n_coordinates = equation.system.constraint_rows, equation.workspace, 3 * equation.system.bodies.size
+    rows, workspace, layout = equation.system.constraint_rows, equation.workspace, equation.system.state_layout
     for i in range(2):
-        for first in (0, n_coordinates):
-            block = errors[i, first : first + n_coordinates].reshape(-1, 3)
+        for first in (0, layout.velocities):
+            block = errors[i, first : first + layout.velocities].reshape(-1, 3)
             apply_jacobian(rows.row_bodies, workspace.jacobian, block, workspace.multipliers)
             solve_band_system(workspace.band, workspace.factor, workspace.eigen, workspace.multipliers)
             subtract_minv_jt(rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, block)
@@ -146,11 +142,12 @@ def _evaluate_events(equation: MultibodyEquation, local_time: float, state: Floa
 
 
 @jit_in_place
-def _sample_motion(n_coordinates: int, h: float, start: FloatArray, stages: Stages, fraction: float, sample: FloatArray) -> None:
+def _sample_motion(layout: StateLayout, h: float, start: FloatArray, stages: Stages, fraction: float, sample: FloatArray) -> None:
     """Fill poses and velocities at a fraction of a step of length h (s) from a state, on the quintic interpolant of the poses."""
     end = stages.next_state
-    for i in range(n_coordinates, 2 * n_coordinates):
-        k, acceleration, end_acceleration = i - n_coordinates, stages.derivatives[i, 0], stages.next_derivative[i, 0]
+    for k in range(layout.velocities):
+        i = layout.velocities + k
+        acceleration, end_acceleration = stages.derivatives[i, 0], stages.next_derivative[i, 0]
         sample[k], sample[i] = quintic_hermite_jit(start[k], start[i], acceleration, end[k], end[i], end_acceleration, h, fraction)
 
 
@@ -159,8 +156,8 @@ def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float
     """Evaluate the event functions at a fraction of the step, on the quintic interpolant of the poses."""
     stages, event_functions, start = step.stages, equation.system.event_functions, step.state
     end, sample = stages.next_state, stages.stage_state
-    _sample_motion(3 * equation.system.bodies.size, step.h, start, stages, fraction, sample)
-    for i in range(6 * equation.system.bodies.size, start.size):
+    _sample_motion(equation.system.state_layout, step.h, start, stages, fraction, sample)
+    for i in range(equation.system.state_layout.work, start.size):
         sample[i] = start[i] + fraction * (end[i] - start[i])
     needs_forces = False
     for i in range(event_functions.size):
@@ -173,14 +170,15 @@ def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float
 @jit_in_place
 def _check_step(equation: MultibodyEquation, local_time: float, h: float, state: FloatArray, stages: Stages, quality: float) -> float:
     """Return a negative quality if a body flies away, a shaft turns back, or a reading may leave its limits within a step."""
-    n_bodies, end = equation.system.bodies.size, stages.next_state
+    layout, end = equation.system.state_layout, stages.next_state
+    positions, velocities = end[: layout.velocities].reshape(-1, 3), end[layout.velocities : layout.work].reshape(-1, 3)
     for i in range(equation.shafts.size):
-        if end[3 * (n_bodies + equation.shafts[i]) + 2] < 0.0:
+        if velocities[equation.shafts[i], 2] < 0.0:
             quality = TURNED_BACK
     if equation.limits.bounds.size > 0 and _may_leave_limits(equation, h, state, stages):
         quality = LEFT_LIMITS
-    for k in range(n_bodies):
-        if not abs(end[3 * k]) + abs(end[3 * k + 1]) <= equation.max_distance:
+    for k in range(positions.shape[0]):
+        if not abs(positions[k, 0]) + abs(positions[k, 1]) <= equation.max_distance:
             quality = OUT_OF_RANGE
     if quality in (TURNED_BACK, LEFT_LIMITS):
         copy_array(equation.step_start[: state.size], state)
@@ -194,9 +192,9 @@ def _may_leave_limits(equation: MultibodyEquation, h: float, state: FloatArray, 
 
     The turning point is that of the quintic interpolant, whose error is at most that of the cubic one.
     """
-    limits, n_coordinates, end, sample = equation.limits, 3 * equation.system.bodies.size, stages.next_state, stages.stage_state
-    evaluate_limit_rows(limits, n_coordinates, state, limits.start_values)
-    evaluate_limit_rows(limits, n_coordinates, end, limits.end_values)
+    limits, layout, end, sample = equation.limits, equation.system.state_layout, stages.next_state, stages.stage_state
+    evaluate_limit_rows(limits, layout, state, limits.start_values)
+    evaluate_limit_rows(limits, layout, end, limits.end_values)
     for i in range(limits.bounds.shape[0]):
         start_value, start_rate = limits.start_values[i, 0], limits.start_values[i, 1]
         end_value, end_rate = limits.end_values[i, 0], limits.end_values[i, 1]
@@ -211,8 +209,8 @@ def _may_leave_limits(equation: MultibodyEquation, h: float, state: FloatArray, 
         low, high = 0.0, 1.0
         for _ in range(TURNING_POINT_BISECTIONS):
             middle = 0.5 * (low + high)
-            _sample_motion(n_coordinates, h, state, stages, middle, sample)
-            evaluate_limit_rows(limits, n_coordinates, sample, limits.sample_values)
+            _sample_motion(layout, h, state, stages, middle, sample)
+            evaluate_limit_rows(limits, layout, sample, limits.sample_values)
             if limits.sample_values[i, 1] * start_rate > 0.0:
                 low = middle
             else:
@@ -230,10 +228,9 @@ _integrate_to_event = jit_in_place(make_dop853(_EQUATION))
 
 @jit_in_place
 def _evaluate_inputs(equation: MultibodyEquation, local_time: float, state: FloatArray) -> None:
-    n_coordinates = 3 * equation.system.bodies.size
-    poses, velocities = state[:n_coordinates].reshape(-1, 3), state[n_coordinates : 2 * n_coordinates].reshape(-1, 3)
-    lag_states, cubics = state[2 * n_coordinates + N_ENERGY_STATES :], equation.input_cubics
-    evaluate_inputs_at(equation.system, equation.workspace, poses, velocities, cubics, local_time, lag_states)
+    layout, cubics = equation.system.state_layout, equation.input_cubics
+    poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
+    evaluate_inputs_at(equation.system, equation.workspace, poses, velocities, cubics, local_time, state[layout.lags :])
 
 
 @jit_in_place
@@ -280,7 +277,7 @@ def _find_switch(equation: MultibodyEquation, input_index: int) -> int:
 def _update_holds(equation: MultibodyEquation, local_time: float, state: FloatArray) -> None:
     """Set the states of the holds: at a dead centre of their own crank new ones, and behind a cut-off the travel at which it was passed."""
     system, rows, inputs = equation.system, equation.workspace.output_row_values, equation.workspace.inputs
-    lag_states = state[6 * system.bodies.size + N_ENERGY_STATES :]
+    lag_states = state[system.state_layout.lags :]
     for k in range(system.lags.size):
         lag = system.lags[k]
         if lag.hold == 0:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate
+from governor_mechanism.mechanics.dynamics.system.arrays import StateLayout
 from governor_mechanism.mechanics.dynamics.system.reference_points import body_reference_point
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
@@ -69,21 +70,9 @@ def make_limit_rows(mechanism: Mechanism, is_empty: bool = False) -> LimitRows:
 
 
 @jit_in_place
-def evaluate_limit_rows(limits: LimitRows, n_coordinates: int, state: FloatArray, values: FloatArray) -> None:
-    """Fill the value and rate of each reading in a state.
-
-    Parameters
-    ----------
-    limits
-        The readings.
-    n_coordinates
-        Number of coordinates: three times the number of bodies.
-    state
-        Poses and velocities of the body origins, and more; shape (components,).
-    values
-        Result, SI; shape (readings, 2).
-    """
-    poses, velocities = state[:n_coordinates].reshape(-1, 3), state[n_coordinates : 2 * n_coordinates].reshape(-1, 3)
+def evaluate_limit_rows(limits: LimitRows, layout: StateLayout, state: FloatArray, values: FloatArray) -> None:
+    """Fill the value and the rate (readings, 2) of each reading in a state."""
+    poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
     evaluate_rows(limits.rows, poses, velocities, limits.row_values, limits.jacobian)
     for i in range(values.shape[0]):
         values[i, 0] = limits.row_values[i, RowColumn.RESIDUAL]

@@ -8,8 +8,7 @@ from governor_mechanism.integrators.radau import RadauLimits
 from governor_mechanism.integrators.radau_systems import RadauBuffers, make_radau_buffers
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import N_ENERGY_STATES
-from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace
+from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, System, SystemWorkspace
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
 from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
@@ -134,13 +133,12 @@ class ImplicitIntegrator:
     def _make_arguments(self, input_cubics: FloatArray, state: FloatArray) -> tuple[PartitionedEquation, RadauBuffers]:
         """Return the equation in the independent coordinates that suit a state, and buffers."""
         system, workspace = self._model
-        n_coordinates, n = 3 * len(system.bodies), state.size
-        independent = self._choose_independent(state[:n_coordinates])
+        layout, n = system.state_layout, state.size
+        independent = self._choose_independent(state[: layout.velocities])
         inverse_mass = system.inverse_mass.copy()
         inverse_mass.ravel()[independent] = 0.0
-        first_lag = 2 * n_coordinates + N_ENERGY_STATES
-        energies = np.arange(2 * n_coordinates, first_lag)
-        components = np.concatenate([independent, n_coordinates + independent, np.arange(first_lag, n), energies])
+        energies, lags = np.arange(layout.work, layout.lags), np.arange(layout.lags, n)
+        components = np.concatenate([independent, layout.velocities + independent, lags, energies])
         equation = PartitionedEquation(
             system=system,
             projected_system=system._replace(inverse_mass=inverse_mass),
@@ -155,7 +153,7 @@ class ImplicitIntegrator:
             step_start=np.zeros(n + 1),
             present_time=np.zeros(1),
             full_state=state.copy(),
-            stage_poses=np.empty((N_STAGES, n_coordinates)),
+            stage_poses=np.empty((N_STAGES, layout.velocities)),
             buffer=np.empty(n),
             derivative=np.empty(n),
             shifted_derivative=np.empty(components.size),

@@ -23,13 +23,18 @@ from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
 from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.dynamics.characteristic_scales import loading_rate, max_step_scale
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import N_ENERGY_STATES
 from governor_mechanism.mechanics.dynamics.equations.projection import project_state
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, has_contacts
 from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of
 from governor_mechanism.mechanics.dynamics.forces.loads import has_kinks, initial_lags
 from governor_mechanism.mechanics.dynamics.forces.output_forces import SLIDING_FRICTION
-from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace, count_output_forces, make_system_workspace
+from governor_mechanism.mechanics.dynamics.system.arrays import (
+    N_ENERGY_STATES,
+    System,
+    SystemWorkspace,
+    count_output_forces,
+    make_system_workspace,
+)
 from governor_mechanism.mechanics.dynamics.system.event_functions import GAS_KINKS
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.dynamics.system.reference_points import from_mass_centres, to_mass_centres
@@ -199,7 +204,7 @@ class ConstrainedIntegrator:
 
     def _apply_speed_jump(self, run: "ExplicitRun", time: float) -> None:
         """Add the work of a jump of the given spindle speed; the state recorded there is the one after the jump."""
-        work_index = 6 * len(self.system.bodies)
+        work_index = self.system.state_layout.work
         run.state[work_index] += speed_jump_work(self.evaluator, time, lambda: self._to_mass_centres(run.state)[0])
         run.states[run.n_filled - 1, work_index] = run.state[work_index]
 
@@ -243,11 +248,17 @@ class ConstrainedIntegrator:
 
     def state_history(self, states: FloatArray, times: FloatArray) -> StateHistory:
         """Return mass centres and spindle from state vectors (n, components) at times (n,) s."""
-        n_bodies = len(self.system.bodies)
-        motion, other_states = states[:, : 6 * n_bodies].reshape(-1, 2, n_bodies, 3), states[:, 6 * n_bodies :]
+        layout = self.system.state_layout
+        motion = states[:, : layout.work].reshape(len(states), 2, -1, 3)
         poses, velocities = to_mass_centres(self.system, motion[:, 0], motion[:, 1])
-        (work, dissipated_energy), lags = other_states[:, :N_ENERGY_STATES].T, other_states[:, N_ENERGY_STATES:]
-        return StateHistory(times=times, poses=poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, lags=lags)
+        return StateHistory(
+            times=times,
+            poses=poses,
+            velocities=velocities,
+            work=states[:, layout.work],
+            dissipated_energy=states[:, layout.dissipated_energy],
+            lags=states[:, layout.lags :],
+        )
 
     def is_out_of_range(self, state: FloatArray) -> bool:
         """Return whether a state is outside the mechanism's limits."""
@@ -330,7 +341,7 @@ class ConstrainedIntegrator:
 
     def _to_mass_centres(self, state: FloatArray) -> Motion:
         """Return poses and velocities of the mass centres of one state."""
-        return to_mass_centres(self.system, *state[: 6 * len(self.system.bodies)].reshape(2, -1, 3))
+        return to_mass_centres(self.system, *state[: self.system.state_layout.work].reshape(2, -1, 3))
 
     def _make_initial_state(self, poses: FloatArray, velocities: FloatArray) -> FloatArray:
         """Return the initial state vector, with constraints satisfied to rounding."""
@@ -345,9 +356,9 @@ class ConstrainedIntegrator:
 
     def _make_error_scale(self, motion_time: float) -> FloatArray:
         """Return the scales to which errors of a state vector are relative, for a motion that changes within a time (s)."""
-        length_scale, n_bodies = self.evaluator.mechanism.length_scale, len(self.system.bodies)
-        pose_scale = np.tile([length_scale, length_scale, 1.0], n_bodies)
-        lag_scale = np.maximum(np.abs(self.initial_state[6 * n_bodies + N_ENERGY_STATES :]), 1.0)
+        length_scale = self.evaluator.mechanism.length_scale
+        pose_scale = np.tile([length_scale, length_scale, 1.0], len(self.system.bodies))
+        lag_scale = np.maximum(np.abs(self.initial_state[self.system.state_layout.lags :]), 1.0)
         energy_scale = [self.evaluator.energy_scale] * N_ENERGY_STATES
         return np.concatenate([pose_scale, pose_scale / motion_time, energy_scale, lag_scale])
 

@@ -65,8 +65,9 @@ def _evaluate_response(
     """Evaluate motion and response in a state of a system in which nothing is held and nothing slides."""
     derivative = np.empty(state.size)
     evaluate_state_derivative(system, workspace, input_cubics, 0.0, state, derivative)  # evaluates the output rows too
-    first, end = 3 * system.bodies.size, 6 * system.bodies.size
-    velocities, accelerations = state[first:end].reshape(-1, 3), derivative[first:end].reshape(-1, 3)
+    layout = system.state_layout
+    velocities = state[layout.velocities : layout.work].reshape(-1, 3)
+    accelerations = derivative[layout.velocities : layout.work].reshape(-1, 3)
     output_rows, output_values, jacobian = system.output_rows, workspace.output_row_values, workspace.output_jacobian
     motion, n_contacts = np.empty((3, output_rows.table.size)), contacts.shape[0]
     for output in range(output_rows.table.size):
@@ -214,7 +215,7 @@ class SceneContacts:
             is_locked=is_locked(dynamics, self._states),
         )
         # The velocity that this removes is rounding.
-        poses, velocities = state[: 6 * self._response.velocity_changes.shape[1]].reshape(2, -1, 3)
+        poses, velocities = state[: self.model[0].state_layout.work].reshape(2, -1, 3)
         project_state(*self.model, input_cubics, 0.0, poses, velocities, self._constraint_tolerance)
 
     def _mask(self, contacts: Collection[int]) -> BoolArray:
@@ -260,11 +261,10 @@ class SceneContacts:
             Impulses, N s or N m s; shape (contacts,).
         """
         changes = self._response.velocity_changes.reshape(len(impulses), -1)
-        n_coordinates = changes.shape[1]
-        self._state[n_coordinates : 2 * n_coordinates] += impulses @ changes
-        dissipated_energy = dissipated_by_impulses(dynamics, impulses)
-        self._state[2 * n_coordinates] += dissipated_energy - impulses @ self._response.drive_work
-        self._state[2 * n_coordinates + 1] += dissipated_energy
+        layout, dissipated_energy = self.model[0].state_layout, dissipated_by_impulses(dynamics, impulses)
+        self._state[layout.velocities : layout.work] += impulses @ changes
+        self._state[layout.work] += dissipated_energy - impulses @ self._response.drive_work
+        self._state[layout.dissipated_energy] += dissipated_energy
 
     def _get_model(self, mode: ContactMode) -> tuple[System, SystemWorkspace]:
         """Return the system of a contact mode and its workspace."""

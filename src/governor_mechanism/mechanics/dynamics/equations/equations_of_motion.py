@@ -18,10 +18,6 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import NO_INDEX, FloatArray
 
-N_ENERGY_STATES = 2
-"""Number of states after poses and velocities: the work term of the energy balance (J) and the energy dissipated by dashpots and friction
-(J). The states of the lags follow them."""
-
 
 @jit_in_place
 def evaluate_accelerations(
@@ -157,22 +153,23 @@ def evaluate_state_derivative(
     float
         Smallest pivot ratio of J M^-1 J^T; 0 where rows are linearly dependent.
     """
-    n_bodies = system.bodies.size
-    poses, velocities = state[: 3 * n_bodies].reshape(-1, 3), state[3 * n_bodies : 6 * n_bodies].reshape(-1, 3)
-    first_lag = 6 * n_bodies + N_ENERGY_STATES
-    for i in range(3 * n_bodies):
-        result[i] = state[3 * n_bodies + i]
-    body_accelerations = result[3 * n_bodies : 6 * n_bodies].reshape(n_bodies, 3)
+    layout = system.state_layout
+    poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
+    for i in range(layout.velocities):
+        result[i] = state[layout.velocities + i]
+    body_accelerations = result[layout.velocities : layout.work].reshape(-1, 3)
     pivot_ratio, power, dissipated_power = evaluate_accelerations(
-        system, workspace, poses, velocities, input_cubics, local_time, state[first_lag:], body_accelerations
+        system, workspace, poses, velocities, input_cubics, local_time, state[layout.lags :], body_accelerations
     )
-    result[6 * n_bodies], result[6 * n_bodies + 1] = -power, dissipated_power
+    result[layout.work] = -power
+    result[layout.dissipated_energy] = dissipated_power
     for p in range(system.planes.size):
         plane, motion = system.planes[p], workspace.plane_motion[p]
         acceleration = motion[PlaneColumn.ACCELERATION] if plane.shaft < 0 else plane.ratio * body_accelerations[plane.shaft, 2]
         if not plane.has_reaction and acceleration != 0.0:
-            result[6 * n_bodies] += motion[PlaneColumn.INERTIA] * motion[PlaneColumn.SPEED] * acceleration
+            result[layout.work] += motion[PlaneColumn.INERTIA] * motion[PlaneColumn.SPEED] * acceleration
     for k in range(system.lags.size):
         lag = system.lags[k]
-        result[first_lag + k] = (workspace.inputs[lag.input_index] - state[first_lag + k]) / lag.time_constant
+        lag_index = layout.lags + k
+        result[lag_index] = (workspace.inputs[lag.input_index] - state[lag_index]) / lag.time_constant
     return pivot_ratio

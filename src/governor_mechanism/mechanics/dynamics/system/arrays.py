@@ -23,6 +23,37 @@ N_PLANE_COLUMNS = len(PlaneColumn)
 """Number of columns of the motion of a plane."""
 
 
+N_ENERGY_STATES = 2
+"""Number of energies in a state: the work as in `StateHistory`, and the dissipated part of it, J."""
+
+
+class StateLayout(NamedTuple):
+    """First index of each part of a state after the poses of the body origins.
+
+    Attributes
+    ----------
+    velocities
+        Velocities of the body origins.
+    work
+        Work as in `StateHistory`, J; up to here reach the velocities.
+    dissipated_energy
+        The dissipated part of the work, J.
+    lags
+        Values of inputs that follow others with a lag.
+    """
+
+    velocities: int
+    work: int
+    dissipated_energy: int
+    lags: int
+
+
+def lay_out_state(n_bodies: int) -> StateLayout:
+    """Return the layout of a state of some bodies."""
+    work = 6 * n_bodies
+    return StateLayout(velocities=3 * n_bodies, work=work, dissipated_energy=work + 1, lags=work + N_ENERGY_STATES)
+
+
 class System(NamedTuple):
     """Arrays of the multibody model in one contact mode.
 
@@ -31,6 +62,8 @@ class System(NamedTuple):
 
     Attributes
     ----------
+    state_layout
+        Layout of a state.
     constraint_rows
         Rows of the joints and of held outputs.
     force_elements
@@ -67,6 +100,7 @@ class System(NamedTuple):
         Number of inputs.
     """
 
+    state_layout: StateLayout
     constraint_rows: ConstraintRows
     force_elements: RecordArray
     row_pairs: IntArray

@@ -245,8 +245,8 @@ def evaluate_event_functions(system: System, workspace: SystemWorkspace, state: 
     event_values
         Result: values of the event functions, -1 for one that is not armed; shape (event functions,).
     """
-    n_coordinates = 3 * system.bodies.size
-    poses, velocities = state[:n_coordinates].reshape(-1, 3), state[n_coordinates : 2 * n_coordinates].reshape(-1, 3)
+    layout = system.state_layout
+    poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
     row_values, jacobian = workspace.output_row_values, workspace.output_jacobian
     evaluate_rows(system.output_rows, poses, velocities, row_values, jacobian)
     for i in range(system.event_functions.size):

@@ -9,7 +9,7 @@ from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_o
 from governor_mechanism.mechanics.dynamics.forces.input_layout import InputLayout, make_input_layout
 from governor_mechanism.mechanics.dynamics.forces.inputs import make_input_terms
 from governor_mechanism.mechanics.dynamics.forces.loads import loads_of
-from governor_mechanism.mechanics.dynamics.system.arrays import System
+from governor_mechanism.mechanics.dynamics.system.arrays import System, lay_out_state
 from governor_mechanism.mechanics.dynamics.system.body_records import make_body_records, make_inertia, make_plane_records
 from governor_mechanism.mechanics.dynamics.system.event_functions import make_event_functions
 from governor_mechanism.mechanics.dynamics.system.holding_rows import disable_rows, make_holding_rows, order_rows
@@ -84,12 +84,14 @@ def _make_system_in_mode(scene: Scene, mode: ContactMode) -> tuple[System, tuple
     inertia, stand_in_inertia = make_inertia(mechanism, origins)
     total_inertia = inertia + stand_in_inertia
     inverse_mass = np.divide(1.0, total_inertia, out=np.zeros_like(inertia), where=total_inertia > 0)
+    bodies = make_body_records(scene, origins)
     system = System(
+        state_layout=lay_out_state(len(bodies)),
         constraint_rows=rows,
         force_elements=force_elements,
         row_pairs=row_pairs,
         bandwidth=int(np.max(row_pairs[:, 0] - row_pairs[:, 1], initial=0)),
-        bodies=make_body_records(scene, origins),
+        bodies=bodies,
         inverse_mass=inverse_mass,
         equal_mass_metric=inverse_mass * np.where(total_inertia[:, :1] > 0, total_inertia[:, :1], 1.0),
         stand_in_inertia=stand_in_inertia,
