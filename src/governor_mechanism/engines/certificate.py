@@ -160,15 +160,7 @@ class ErrorControlSettings:
 def initial_tolerance(accuracy: float) -> float:
     """Return the first tolerance to try for an accuracy.
 
-    Parameters
-    ----------
-    accuracy
-        Requested accuracy relative to the scales.
-
-    Returns
-    -------
-    float
-        Error of one step, relative to the scales of the state.
+    Result: error of one step, relative to the scales of the state.
     """
     tolerance = max(min(FIRST_TOLERANCE_RATIO * accuracy, MAX_STEP_TOLERANCE), MIN_STEP_TOLERANCE)
     return tolerance if tolerance > MAX_DECADE_TOLERANCE else float(10.0 ** math.floor(math.log10(tolerance) + 1e-9))

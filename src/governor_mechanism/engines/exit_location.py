@@ -34,27 +34,17 @@ class Exit:
 
 
 def find_first_exit(
-    evaluator: ReadingEvaluator, states: StateHistory, state_at: StateAt, event_times: FloatArray, accuracy: float
+    evaluator: ReadingEvaluator,
+    states: StateHistory,  # states at the samples, from the start on; n times
+    state_at: StateAt,
+    event_times: FloatArray,  # times of contact events, s; shape (events,)
+    # accuracy of the states relative to the scales: a motion that turns back within it of a limit has not
+    # passed it
+    accuracy: float,
 ) -> Exit | None:
     """Return where a sampled motion leaves a limit, sets a control beyond its range, or stalls a shaft, or None.
 
-    Parameters
-    ----------
-    evaluator
-        Evaluator of the scene.
-    states
-        States at the samples, from the start on; n times.
-    state_at
-        The motion between the samples.
-    event_times
-        Times of contact events, s; shape (events,).
-    accuracy
-        Accuracy of the states relative to the scales: a motion that turns back within it of a limit has not passed it.
-
-    Returns
-    -------
-    Exit | None
-        The first exit, located by bisection.
+    Result: the first exit, located by bisection.
     """
     found = find_first_outside(evaluator, states)
     index = found[0] if found is not None else len(states.times)
@@ -71,17 +61,8 @@ def find_first_exit(
 def find_first_outside(evaluator: ReadingEvaluator, states: StateHistory) -> tuple[int, Outcome, str] | None:
     """Return the index of the first state outside the range of the motion, how a run ends there, and what happens, or None.
 
-    Parameters
-    ----------
-    evaluator
-        Evaluator of the scene.
-    states
-        States at n times.
-
-    Returns
-    -------
-    tuple[int, Outcome, str] | None
-        Index, outcome and sentence. Of several exits in one state a limit counts first, then a control, then a shaft.
+    Result: index, outcome and sentence. Of several exits in one state a limit counts first, then a control,
+    then a shaft.
     """
     if not len(states.times):
         return None

@@ -41,25 +41,15 @@ EVALUATIONS_PER_STEP = 12
 """Evaluations of a step of order 8 without its interpolation."""
 
 
-def estimate_run_time(engine: AnyEngine, scene: Scene, accuracy: float, work: ExpectedWork | None = None) -> float:
-    """Return the approximate time of a certified run of an engine, s; for impulse the least one, of a run that needs no refinement.
-
-    Parameters
-    ----------
-    engine
-        Engine.
-    scene
-        Scene to run.
-    accuracy
-        Requested accuracy.
-    work
-        Work that an engine with error control is expected to do, as judged by its first run; None estimates it from the scene.
-
-    Returns
-    -------
-    float
-        Time, s.
-    """
+def estimate_run_time(
+    engine: AnyEngine,
+    scene: Scene,
+    accuracy: float,
+    # work that an engine with error control is expected to do, as judged by its first run; None estimates it
+    # from the scene
+    work: ExpectedWork | None = None,
+) -> float:
+    """Return the approximate time of a certified run of an engine, s; for impulse the least one, of a run that needs no refinement."""
     # The engine itself refuses an invalid accuracy.
     valid_accuracy = accuracy if isinstance(accuracy, int | float) and 0 < accuracy < 1 else 1e-6
     n_reported = scene.run.duration / scene.run.output_interval if work is None else work.n_reported
@@ -87,17 +77,8 @@ def _count_least_impulse_steps(engine: ImpulseEngine, scene: Scene, accuracy: fl
     return min(float(2**engine.levels - 1) * n_coarsest, IMPULSE_STEP_LIMIT_RATIO * (engine.max_steps or engine.max_step_work))
 
 
-def format_seconds(seconds: float) -> str:
-    """Return a duration as '3 ms', '0.2 s' or '40 s'.
-
-    Parameters
-    ----------
-    seconds
-        Duration, s.
-
-    Returns
-    -------
-    str
-        The duration with one or two digits.
-    """
+def format_seconds(
+    seconds: float,  # duration, s
+) -> str:
+    """Return a duration as '3 ms', '0.2 s' or '40 s'."""
     return f"{max(math.ceil(seconds * 1e3), 1)} ms" if seconds < 0.1 else f"{seconds:.2g} s"

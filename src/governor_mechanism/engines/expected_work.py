@@ -27,19 +27,9 @@ Reason = str | Callable[[ExpectedWork | None], str]
 """Why an engine was chosen; a function states it with the expected work, or without where nothing is known of it."""
 
 
-def state_reason(reason: Reason, work: ExpectedWork | None) -> str:
-    """Return a reason as text.
-
-    Parameters
-    ----------
-    reason
-        Reason.
-    work
-        Expected work; None if it is not known.
-
-    Returns
-    -------
-    str
-        Text.
-    """
+def state_reason(
+    reason: Reason,
+    work: ExpectedWork | None,  # expected work; None if it is not known
+) -> str:
+    """Return a reason as text."""
     return reason if isinstance(reason, str) else reason(work)

@@ -37,22 +37,9 @@ def initial_state(scene: Scene) -> Motion:
 
     Start values and rates are met exactly. Otherwise the poses are nearest to the initial guess, and the velocities are smallest.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    poses : FloatArray
-        Initial poses, m and rad; shape (bodies, 3).
-    velocities : FloatArray
-        Initial velocities, m/s and rad/s; shape (bodies, 3).
-
-    Raises
-    ------
-    MechanismError
-        If the mechanism cannot be assembled or cannot move, if the equilibrium does not exist, or if drivers are redundant.
+    Results: poses, initial poses, m and rad; shape (bodies, 3); velocities, initial velocities, m/s and
+    rad/s; shape (bodies, 3). Raises MechanismError if the mechanism cannot be assembled or cannot move, if
+    the equilibrium does not exist, or if drivers are redundant.
     """
     poses, velocities = _solve_initial_state(scene)
     return poses.copy(), velocities.copy()
@@ -61,17 +48,8 @@ def initial_state(scene: Scene) -> Motion:
 def part_initial_state(scene: Scene) -> Motion:
     """Return initial poses and velocities of the bodies of the only part, without the shaft of a free spindle.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part.
-
-    Returns
-    -------
-    poses : FloatArray
-        Initial poses, m and rad; shape (bodies, 3).
-    velocities : FloatArray
-        Initial velocities, m/s and rad/s; shape (bodies, 3).
+    Results: poses, initial poses, m and rad; shape (bodies, 3); velocities, initial velocities, m/s and
+    rad/s; shape (bodies, 3).
     """
     n_bodies = len(scene.part.mechanism.bodies)
     poses, velocities = initial_state(scene)

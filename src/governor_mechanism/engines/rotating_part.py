@@ -14,20 +14,9 @@ from governor_mechanism.model.scene import Scene
 def rotating_part_alone(scene: Scene) -> Scene:
     """Return the part that turns with a spindle as a scene of its own, at the spindle speed and the position of the start.
 
-    Parameters
-    ----------
-    scene
-        A scene of any parts.
-
-    Returns
-    -------
-    Scene
-        Scene of one part without couplings; its title says so. Its spindle speed is given; a single part on a free spindle keeps it.
-
-    Raises
-    ------
-    MechanismError
-        If no part or several parts turn with a spindle, or if a load of the part depends on other parts.
+    Result: scene of one part without couplings; its title says so. Its spindle speed is given; a single part
+    on a free spindle keeps it. Raises MechanismError if no part or several parts turn with a spindle, or if a
+    load of the part depends on other parts.
     """
     if len(scene.parts) == 1:
         return _with_start_speed(scene)

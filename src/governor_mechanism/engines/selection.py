@@ -52,27 +52,15 @@ class ReducedWithFallback(ReducedEngine):
         return reduced_result if multibody_result.outcome is Outcome.ACCURACY_MISSED and is_worse else multibody_result
 
 
-def select_engine(name: str | Engine, scene: Scene, accuracy: float | None = None) -> tuple[Engine, Reason]:
+def select_engine(
+    name: str | Engine,
+    scene: Scene,
+    # requested accuracy, instead of the scene's own; it affects the expected cost
+    accuracy: float | None = None,
+) -> tuple[Engine, Reason]:
     """Return the engine of a name with its default settings; 'auto' selects the cheapest one that can model the scene.
 
-    Parameters
-    ----------
-    name
-        Name of an engine, 'auto', or an engine.
-    scene
-        Scene to run.
-    accuracy
-        Requested accuracy, instead of the scene's own; it affects the expected cost.
-
-    Returns
-    -------
-    tuple[Engine, Reason]
-        Engine, and the reason of the choice.
-
-    Raises
-    ------
-    MechanismError
-        If there is no engine of that name.
+    Result: engine, and the reason of the choice. Raises MechanismError if there is no engine of that name.
     """
     if isinstance(name, Engine):
         return name, "given"

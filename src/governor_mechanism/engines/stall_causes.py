@@ -11,20 +11,7 @@ from governor_mechanism.model.scene import Scene
 
 
 def describe_stall(scene: Scene, status: IntegrationStatus) -> str:
-    """Return why an integration stalled, from its status and from what the scene has.
-
-    Parameters
-    ----------
-    scene
-        Scene of the run.
-    status
-        STALLED or ENDLESS_EVENTS.
-
-    Returns
-    -------
-    str
-        Possible causes with their cures.
-    """
+    """Return why an integration stalled, from its status and from what the scene has."""
     if status == IntegrationStatus.ENDLESS_EVENTS:
         return "contacts change between rest and motion without end; change the restitution of a stop, add a dashpot, or try engine impulse"
     return f"its steps became too small, as where {', or '.join(_possible_causes(scene))}"

@@ -20,10 +20,7 @@ def write_all_or_none() -> Iterator[_Unfinished]:
 
     On any exception, also on Ctrl-C, all temporary files are removed, and what has their final names stays as it was.
 
-    Yields
-    ------
-    dict
-        Final names by temporary names.
+    Result: final names by temporary names.
     """
     unfinished: _Unfinished = {}
     token = _UNFINISHED.set(unfinished)
@@ -43,20 +40,8 @@ def atomic_write(path: Path) -> Iterator[Path]:
 
     On any exception, also on Ctrl-C, the temporary file is removed and `path` stays as it was.
 
-    Parameters
-    ----------
-    path
-        Final name.
-
-    Yields
-    ------
-    Path
-        Temporary name in the same folder with the same suffix.
-
-    Raises
-    ------
-    MechanismError
-        If the folder does not exist, or the file cannot be written, as on a full disk.
+    Result: temporary name in the same folder with the same suffix. Raises MechanismError if the folder does
+    not exist, or the file cannot be written, as on a full disk.
     """
     if not path.parent.is_dir():
         raise MechanismError(f"cannot write {path}: the folder {path.parent} does not exist; create it first")

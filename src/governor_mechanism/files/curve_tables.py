@@ -18,20 +18,8 @@ _BAND_COLUMNS = ("falling_speed", "rising_speed", "insensitivity")
 def tabulate_speed_curve(curve: SpeedCurve) -> DataFrame:
     """Return a speed curve as a table of pandas.
 
-    Parameters
-    ----------
-    curve
-        The curve.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Readings and quantities of the curve, and of the insensitivity band if it has one, SI, by the leading coordinate.
-
-    Raises
-    ------
-    MechanismError
-        If pandas is not installed.
+    Result: readings and quantities of the curve, and of the insensitivity band if it has one, SI, by the
+    leading coordinate. Raises MechanismError if pandas is not installed.
     """
     columns = {curve.coordinate_name: curve.coordinate, **curve.readings}
     columns |= {name: getattr(curve, name) for name in _CURVE_COLUMNS}
@@ -45,21 +33,8 @@ def tabulate_speed_curve(curve: SpeedCurve) -> DataFrame:
 def tabulate_modes(linearisation: Linearisation) -> DataFrame:
     """Return the modes of linearised equations as a table of pandas.
 
-    Parameters
-    ----------
-    linearisation
-        The linearised equations.
-
-    Returns
-    -------
-    pandas.DataFrame
-        By row: growth rate and frequency, the real and imaginary part of the eigenvalue, with its error (1/s), natural frequency (rad/s)
-        and damping ratio.
-
-    Raises
-    ------
-    MechanismError
-        If pandas is not installed.
+    Result: by row: growth rate and frequency, the real and imaginary part of the eigenvalue, with its error
+    (1/s), natural frequency (rad/s) and damping ratio. Raises MechanismError if pandas is not installed.
     """
     modes = linearisation.modes
     columns: dict[str, list[float]] = {
@@ -73,20 +48,8 @@ def tabulate_modes(linearisation: Linearisation) -> DataFrame:
 def tabulate_controlling_force(curve: ControllingForce) -> DataFrame:
     """Return a controlling force as a table of pandas.
 
-    Parameters
-    ----------
-    curve
-        The controlling force.
-
-    Returns
-    -------
-    pandas.DataFrame
-        All quantities along the travel, SI, by the leading coordinate.
-
-    Raises
-    ------
-    MechanismError
-        If pandas is not installed.
+    Result: all quantities along the travel, SI, by the leading coordinate. Raises MechanismError if pandas is
+    not installed.
     """
     arrays = {field.name: value for field in fields(curve) if isinstance(value := getattr(curve, field.name), np.ndarray)}
     renamed = {"coordinate": curve.coordinate_name, "radius": curve.radius_name, "sleeve": curve.against}
@@ -96,20 +59,8 @@ def tabulate_controlling_force(curve: ControllingForce) -> DataFrame:
 def tabulate_kinematics(motion: Kinematics) -> DataFrame:
     """Return the kinematics of a mechanism as a table of pandas.
 
-    Parameters
-    ----------
-    motion
-        The kinematics.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Readings, their rates "rate of ..." and accelerations "acceleration of ...", SI, by the reading that drives the mechanism.
-
-    Raises
-    ------
-    MechanismError
-        If pandas is not installed.
+    Result: readings, their rates "rate of ..." and accelerations "acceleration of ...", SI, by the reading
+    that drives the mechanism. Raises MechanismError if pandas is not installed.
     """
     columns = {motion.over: motion.values, **motion.readings}
     columns |= {f"rate of {name}": values for name, values in motion.rates.items()}

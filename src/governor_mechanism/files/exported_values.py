@@ -16,19 +16,14 @@ from governor_mechanism.types import DataFrame
 from governor_mechanism.units.arguments import PATH, check_arguments
 
 
-def record_result(result: ExportedResult) -> dict[str, Any]:
+def record_result(
+    # an instance of a dataclass; fields that its representation hides, as functions, are left out. Names in
+    # `exported_properties` of its class are added
+    result: ExportedResult,
+) -> dict[str, Any]:
     """Return the public fields of a result, in the types of JSON.
 
-    Parameters
-    ----------
-    result
-        An instance of a dataclass; fields that its representation hides, as functions, are left out. Names in `exported_properties` of its
-        class are added.
-
-    Returns
-    -------
-    dict
-        Values by name; numbers that are not finite are None.
+    Result: values by name; numbers that are not finite are None.
     """
     names = [one.name for one in fields(result) if one.repr]  # type: ignore[arg-type]  # any dataclass
     names += getattr(result, "exported_properties", ())
@@ -40,20 +35,7 @@ def tabulate_record(result: ExportedResult) -> DataFrame:
 
     A result without such arrays has one row with all its plain values.
 
-    Parameters
-    ----------
-    result
-        The result.
-
-    Returns
-    -------
-    pandas.DataFrame
-        The table. In a single row, a list is one cell.
-
-    Raises
-    ------
-    MechanismError
-        If pandas is not installed.
+    Result: the table. In a single row, a list is one cell. Raises MechanismError if pandas is not installed.
     """
     values = {one.name: getattr(result, one.name) for one in fields(result) if one.repr}  # type: ignore[arg-type]  # any dataclass
     arrays = {name: value for name, value in values.items() if isinstance(value, np.ndarray) and value.ndim == 1}
@@ -69,22 +51,7 @@ def tabulate_record(result: ExportedResult) -> DataFrame:
 def save_record(result: ExportedResult, path: str | os.PathLike[str]) -> Path:
     """Write the plain values of a result as a JSON file.
 
-    Parameters
-    ----------
-    result
-        The result.
-    path
-        Path of the file.
-
-    Returns
-    -------
-    Path
-        The path.
-
-    Raises
-    ------
-    MechanismError
-        If the path is none.
+    Raises MechanismError if the path is none.
     """
     return save_json(result.as_json(), Path(path))
 
@@ -93,22 +60,7 @@ def save_record(result: ExportedResult, path: str | os.PathLike[str]) -> Path:
 def save_columns(result: ExportedResult, path: str | os.PathLike[str]) -> Path:
     """Write the table of a result as a CSV file: a comment with the units, if they are known, a header, and the rows.
 
-    Parameters
-    ----------
-    result
-        The result.
-    path
-        Path of the file.
-
-    Returns
-    -------
-    Path
-        The path.
-
-    Raises
-    ------
-    MechanismError
-        If the path is none, or pandas is not installed.
+    Raises MechanismError if the path is none, or pandas is not installed.
     """
     table = result.to_dataframe()
     units = "; ".join(f"{name} {unit}" for name, unit in table.attrs.get("units", {}).items())

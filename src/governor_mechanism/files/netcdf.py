@@ -60,15 +60,6 @@ def write_netcdf(run: Trajectory, record: Mapping[str, Any], path: Path) -> None
 
     Variables have ASCII names, those of readings with the prefix `reading_` and of their rates `rate_`; the attribute `long_name` is the
     name of the reading. Texts are in UTF-8.
-
-    Parameters
-    ----------
-    run
-        The run.
-    record
-        What is no array, in the types of JSON.
-    path
-        Path of the file.
     """
     from scipy.io import netcdf_file
 
@@ -93,20 +84,8 @@ def write_netcdf(run: Trajectory, record: Mapping[str, Any], path: Path) -> None
 def read_netcdf(path: Path) -> SavedArrays:
     """Read the netCDF file of a saved run.
 
-    Parameters
-    ----------
-    path
-        Path of the file.
-
-    Returns
-    -------
-    SavedArrays
-        Arrays and record.
-
-    Raises
-    ------
-    MechanismError
-        If the file cannot be read, is not that of a run, is damaged, or has another version.
+    Result: arrays and record. Raises MechanismError if the file cannot be read, is not that of a run, is
+    damaged, or has another version.
     """
     from scipy.io import netcdf_file
 

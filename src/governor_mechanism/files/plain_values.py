@@ -16,18 +16,12 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 
-def plain_value(value: object) -> Any:
+def plain_value(
+    value: object,  # a number, text, path, array or dataclass, or a mapping or sequence of these
+) -> Any:
     """Return a value in the types of JSON.
 
-    Parameters
-    ----------
-    value
-        A number, text, path, array or dataclass, or a mapping or sequence of these.
-
-    Returns
-    -------
-    Any
-        Mappings and dataclasses as dicts, sequences as lists, complex numbers as pairs.
+    Result: mappings and dataclasses as dicts, sequences as lists, complex numbers as pairs.
     """
     if hasattr(value, "tolist"):  # an array, or a number of NumPy
         value = value.tolist()
@@ -47,91 +41,41 @@ def plain_value(value: object) -> Any:
 def finite_or_none(value: float) -> float | None:
     """Return a number that may be infinite or missing (NaN), which JSON lacks, with None in its place.
 
-    Parameters
-    ----------
-    value
-        A number.
-
-    Returns
-    -------
-    float or None
-        The number, or None if it is not finite.
+    Result: the number, or None if it is not finite.
     """
     return value if math.isfinite(value) else None
 
 
 def number_or_text(value: float) -> float | str:
-    """Return a number, or the text "inf" or "nan" that `float` reads in place of one that JSON lacks.
-
-    Parameters
-    ----------
-    value
-        A number.
-
-    Returns
-    -------
-    float or str
-        The number or its text.
-    """
+    """Return a number, or the text "inf" or "nan" that `float` reads in place of one that JSON lacks."""
     return value if math.isfinite(value) else str(float(value))
 
 
 def plain_record(record: DataclassInstance, *omitted: str, **additions: object) -> dict[str, Any]:
     """Return the fields of a dataclass in the types of JSON, without the omitted ones and with additional entries.
 
-    Parameters
-    ----------
-    record
-        An instance of a dataclass.
-
-    Returns
-    -------
-    dict
-        The fields by name without those omitted, and the additions, which replace fields of the same name.
+    Result: the fields by name without those omitted, and the additions, which replace fields of the same
+    name.
     """
     kept = {field.name: getattr(record, field.name) for field in fields(record) if field.name not in omitted}
     return {name: plain_value(value) for name, value in (kept | additions).items()}
 
 
 def save_json(value: object, path: Path) -> Path:
-    """Write a value as a JSON file.
-
-    Parameters
-    ----------
-    value
-        A value that `plain_value` accepts.
-    path
-        Path of the file.
-
-    Returns
-    -------
-    Path
-        The path.
-    """
+    """Write a value as a JSON file."""
     with atomic_write(path) as temporary:
         temporary.write_text(format_json(value) + "\n", encoding="utf-8")
     return path
 
 
-def save_table(header: Sequence[str], rows: Iterable[Iterable[object]], path: Path, *, comment: str = "") -> Path:
-    """Write a table as a CSV file; numbers have the digits that give the same float, and None is an empty cell.
-
-    Parameters
-    ----------
-    header
-        Names of the columns.
-    rows
-        Cells of the rows.
-    path
-        Path of the file.
-    comment
-        Text of a first line that begins with "# "; none if empty.
-
-    Returns
-    -------
-    Path
-        The path.
-    """
+def save_table(
+    header: Sequence[str],
+    rows: Iterable[Iterable[object]],
+    path: Path,
+    *,
+    comment: str = "",  # text of a first line that begins with "# "; none if empty
+) -> Path:
+    """Write a table as a CSV file; numbers have the digits that give the same float, and None is an empty cell."""
     with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
         if comment:
             stream.write(f"# {comment}\n")
@@ -142,19 +86,6 @@ def save_table(header: Sequence[str], rows: Iterable[Iterable[object]], path: Pa
 def format_json(value: object) -> str:
     """Return a value as JSON text, indented.
 
-    Parameters
-    ----------
-    value
-        A value that `plain_value` accepts.
-
-    Returns
-    -------
-    str
-        The text.
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite: where that has a meaning, the caller writes `finite_or_none`.
+    Raises ValueError if a number is not finite: where that has a meaning, the caller writes `finite_or_none`.
     """
     return json.dumps(plain_value(value), indent=2, allow_nan=False)

@@ -21,18 +21,7 @@ class PrintedResult(ExportedResult, ABC):
 
 
 def format_as_html(text: str) -> str:
-    """Return a printed text for a notebook, with its columns aligned and a bar to scroll long lines.
-
-    Parameters
-    ----------
-    text
-        The text.
-
-    Returns
-    -------
-    str
-        HTML.
-    """
+    """Return a printed text for a notebook, with its columns aligned and a bar to scroll long lines."""
     # JupyterLab shows a plain <pre> of a result in a proportional font.
     style = "white-space:pre;overflow-x:auto;line-height:1.3;font-family:Menlo,'DejaVu Sans Mono',Consolas,'Courier New',monospace"
     return f'<pre style="{style}">{escape(text)}</pre>'

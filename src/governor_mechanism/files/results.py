@@ -20,13 +20,6 @@ def save_csv(run: Trajectory, path: Path) -> None:
 
     The units stand in a comment, because names with units would have to be renamed before use. `pandas.read_csv(path, comment="#")`,
     `numpy.loadtxt`, R and gnuplot skip it.
-
-    Parameters
-    ----------
-    run
-        The run.
-    path
-        Path of the file.
     """
     columns, units = reading_columns(run)
     comment = "; ".join(f"{name} {unit}" for name, unit in units.items())
@@ -34,30 +27,14 @@ def save_csv(run: Trajectory, path: Path) -> None:
 
 
 def save_netcdf(run: Trajectory, path: Path) -> None:
-    """Write all arrays of a run as netCDF-3 by the CF conventions, with all that `gm.open_run` needs to read the run back.
-
-    Parameters
-    ----------
-    run
-        The run.
-    path
-        Path of the file.
-    """
+    """Write all arrays of a run as netCDF-3 by the CF conventions, with all that `gm.open_run` needs to read the run back."""
     write_netcdf(run, run_record(run), path)
 
 
 def run_record(run: Trajectory) -> dict[str, Any]:
     """Return what of a run is no array, as plain JSON values; `files.saved_run` makes the run of it and of the arrays.
 
-    Parameters
-    ----------
-    run
-        The run.
-
-    Returns
-    -------
-    dict
-        The summary, and what only a program needs.
+    Result: the summary, and what only a program needs.
     """
     names = {"readings": list(run.readings), "rates": list(run.rates), "bodies": run.body_names, "joints": list(run.reactions)}
     scales = {"scales": run.scales, "energy_scale": run.energy.scale}
@@ -68,15 +45,7 @@ def run_record(run: Trajectory) -> dict[str, Any]:
 def summarise_run(run: Trajectory) -> dict[str, Any]:
     """Return the summary of a run as plain JSON values.
 
-    Parameters
-    ----------
-    run
-        The run.
-
-    Returns
-    -------
-    dict
-        Scene, engine, settings, outcome, errors, final readings, events, cost and package versions.
+    Result: scene, engine, settings, outcome, errors, final readings, events, cost and package versions.
     """
     return {
         "scene": Path(run.scene.source).name,  # a record goes to others, whom the folders of this machine do not concern
@@ -107,15 +76,7 @@ def summarise_run(run: Trajectory) -> dict[str, Any]:
 
 
 def save_summary(run: Trajectory, path: Path) -> None:
-    """Write the summary of a run as JSON.
-
-    Parameters
-    ----------
-    run
-        The run.
-    path
-        Path of the file.
-    """
+    """Write the summary of a run as JSON."""
     save_json(summarise_run(run), path)
 
 

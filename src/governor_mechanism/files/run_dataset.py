@@ -57,15 +57,7 @@ class RunVariable:
 def run_variables(run: Trajectory) -> list[RunVariable]:
     """Return all arrays of a run by the CF conventions; names of bodies, joints and components are coordinates of text.
 
-    Parameters
-    ----------
-    run
-        The run.
-
-    Returns
-    -------
-    list[RunVariable]
-        Coordinates; readings, their rates and their errors; motion; energies; reactions; events.
+    Result: coordinates; readings, their rates and their errors; motion; energies; reactions; events.
     """
     variables = [RunVariable(name="time", dimensions=("time",), values=run.times, attributes={"units": "s", "long_name": "time"})]
     variables += [_labels("body", run.body_names, "name of the body"), _labels("component", LENGTH_AXES, "axis of the plane of the part")]
@@ -84,18 +76,7 @@ def run_variables(run: Trajectory) -> list[RunVariable]:
 
 
 def run_attributes(run: Trajectory) -> dict[str, str]:
-    """Return the title of a run, the conventions, the program, the outcome, and the scene as JSON.
-
-    Parameters
-    ----------
-    run
-        The run.
-
-    Returns
-    -------
-    dict
-        Texts by name.
-    """
+    """Return the title of a run, the conventions, the program, the outcome, and the scene as JSON."""
     method = f" ({run.cost.method})" if run.cost.method else ""
     texts = {"title": run.scene.title, "Conventions": CONVENTIONS, "outcome": run.message}
     scene = json.dumps(plain_value(find_true_document(run.scene)), ensure_ascii=False)
@@ -105,15 +86,7 @@ def run_attributes(run: Trajectory) -> dict[str, str]:
 def find_true_document(scene: Scene) -> Mapping[str, Any]:
     """Return the document of a scene, or an empty one if the scene was changed in Python and its document no longer describes it.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    Mapping
-        Keys and tables of a scene file, whose settings of the run may be others.
+    Result: keys and tables of a scene file, whose settings of the run may be others.
     """
     if not scene.document:
         return {}
@@ -126,18 +99,7 @@ def find_true_document(scene: Scene) -> Mapping[str, Any]:
 
 
 def make_ascii_names(names: Iterable[str]) -> dict[str, str]:
-    """Return a name of ASCII letters, digits and underscores for each name, no two alike.
-
-    Parameters
-    ----------
-    names
-        Names of readings.
-
-    Returns
-    -------
-    dict
-        ASCII name by name.
-    """
+    """Return a name of ASCII letters, digits and underscores for each name, no two alike."""
     ascii_names: dict[str, str] = {}
     for name in sorted(names, key=lambda name: not name.isascii()):
         ascii_name = re.sub("[^a-zA-Z0-9_]", "_", name)
@@ -147,21 +109,11 @@ def make_ascii_names(names: Iterable[str]) -> dict[str, str]:
     return ascii_names
 
 
-def energy_of(arrays: Mapping[str, NDArray[Any]], scale: float) -> Energy:
-    """Return the energies from the arrays by the names of their variables, and their scale, J.
-
-    Parameters
-    ----------
-    arrays
-        Arrays by name; shape (n,).
-    scale
-        Energy scale, J.
-
-    Returns
-    -------
-    Energy
-        The energies.
-    """
+def energy_of(
+    arrays: Mapping[str, NDArray[Any]],  # arrays by name; shape (n,)
+    scale: float,  # energy scale, J
+) -> Energy:
+    """Return the energies from the arrays by the names of their variables, and their scale, J."""
     return Energy(scale=scale, **{key: arrays[name] for key, (name, _) in ENERGY_VARIABLES.items()})
 
 

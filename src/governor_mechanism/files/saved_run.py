@@ -47,23 +47,14 @@ class _SavedResults:
         return self.saved_fluctuations
 
 
-def open_saved_run(source: str | os.PathLike[str]) -> Trajectory:
+def open_saved_run(
+    # the folder of a saved run, its .nc file, or a file of the same name beside that
+    source: str | os.PathLike[str],
+) -> Trajectory:
     """Return a run that was saved.
 
-    Parameters
-    ----------
-    source
-        The folder of a saved run, its .nc file, or a file of the same name beside that.
-
-    Returns
-    -------
-    Trajectory
-        The run, with equal arrays.
-
-    Raises
-    ------
-    MechanismError
-        If there is no such file, it is damaged or of another version, or its scene was not saved.
+    Raises MechanismError if there is no such file, it is damaged or of another version, or its scene was not
+    saved.
     """
     path = _find_file(Path(source))
     saved = read_netcdf(path)

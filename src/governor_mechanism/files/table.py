@@ -16,28 +16,15 @@ TIME_COLUMN: Final = "time"
 
 
 def make_data_frame(
-    columns: Mapping[str, NDArray[Any] | Sequence[Any]], *, index: str | None = None, units: Mapping[str, str] | None = None
+    columns: Mapping[str, NDArray[Any] | Sequence[Any]],  # columns by name; shape (n,) each
+    *,
+    index: str | None = None,  # name of the column that labels the rows; numbers from 0 if None
+    # units of columns by name, which `attrs["units"]` of the table holds
+    units: Mapping[str, str] | None = None,
 ) -> DataFrame:
     """Return columns as a table of pandas.
 
-    Parameters
-    ----------
-    columns
-        Columns by name; shape (n,) each.
-    index
-        Name of the column that labels the rows; numbers from 0 if None.
-    units
-        Units of columns by name, which `attrs["units"]` of the table holds.
-
-    Returns
-    -------
-    pandas.DataFrame
-        The table.
-
-    Raises
-    ------
-    MechanismError
-        If pandas is not installed.
+    Raises MechanismError if pandas is not installed.
     """
     pandas = _require("pandas", "a table")
     table = pandas.DataFrame(dict(columns))
@@ -49,40 +36,22 @@ def make_data_frame(
 def reading_columns(run: Trajectory) -> tuple[dict[str, FloatArray], dict[str, str]]:
     """Return times and readings as columns of a table, and their units, by name; a reading "time" is named "reading time".
 
-    Parameters
-    ----------
-    run
-        The run.
-
-    Returns
-    -------
-    tuple of dict
-        Columns of shape (n,), SI, and units; the times are the first column, "time".
+    Result: columns of shape (n,), SI, and units; the times are the first column, "time".
     """
     names = {name: f"reading {name}" if name == TIME_COLUMN else name for name in run.readings}
     columns = {TIME_COLUMN: run.times, **{column: run.readings[name] for name, column in names.items()}}
     return columns, {TIME_COLUMN: "s", **{column: run.units[name] for name, column in names.items()}}
 
 
-def tabulate_run(run: Trajectory, *, rates: bool = False) -> DataFrame:
+def tabulate_run(
+    run: Trajectory,
+    *,
+    rates: bool = False,  # whether the table has the rates, too, as columns "rate of ..."
+) -> DataFrame:
     """Return the readings of a run as a table of pandas, with the times as index.
 
-    Parameters
-    ----------
-    run
-        The run.
-    rates
-        Whether the table has the rates, too, as columns "rate of ...".
-
-    Returns
-    -------
-    pandas.DataFrame
-        The table, SI; its `attrs` have the title, the units, the outcome and the error estimate.
-
-    Raises
-    ------
-    MechanismError
-        If pandas is not installed.
+    Result: the table, SI; its `attrs` have the title, the units, the outcome and the error estimate. Raises
+    MechanismError if pandas is not installed.
     """
     columns, units = reading_columns(run)
     if rates:
@@ -96,20 +65,8 @@ def tabulate_run(run: Trajectory, *, rates: bool = False) -> DataFrame:
 def make_xarray_dataset(run: Trajectory) -> Dataset:
     """Return all arrays of a run as a data set of xarray: the same that `xarray.open_dataset` reads from its netCDF file.
 
-    Parameters
-    ----------
-    run
-        The run.
-
-    Returns
-    -------
-    xarray.Dataset
-        Readings, rates, errors, motion, energies, reactions and events with units; coordinates are time, body, component and joint.
-
-    Raises
-    ------
-    MechanismError
-        If xarray is not installed.
+    Result: readings, rates, errors, motion, energies, reactions and events with units; coordinates are time,
+    body, component and joint. Raises MechanismError if xarray is not installed.
     """
     xarray = _require("xarray", "a data set")
     variables = {one.name: (one.dimensions, one.values, dict(one.attributes)) for one in run_variables(run)}

@@ -81,30 +81,14 @@ class StepBuffers(NamedTuple):
 
 
 def make_step_buffers(
-    n_components: int, n_coupled: int, error_scale: FloatArray, event_tolerances: FloatArray, counts: IntArray, n_kinks: int = 0
+    n_components: int,
+    n_coupled: int,
+    error_scale: FloatArray,  # scale of every integrated component; shape (integrated components,)
+    event_tolerances: FloatArray,  # rounding of the event functions; shape (event functions,)
+    counts: IntArray,
+    n_kinks: int = 0,  # number of event functions, the last ones, that are kinks
 ) -> StepBuffers:
-    """Allocate the buffers of an integration.
-
-    Parameters
-    ----------
-    n_components
-        Number of components of a state.
-    n_coupled
-        Number of leading components on which the derivative depends.
-    error_scale
-        Scale of every integrated component; shape (integrated components,).
-    event_tolerances
-        Rounding of the event functions; shape (event functions,).
-    counts
-        Counters, indexed by `StepCounter`, increased by the integration.
-    n_kinks
-        Number of event functions, the last ones, that are kinks.
-
-    Returns
-    -------
-    StepBuffers
-        The buffers.
-    """
+    """Allocate the buffers of an integration."""
     stages, trial_stages = (runge_kutta.make_stages(n_components, error_scale.size, n_coupled, counts) for _ in range(2))
     event_values = np.full((EVENT_SAMPLE_FRACTIONS.size, event_tolerances.size), INACTIVE_EVENT_VALUE)
     arming_tolerances, trial_event_values = event_tolerances.copy(), np.empty(event_tolerances.size)

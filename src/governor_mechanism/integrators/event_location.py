@@ -43,20 +43,13 @@ NO_EVENT = 2.0
 
 
 @jit_in_place
-def is_any_positive(event_values: FloatArray, n_functions: int) -> bool:
+def is_any_positive(
+    event_values: FloatArray,  # values of the event functions; shape (n,)
+    n_functions: int,
+) -> bool:
     """Return whether any of the first event functions is positive.
 
-    Parameters
-    ----------
-    event_values
-        Values of the event functions; shape (n,).
-    n_functions
-        Number of those that matter.
-
-    Returns
-    -------
-    bool
-        True if one has risen through zero.
+    Result: true if one has risen through zero.
     """
     is_positive = False
     for i in range(n_functions):
@@ -153,24 +146,15 @@ def make_trial_evaluation(
 def make_bracketing(evaluate_after_fraction: TrialEvaluation[Equation]) -> Callable[[Equation, EventStep, FloatArray], tuple[float, float]]:
     """Return the function that brackets the first event in a step between two fractions; (2, 2) if there is none."""
 
-    def bracket_first_event(equation: Equation, step: EventStep, event_values: FloatArray) -> tuple[float, float]:
+    def bracket_first_event(
+        equation: Equation,
+        step: EventStep,
+        event_values: FloatArray,  # event functions at the samples; shape (samples, event functions)
+    ) -> tuple[float, float]:
         """Bracket the first event in a step.
 
-        Parameters
-        ----------
-        equation
-            The equation.
-        step
-            The step.
-        event_values
-            Event functions at the samples; shape (samples, event functions).
-
-        Returns
-        -------
-        low : float
-            Fraction of the step before the event, or NO_EVENT.
-        high : float
-            Fraction of the step after it, or NO_EVENT.
+        Results: low, fraction of the step before the event, or NO_EVENT; high, fraction of the step after it,
+        or NO_EVENT.
         """
         low, high, trial_values = NO_EVENT, NO_EVENT, step.trial_values
         for i in range(step.n_located):
@@ -202,31 +186,18 @@ def make_regula_falsi(
     """Return the function that locates the zero of one event function."""
 
     def locate_zero(
-        equation: Equation, step: EventStep, values_high: FloatArray, i: int, low: float, high: float, trial_values: FloatArray
+        equation: Equation,
+        step: EventStep,
+        # event functions at `high`; they become those at the result; shape (event functions,)
+        values_high: FloatArray,
+        i: int,
+        low: float,  # fraction of the step at which the function is negative
+        high: float,
+        trial_values: FloatArray,  # buffer; shape (event functions,)
     ) -> float:
         """Locate the zero of one event function by regula falsi.
 
-        Parameters
-        ----------
-        equation
-            The equation.
-        step
-            The step.
-        values_high
-            Event functions at `high`; they become those at the result; shape (event functions,).
-        i
-            Index of the event function.
-        low
-            Fraction of the step at which the function is negative.
-        high
-            Fraction of the step at which it is positive.
-        trial_values
-            Buffer; shape (event functions,).
-
-        Returns
-        -------
-        float
-            Fraction of the step just after the zero.
+        Result: fraction of the step just after the zero.
         """
         evaluate_after_fraction(equation, step, low, trial_values)
         at_low, at_high, bisect = min(trial_values[i], -MIN_POSITIVE_EVENT_VALUE), values_high[i], False
@@ -256,22 +227,16 @@ def make_event_location(evaluate_after_fraction: TrialEvaluation[Equation]) -> C
     bracket_first_event = jit_in_place(make_bracketing(evaluate_after_fraction))
     locate_in_bracket = jit_in_place(_make_location_in_bracket(evaluate_after_fraction))
 
-    def locate_first_event(equation: Equation, step: EventStep, event_values: FloatArray) -> float:
+    def locate_first_event(
+        equation: Equation,
+        step: EventStep,
+        # event functions at the samples, of which the last row becomes those at the event; shape (samples,
+        # event functions)
+        event_values: FloatArray,
+    ) -> float:
         """Locate the first event in a step.
 
-        Parameters
-        ----------
-        equation
-            The equation.
-        step
-            The step.
-        event_values
-            Event functions at the samples, of which the last row becomes those at the event; shape (samples, event functions).
-
-        Returns
-        -------
-        float
-            Fraction of the step after which an event function is positive, or NO_EVENT.
+        Result: fraction of the step after which an event function is positive, or NO_EVENT.
         """
         trial_values, n_located = step.trial_values, step.n_located
         low, high = bracket_first_event(equation, step, event_values)
@@ -295,29 +260,18 @@ def _make_location_in_bracket(
     locate_zero = jit_in_place(make_regula_falsi(evaluate_after_fraction))
 
     def locate_in_bracket(
-        equation: Equation, step: EventStep, event_values: FloatArray, low: float, high: float, trial_values: FloatArray
+        equation: Equation,
+        step: EventStep,
+        # event functions at the samples, of which the last row becomes those just after the event; shape
+        # (samples, event functions)
+        event_values: FloatArray,
+        low: float,
+        high: float,
+        trial_values: FloatArray,  # event functions at `high`; overwritten; shape (event functions,)
     ) -> float:
         """Locate where the first of the functions that are positive at `high` becomes positive.
 
-        Parameters
-        ----------
-        equation
-            The equation.
-        step
-            The step.
-        event_values
-            Event functions at the samples, of which the last row becomes those just after the event; shape (samples, event functions).
-        low
-            Fraction of the step before the event.
-        high
-            Fraction of the step after it.
-        trial_values
-            Event functions at `high`; overwritten; shape (event functions,).
-
-        Returns
-        -------
-        float
-            Fraction of the step just after the event.
+        Result: fraction of the step just after the event.
         """
         at_event, rising = event_values[LAST_SAMPLE], step.is_rising
         for i in range(rising.size):

@@ -39,40 +39,26 @@ SampleEvents = Callable[[Equation, EventStep, float, FloatArray], None]
 """Function that fills the event functions at a fraction of a step, interpolated or extrapolated."""
 
 
-def make_kink_prediction(sample_events: SampleEvents[Equation]) -> Callable[[Equation, EventStep, FloatArray, FloatArray], float]:
+def make_kink_prediction(
+    # function that fills the event functions at a fraction of the step
+    sample_events: SampleEvents[Equation],
+) -> Callable[[Equation, EventStep, FloatArray, FloatArray], float]:
     """Return the function that predicts the first kink in a step or a little behind it.
 
-    Parameters
-    ----------
-    sample_events
-        Function that fills the event functions at a fraction of the step.
-
-    Returns
-    -------
-    Callable
-        Function of the equation, a step, its event functions at the samples (samples, functions), and a buffer (functions,); it returns
-        the kink as a fraction of the step, up to 1 + MAX_STRETCH, or NO_EVENT.
+    Result: function of the equation, a step, its event functions at the samples (samples, functions), and a
+    buffer (functions,); it returns the kink as a fraction of the step, up to 1 + MAX_STRETCH, or NO_EVENT.
     """
     find_root = jit_in_place(_make_root_search(sample_events))
 
-    def predict_kink(equation: Equation, step: EventStep, event_values: FloatArray, buffer: FloatArray) -> float:
+    def predict_kink(
+        equation: Equation,
+        step: EventStep,
+        event_values: FloatArray,  # event functions at the samples; shape (samples, event functions)
+        buffer: FloatArray,  # buffer; shape (event functions,)
+    ) -> float:
         """Predict the first kink in a step or a little behind it.
 
-        Parameters
-        ----------
-        equation
-            The equation.
-        step
-            The step.
-        event_values
-            Event functions at the samples; shape (samples, event functions).
-        buffer
-            Buffer; shape (event functions,).
-
-        Returns
-        -------
-        float
-            The kink as a fraction of the step, up to 1 + MAX_STRETCH, or NO_EVENT.
+        Result: the kink as a fraction of the step, up to 1 + MAX_STRETCH, or NO_EVENT.
         """
         prediction = NO_EVENT
         for i in range(step.n_located, event_values.shape[1]):
@@ -99,31 +85,17 @@ def _make_root_search(
     """
 
     def find_root(
-        equation: Equation, step: EventStep, i: int, high: float, low_value: float, high_value: float, buffer: FloatArray
+        equation: Equation,
+        step: EventStep,
+        i: int,
+        high: float,
+        low_value: float,
+        high_value: float,
+        buffer: FloatArray,  # buffer; shape (event functions,)
     ) -> float:
         """Find the zero of an event function by secant steps.
 
-        Parameters
-        ----------
-        equation
-            The equation.
-        step
-            The step.
-        i
-            Index of the event function.
-        high
-            Fraction of the step of a sample.
-        low_value
-            Value of the function at the sample before that.
-        high_value
-            Its value at `high`.
-        buffer
-            Buffer; shape (event functions,).
-
-        Returns
-        -------
-        float
-            The zero as a fraction of the step, or NO_EVENT if it is too far behind the step.
+        Result: the zero as a fraction of the step, or NO_EVENT if it is too far behind the step.
         """
         low, is_bracketed = high - EVENT_SAMPLE_FRACTIONS[1], high_value > 0.0
         position, previous, previous_value, value = high, low, low_value, high_value
@@ -150,20 +122,10 @@ def _make_root_search(
 
 
 def make_kink_aim(
+    # function that fills the event functions at a time and state
     evaluate_events: Callable[[Equation, float, FloatArray, FloatArray], None],
 ) -> Callable[[Equation, float, float, FloatArray, FloatArray, int, FloatArray, FloatArray], float]:
-    """Return the function that aims a step at the first kink along the tangent of the motion.
-
-    Parameters
-    ----------
-    evaluate_events
-        Function that fills the event functions at a time and state.
-
-    Returns
-    -------
-    Callable
-        The function, `aim_at_kink`.
-    """
+    """Return the function that aims a step at the first kink along the tangent of the motion."""
 
     def evaluate_on_tangent(
         equation: Equation,
@@ -183,39 +145,19 @@ def make_kink_aim(
 
     def aim_at_kink(
         equation: Equation,
-        local_time: float,
-        h: float,
-        state: FloatArray,
-        derivative: FloatArray,
-        first_kink: int,
+        local_time: float,  # local time at the start of the step, s
+        h: float,  # length of the step, s
+        state: FloatArray,  # state at the start; shape (components,)
+        derivative: FloatArray,  # its time derivative; shape (components,)
+        first_kink: int,  # index of the first event function that is a kink
+        # event functions at the samples: the first row is given, the others are overwritten; shape (samples,
+        # event functions)
         event_values: FloatArray,
-        buffer: FloatArray,
+        buffer: FloatArray,  # buffer; shape (components,)
     ) -> float:
         """Aim a step at the first kink along the tangent of the motion.
 
-        Parameters
-        ----------
-        equation
-            The equation.
-        local_time
-            Local time at the start of the step, s.
-        h
-            Length of the step, s.
-        state
-            State at the start; shape (components,).
-        derivative
-            Its time derivative; shape (components,).
-        first_kink
-            Index of the first event function that is a kink.
-        event_values
-            Event functions at the samples: the first row is given, the others are overwritten; shape (samples, event functions).
-        buffer
-            Buffer; shape (components,).
-
-        Returns
-        -------
-        float
-            Length of the step, or a shorter one up to the kink, s.
+        Result: length of the step, or a shorter one up to the kink, s.
         """
         aim, kink, low, high = h, -1, 0.0, h
         for j in range(1, EVENT_SAMPLE_FRACTIONS.size):
@@ -243,33 +185,19 @@ def make_kink_aim(
 
 @jit_in_place
 def judge_length(
-    h: float, fraction: float, is_reached: bool, retry_factor: float, n_tried: int, min_length: float, time_rounding: float
+    h: float,  # length of the step, s
+    fraction: float,  # the kink as a fraction of the step, or NO_EVENT
+    is_reached: bool,
+    retry_factor: float,  # factor on the length with which its error would be small enough, or 0 if it is
+    n_tried: int,
+    min_length: float,  # length of the shortest step, s
+    time_rounding: float,  # rounding of the time, s
 ) -> tuple[bool, float]:
     """Return whether a step ends at a kink, and the length with which to try again, or 0.
 
-    Parameters
-    ----------
-    h
-        Length of the step, s.
-    fraction
-        The kink as a fraction of the step, or NO_EVENT.
-    is_reached
-        Whether the step ends behind a kink.
-    retry_factor
-        Factor on the length with which its error would be small enough, or 0 if it is.
-    n_tried
-        Number of lengths that were corrected before.
-    min_length
-        Length of the shortest step, s.
-    time_rounding
-        Rounding of the time, s.
-
-    Returns
-    -------
-    is_at_kink : bool
-        Whether an accepted step ends at the kink but for rounding, or does not come nearer.
-    length : float
-        Length of the step to the kink, s; 0 if this step is as good, or if its error does not let it lead there.
+    Results: is_at_kink, whether an accepted step ends at the kink but for rounding, or does not come nearer;
+    length, length of the step to the kink, s; 0 if this step is as good, or if its error does not let it lead
+    there.
     """
     overshoot, tolerance = (1.0 - fraction) * h, KINK_TOLERANCE * h + time_rounding
     is_close = is_reached and (overshoot <= tolerance or h <= min_length)

@@ -120,33 +120,19 @@ def make_newton_iteration(
     """Return the function that solves the collocation equations of a step by Newton's method with a kept Jacobian."""
 
     def iterate(
-        equation: Equation, buffers: RadauBuffers, local_time: float, h: float, state: FloatArray, tolerance: float, last_rate: float
+        equation: Equation,
+        # buffers with the predicted increments, shape (stages, components), and the factorised matrices
+        buffers: RadauBuffers,
+        local_time: float,  # local time at the start of the step, s
+        h: float,  # length of the step, s
+        state: FloatArray,  # state at the start; shape (components,)
+        tolerance: float,
+        last_rate: float,
     ) -> tuple[int, float]:
         """Solve the collocation equations of a step for its increments, in place.
 
-        Parameters
-        ----------
-        equation
-            The equation.
-        buffers
-            Buffers with the predicted increments, shape (stages, components), and the factorised matrices.
-        local_time
-            Local time at the start of the step, s.
-        h
-            Length of the step, s.
-        state
-            State at the start; shape (components,).
-        tolerance
-            Error of a step, relative to the error scale.
-        last_rate
-            Rate of convergence in the step before, or 1.
-
-        Returns
-        -------
-        n_iterations : int
-            Number of iterations; 0 if they do not converge.
-        rate : float
-            Rate of their convergence.
+        Results: n_iterations, number of iterations; 0 if they do not converge; rate, rate of their
+        convergence.
         """
         nodes, increments, residuals = buffers.tableau.nodes, buffers.increments, buffers.residuals
         n_stages, n = increments.shape
@@ -204,32 +190,16 @@ def make_error_estimate(
     """
 
     def estimate_error(
-        equation: Equation, buffers: RadauBuffers, local_time: float, h: float, state: FloatArray, tolerance: float, is_doubtful: bool
+        equation: Equation,
+        buffers: RadauBuffers,  # buffers with the increments of the step and the derivative at its start
+        local_time: float,  # local time at the start of the step, s
+        h: float,  # length of the step, s
+        state: FloatArray,  # state at the start; shape (components,)
+        tolerance: float,
+        # whether a large estimate is filtered a second time: in a first step, and after a rejected one
+        is_doubtful: bool,
     ) -> float:
-        """Return the error of a step relative to the tolerance.
-
-        Parameters
-        ----------
-        equation
-            The equation.
-        buffers
-            Buffers with the increments of the step and the derivative at its start.
-        local_time
-            Local time at the start of the step, s.
-        h
-            Length of the step, s.
-        state
-            State at the start; shape (components,).
-        tolerance
-            Error of a step, relative to the error scale.
-        is_doubtful
-            Whether a large estimate is filtered a second time: in a first step, and after a rejected one.
-
-        Returns
-        -------
-        float
-            The relative error.
-        """
+        """Return the error of a step relative to the tolerance."""
         error = estimate_errors(buffers, h, buffers.start_derivative) / tolerance
         if error >= 1.0 and is_doubtful:
             for i in range(state.size):

@@ -96,25 +96,13 @@ class RadauBuffers(NamedTuple):
     counts: IntArray
 
 
-def make_radau_buffers(n_stages: int, n_coupled: int, error_scale: FloatArray, counts: IntArray) -> RadauBuffers:
-    """Allocate the buffers of an integration.
-
-    Parameters
-    ----------
-    n_stages
-        Number of stages of the method, odd.
-    n_coupled
-        Number of leading components on which the derivative depends.
-    error_scale
-        Scale of every component; shape (components,).
-    counts
-        Counters, indexed by `StepCounter`, increased by the integration.
-
-    Returns
-    -------
-    RadauBuffers
-        The buffers.
-    """
+def make_radau_buffers(
+    n_stages: int,
+    n_coupled: int,
+    error_scale: FloatArray,  # scale of every component; shape (components,)
+    counts: IntArray,
+) -> RadauBuffers:
+    """Allocate the buffers of an integration."""
     n, n_pairs = error_scale.size, n_stages // 2
     increments, previous_increments, residuals = (np.zeros((n_stages, n)) for _ in range(3))
     real_update, stage_state, start_derivative, errors = (np.zeros(n) for _ in range(4))

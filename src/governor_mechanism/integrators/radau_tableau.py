@@ -51,19 +51,10 @@ class RadauTableau(NamedTuple):
 
 
 @cache
-def make_radau_tableau(n_stages: int) -> RadauTableau:
-    """Compute the coefficients of a method.
-
-    Parameters
-    ----------
-    n_stages
-        Number of stages, odd: of an even number no eigenvalue is real.
-
-    Returns
-    -------
-    RadauTableau
-        The coefficients.
-    """
+def make_radau_tableau(
+    n_stages: int,  # number of stages, odd: of an even number no eigenvalue is real
+) -> RadauTableau:
+    """Compute the coefficients of a method."""
     # The nodes on (-1, 1] are the zeros of P_s - P_(s-1), Legendre's polynomials.
     difference = np.zeros(n_stages + 1)
     difference[-2:] = -1.0, 1.0

@@ -69,24 +69,15 @@ class Stages(NamedTuple):
     n_coupled: int
 
 
-def make_stages(n_components: int, n_integrated: int, n_coupled: int, counts: IntArray) -> Stages:
+def make_stages(
+    n_components: int,
+    n_integrated: int,  # number of leading components that are integrated; the others stay constant
+    n_coupled: int,
+    counts: IntArray,
+) -> Stages:
     """Allocate the stages of a step.
 
-    Parameters
-    ----------
-    n_components
-        Number of components of a state.
-    n_integrated
-        Number of leading components that are integrated; the others stay constant.
-    n_coupled
-        Number of leading components on which the derivative depends.
-    counts
-        Counters, increased by the integration.
-
-    Returns
-    -------
-    Stages
-        Buffers filled with zeros.
+    Result: buffers filled with zeros.
     """
     return Stages(
         derivatives=np.zeros((n_components, N_STAGES)),
@@ -121,26 +112,18 @@ def make_take_step(
 ) -> Callable[[Equation, float, float, FloatArray, Stages], float]:
     """Return the function that takes a step of an equation; the functions are those of `EquationFunctions`."""
 
-    def take_step(equation: Equation, local_time: float, h: float, state: FloatArray, stages: Stages) -> float:
+    def take_step(
+        equation: Equation,
+        local_time: float,  # local time at the start of the step, s
+        h: float,  # length of the step, s
+        state: FloatArray,  # state at the start; shape (components,)
+        # stages, with the derivative at the start in the first column; the state at the end follows in `end`
+        stages: Stages,
+    ) -> float:
         """Fill the stages of a step.
 
-        Parameters
-        ----------
-        equation
-            The equation.
-        local_time
-            Local time at the start of the step, s.
-        h
-            Length of the step, s.
-        state
-            State at the start; shape (components,).
-        stages
-            Stages, with the derivative at the start in the first column; the state at the end follows in `end`.
-
-        Returns
-        -------
-        float
-            Lowest quality of the stages; negative where one leaves the domain, whose state is in `end` then.
+        Result: lowest quality of the stages; negative where one leaves the domain, whose state is in `end`
+        then.
         """
         quality = 1.0
         for stage in range(1, END_STAGE + 1):

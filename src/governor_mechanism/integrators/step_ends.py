@@ -40,15 +40,7 @@ class StepEnds:
 def make_step_ends(functions: EquationFunctions[Equation]) -> StepEnds:
     """Return the functions for an equation with event functions.
 
-    Parameters
-    ----------
-    functions
-        Functions of the equation.
-
-    Returns
-    -------
-    StepEnds
-        Functions that locate kinks and events.
+    Result: functions that locate kinks and events.
     """
     return StepEnds(
         evaluate_events=functions.evaluate_events,
@@ -83,31 +75,18 @@ def _make_finish_and_sample(functions: EquationFunctions[Equation]) -> Callable[
     finish_step, evaluate_events, sample_events = functions.finish_step, functions.evaluate_events, functions.sample_events
 
     def finish_and_sample(
-        equation: Equation, buffers: StepBuffers, local_time: float, h: float, local_end: float, state: FloatArray, lowest_quality: float
+        equation: Equation,
+        # stages of the step; its event functions are filled in, shape (samples, event functions)
+        buffers: StepBuffers,
+        local_time: float,  # local time at the start of the step, s
+        h: float,  # length of the step, s
+        local_end: float,  # local time at its end, s
+        state: FloatArray,  # state at the start; shape (components,)
+        lowest_quality: float,
     ) -> float:
         """Finish a step and sample its event functions.
 
-        Parameters
-        ----------
-        equation
-            The equation.
-        buffers
-            Stages of the step; its event functions are filled in, shape (samples, event functions).
-        local_time
-            Local time at the start of the step, s.
-        h
-            Length of the step, s.
-        local_end
-            Local time at its end, s.
-        state
-            State at the start; shape (components,).
-        lowest_quality
-            Lowest quality of the stages.
-
-        Returns
-        -------
-        float
-            Quality of the state after the step.
+        Result: quality of the state after the step.
         """
         stages, event_values = buffers.stages, buffers.event_values
         quality = finish_step(equation, local_end, lowest_quality, stages)
@@ -130,44 +109,19 @@ def _make_correction_of_length(functions: EquationFunctions[Equation]) -> Callab
 
     def correct_length(
         equation: Equation,
-        buffers: StepBuffers,
-        local_time: float,
-        h: float,
-        state: FloatArray,
-        retry_factor: float,
+        buffers: StepBuffers,  # stages of the step and samples of its event functions
+        local_time: float,  # local time at the start of the step, s
+        h: float,  # length of the step, s
+        state: FloatArray,  # state at the start; shape (components,)
+        retry_factor: float,  # factor on the length with which its error would be small enough, or 0 if it is
         n_tried: int,
-        min_length: float,
-        time_rounding: float,
+        min_length: float,  # length of the shortest step, s
+        time_rounding: float,  # rounding of the time, s
     ) -> tuple[bool, float]:
         """Compare a finished step with the first kink.
 
-        Parameters
-        ----------
-        equation
-            The equation.
-        buffers
-            Stages of the step and samples of its event functions.
-        local_time
-            Local time at the start of the step, s.
-        h
-            Length of the step, s.
-        state
-            State at the start; shape (components,).
-        retry_factor
-            Factor on the length with which its error would be small enough, or 0 if it is.
-        n_tried
-            Number of lengths that were corrected before.
-        min_length
-            Length of the shortest step, s.
-        time_rounding
-            Rounding of the time, s.
-
-        Returns
-        -------
-        is_at_kink : bool
-            Whether the step ends at the kink.
-        length : float
-            Length of the step to the kink, s, or 0 if this step is as good.
+        Results: is_at_kink, whether the step ends at the kink; length, length of the step to the kink, s, or
+        0 if this step is as good.
         """
         if buffers.n_kinks == 0:
             return False, 0.0
@@ -189,26 +143,17 @@ def _make_cut_at_event(functions: EquationFunctions[Equation]) -> Callable[..., 
     evaluate_after_fraction = jit_in_place(event_location.make_trial_evaluation(take_step, finish_step, evaluate_events))
     locate_first_event = jit_in_place(event_location.make_event_location(evaluate_after_fraction))
 
-    def cut_at_event(equation: Equation, buffers: StepBuffers, local_time: float, h: float, state: FloatArray) -> float:
+    def cut_at_event(
+        equation: Equation,
+        # stages of the step, which are filled again up to the event, and samples of its event functions
+        buffers: StepBuffers,
+        local_time: float,  # local time at the start of the step, s
+        h: float,  # length of the step, s
+        state: FloatArray,  # state at the start; shape (components,)
+    ) -> float:
         """Cut a finished step at the first event.
 
-        Parameters
-        ----------
-        equation
-            The equation.
-        buffers
-            Stages of the step, which are filled again up to the event, and samples of its event functions.
-        local_time
-            Local time at the start of the step, s.
-        h
-            Length of the step, s.
-        state
-            State at the start; shape (components,).
-
-        Returns
-        -------
-        float
-            Fraction of the step that precedes the event, or NO_EVENT.
+        Result: fraction of the step that precedes the event, or NO_EVENT.
         """
         stages = buffers.stages
         step = EventStep(

@@ -39,20 +39,13 @@ class TimeGrid:
         return TimeGrid(self.monitor_times[:n_times], self.reported_indices[self.reported_indices < n_times], self.min_steps[: n_times - 1])
 
 
-def divide_intervals(knots: FloatArray, n_intervals: IntArray) -> FloatArray:
+def divide_intervals(
+    knots: FloatArray,  # ends of the intervals, ascending; shape (n,)
+    n_intervals: IntArray,  # number of equal intervals in each of them; shape (n - 1,)
+) -> FloatArray:
     """Return points that divide intervals into equal ones.
 
-    Parameters
-    ----------
-    knots
-        Ends of the intervals, ascending; shape (n,).
-    n_intervals
-        Number of equal intervals in each of them; shape (n - 1,).
-
-    Returns
-    -------
-    FloatArray
-        The knots and the points between them, ascending.
+    Result: the knots and the points between them, ascending.
     """
     ends = np.cumsum(n_intervals)
     interval = np.repeat(np.arange(len(n_intervals)), n_intervals)
@@ -62,24 +55,15 @@ def divide_intervals(knots: FloatArray, n_intervals: IntArray) -> FloatArray:
     return np.append(knots[:1], points)
 
 
-def make_time_grid(times: FloatArray, breakpoints: FloatArray, max_step: float, max_interval: float) -> TimeGrid:
+def make_time_grid(
+    times: FloatArray,  # reported times, s, ascending; shape (n,). Without any, the grid has the start only
+    breakpoints: FloatArray,  # times at which an input function or its derivative jumps, s
+    max_step: float,  # largest step, s
+    max_interval: float,  # largest distance of two monitor times, s
+) -> TimeGrid:
     """Return the time grid of a run that starts at 0 s.
 
-    Parameters
-    ----------
-    times
-        Reported times, s, ascending; shape (n,). Without any, the grid has the start only.
-    breakpoints
-        Times at which an input function or its derivative jumps, s.
-    max_step
-        Largest step, s.
-    max_interval
-        Largest distance of two monitor times, s.
-
-    Returns
-    -------
-    TimeGrid
-        Grid that contains 0, all reported times and all breakpoints up to the last reported time.
+    Result: grid that contains 0, all reported times and all breakpoints up to the last reported time.
     """
     if not times.size:
         return TimeGrid(np.zeros(1), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))

@@ -55,25 +55,16 @@ def solve_factorised_band(factor: FloatArray, vector: FloatArray) -> None:
 
 
 @jit_in_place
-def solve_band_system(band: FloatArray, factor: FloatArray, eigen: FloatArray, vector: FloatArray) -> float:
+def solve_band_system(
+    band: FloatArray,  # lower band: entry (i, i - k) is at [i, bandwidth - k]; shape (rows, bandwidth + 1)
+    factor: FloatArray,  # workspace for the Cholesky factor, with the shape of `band`
+    eigen: FloatArray,  # workspace for the eigenproblem of a singular matrix; shape (2, rows, rows)
+    vector: FloatArray,  # right-hand side; replaced by the solution; shape (rows,)
+) -> float:
     """Solve a symmetric, positive semidefinite band system in place; with the least-norm solution if it is singular.
 
-    Parameters
-    ----------
-    band
-        Lower band: entry (i, i - k) is at [i, bandwidth - k]; shape (rows, bandwidth + 1).
-    factor
-        Workspace for the Cholesky factor, with the shape of `band`.
-    eigen
-        Workspace for the eigenproblem of a singular matrix; shape (2, rows, rows).
-    vector
-        Right-hand side; replaced by the solution; shape (rows,).
-
-    Returns
-    -------
-    float
-        Smallest pivot relative to its diagonal entry; 0 if a pivot vanishes. For J M^-1 J^T it is about the square of the
-        angle (rad) of a row of J to the span of the others.
+    Result: smallest pivot relative to its diagonal entry; 0 if a pivot vanishes. For J M^-1 J^T it is about
+    the square of the angle (rad) of a row of J to the span of the others.
     """
     min_pivot_ratio = factorise_band(band, factor)
     if min_pivot_ratio > 0.0:

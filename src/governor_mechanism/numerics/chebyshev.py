@@ -37,22 +37,15 @@ Its rounding error stays small, because the high Chebyshev coefficients of a goo
 
 
 @jit
-def fit_piece(values: FloatArray, coefficients: FloatArray) -> tuple[float, bool]:
+def fit_piece(
+    values: FloatArray,  # values at the nodes; shape (N_CHEBYSHEV_NODES,)
+    coefficients: FloatArray,  # result: coefficients of powers, lowest first; shape (N_CHEBYSHEV_NODES,)
+) -> tuple[float, bool]:
     """Fit a polynomial to values at the nodes.
 
-    Parameters
-    ----------
-    values
-        Values at the nodes; shape (N_CHEBYSHEV_NODES,).
-    coefficients
-        Result: coefficients of powers, lowest first; shape (N_CHEBYSHEV_NODES,).
-
-    Returns
-    -------
-    truncation_error : float
-        Estimate of the truncation error, the largest of the last two Chebyshev coefficients.
-    is_stagnant : bool
-        Whether the coefficients have stopped decreasing: the estimate is at rounding level.
+    Results: truncation_error, estimate of the truncation error, the largest of the last two Chebyshev
+    coefficients; is_stagnant, whether the coefficients have stopped decreasing: the estimate is at rounding
+    level.
     """
     chebyshev_coefficients = np.empty(N_CHEBYSHEV_NODES)
     for k in range(N_CHEBYSHEV_NODES):
@@ -98,16 +91,11 @@ def evaluate_piece_derivative(table: FloatArray, piece: int, column: int, t: flo
 
 
 @jit_in_place
-def barycentric_weights(t: float, weights: FloatArray) -> None:
-    """Evaluate the weights with which the values at the nodes sum to the polynomial's value at t.
-
-    Parameters
-    ----------
-    t
-        Coordinate in the piece, -1 to 1.
-    weights
-        Result: the weights; shape (N_CHEBYSHEV_NODES,).
-    """
+def barycentric_weights(
+    t: float,
+    weights: FloatArray,  # result: the weights; shape (N_CHEBYSHEV_NODES,)
+) -> None:
+    """Evaluate the weights with which the values at the nodes sum to the polynomial's value at t."""
     total = 0.0
     for k in range(N_CHEBYSHEV_NODES):
         difference = t - CHEBYSHEV_NODES[k]

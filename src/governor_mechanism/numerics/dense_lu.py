@@ -9,20 +9,13 @@ from governor_mechanism.types import IntArray
 
 
 @jit_in_place
-def factorise_lu(matrix: NDArray[Any], pivots: IntArray) -> bool:
+def factorise_lu(
+    matrix: NDArray[Any],  # matrix; becomes the unit lower and the upper triangle; shape (n, n)
+    pivots: IntArray,  # result: the row with which each row was exchanged; shape (n,)
+) -> bool:
     """Replace a square matrix by its factors, and return whether it is regular.
 
-    Parameters
-    ----------
-    matrix
-        Matrix; becomes the unit lower and the upper triangle; shape (n, n).
-    pivots
-        Result: the row with which each row was exchanged; shape (n,).
-
-    Returns
-    -------
-    bool
-        Whether no pivot is 0 or not a number.
+    Result: whether no pivot is 0 or not a number.
     """
     n = pivots.size
     for k in range(n):

@@ -27,31 +27,21 @@ The large ones suit functions that are nearly polynomials, the small ones functi
 
 
 def directional_derivative(
-    function: VectorFunction, point: FloatArray, direction: FloatArray, order: int = 1, *, tolerance: float = 0.0
+    function: VectorFunction,
+    point: FloatArray,  # where to differentiate; shape (n,)
+    # direction, as long as the function can be expected to change considerably; shape (n,)
+    direction: FloatArray,
+    order: int = 1,
+    *,
+    tolerance: float = 0.0,  # error relative to the largest component at which no further step is tried
 ) -> tuple[FloatArray, float]:
     """Return a derivative of a function along a direction.
 
     Of two successive steps the pair whose results agree best is taken.
 
-    Parameters
-    ----------
-    function
-        Function of a vector.
-    point
-        Where to differentiate; shape (n,).
-    direction
-        Direction, as long as the function can be expected to change considerably; shape (n,).
-    order
-        Order of the derivative, 1 to 3.
-    tolerance
-        Error relative to the largest component at which no further step is tried.
-
-    Returns
-    -------
-    derivative : FloatArray
-        Derivative with respect to the multiple of the direction; NaN if the function is not defined around the point.
-    error : float
-        Largest difference to the derivative with the other step of the pair, and rounding; infinite if there is none.
+    Results: derivative, derivative with respect to the multiple of the direction; NaN if the function is not
+    defined around the point; error, largest difference to the derivative with the other step of the pair, and
+    rounding; infinite if there is none.
     """
     positive = np.array(_POSITIVE_WEIGHTS[order])
     weights = np.concatenate([(-1) ** order * positive[:0:-1], positive])
@@ -73,26 +63,17 @@ def directional_derivative(
     return best, best_error
 
 
-def jacobian(function: VectorFunction, point: FloatArray, scales: FloatArray, *, tolerance: float = 0.0) -> tuple[FloatArray, FloatArray]:
+def jacobian(
+    function: VectorFunction,
+    point: FloatArray,  # where to differentiate; shape (n,)
+    # change of each variable that can be expected to change the function considerably; shape (n,)
+    scales: FloatArray,
+    *,
+    tolerance: float = 0.0,  # error of a column relative to its largest component that is good enough
+) -> tuple[FloatArray, FloatArray]:
     """Return the Jacobian of a function.
 
-    Parameters
-    ----------
-    function
-        Function of a vector.
-    point
-        Where to differentiate; shape (n,).
-    scales
-        Change of each variable that can be expected to change the function considerably; shape (n,).
-    tolerance
-        Error of a column relative to its largest component that is good enough.
-
-    Returns
-    -------
-    jacobian : FloatArray
-        Derivatives; shape (m, n).
-    errors : FloatArray
-        Estimated error of each column; shape (n,).
+    Results: jacobian, derivatives; shape (m, n); errors, estimated error of each column; shape (n,).
     """
     columns = [directional_derivative(function, point, direction, tolerance=tolerance) for direction in np.diag(scales)]
     if not columns:

@@ -8,25 +8,7 @@ from governor_mechanism.numerics.jit import jit_in_place
 def cubic_hermite(start: Any, end: Any, start_derivative: Any, end_derivative: Any, length: Any, fraction: Any) -> Any:
     """Interpolate by the cubic through values and derivatives at both ends; arguments broadcast.
 
-    Parameters
-    ----------
-    start
-        Value at the start.
-    end
-        Value at the end.
-    start_derivative
-        Derivative at the start.
-    end_derivative
-        Derivative at the end.
-    length
-        Length of the interval.
-    fraction
-        Position in the interval, 0 to 1.
-
-    Returns
-    -------
-    Any
-        Interpolated value.
+    Result: interpolated value.
     """
     d0, d1, change = length * start_derivative, length * end_derivative, end - start
     return start + fraction * (d0 + fraction * (3 * change - 2 * d0 - d1 + fraction * (d0 + d1 - 2 * change)))
@@ -36,62 +18,24 @@ cubic_hermite_jit = jit_in_place(cubic_hermite)
 
 
 def cubic_hermite_derivative(start: Any, end: Any, start_derivative: Any, end_derivative: Any, length: Any, fraction: Any) -> Any:
-    """Return the derivative of `cubic_hermite` by the position, for the same arguments.
-
-    Parameters
-    ----------
-    start
-        Value at the start.
-    end
-        Value at the end.
-    start_derivative
-        Derivative at the start.
-    end_derivative
-        Derivative at the end.
-    length
-        Length of the interval.
-    fraction
-        Position in the interval, 0 to 1.
-
-    Returns
-    -------
-    Any
-        Derivative of the interpolant.
-    """
+    """Return the derivative of `cubic_hermite` by the position, for the same arguments."""
     d0, d1, change = length * start_derivative, length * end_derivative, end - start
     return (d0 + fraction * (2 * (3 * change - 2 * d0 - d1) + fraction * 3 * (d0 + d1 - 2 * change))) / length
 
 
 def quintic_hermite(
-    start: Any, start_rate: Any, start_acceleration: Any, end: Any, end_rate: Any, end_acceleration: Any, h: Any, fraction: Any
+    start: Any,
+    start_rate: Any,
+    start_acceleration: Any,
+    end: Any,
+    end_rate: Any,
+    end_acceleration: Any,
+    h: Any,  # length of the interval, s
+    fraction: Any,
 ) -> tuple[Any, Any]:
     """Interpolate by the quintic through values, rates and accelerations at both ends; arguments broadcast.
 
-    Parameters
-    ----------
-    start
-        Value at the start.
-    start_rate
-        Rate at the start.
-    start_acceleration
-        Acceleration at the start.
-    end
-        Value at the end.
-    end_rate
-        Rate at the end.
-    end_acceleration
-        Acceleration at the end.
-    h
-        Length of the interval, s.
-    fraction
-        Position in the interval, 0 to 1.
-
-    Returns
-    -------
-    value : Any
-        Interpolated value.
-    rate : Any
-        Interpolated rate.
+    Results: value, interpolated value; rate, interpolated rate.
     """
     c1, c2, p = h * start_rate, h * h * start_acceleration, fraction
     value_residual, rate_residual = end - start - c1 - 0.5 * c2, h * end_rate - c1 - c2

@@ -24,20 +24,13 @@ Rounding alone gives 1e-16; a chain of pivots loses a few digits more.
 """
 
 
-def least_norm_solution(rows: FloatArray, rhs: FloatArray) -> FloatArray:
+def least_norm_solution(
+    rows: FloatArray,  # coefficients; shape (equations, unknowns)
+    rhs: FloatArray,  # right-hand side; shape (equations,)
+) -> FloatArray:
     """Return the shortest of the least-squares solutions of rows * x = rhs.
 
-    Parameters
-    ----------
-    rows
-        Coefficients; shape (equations, unknowns).
-    rhs
-        Right-hand side; shape (equations,).
-
-    Returns
-    -------
-    FloatArray
-        Solution; shape (unknowns,).
+    Result: solution; shape (unknowns,).
     """
     if len(rows) >= MIN_SPARSE_ROWS:
         factorisation = _factorise_normal_matrix(rows)
@@ -51,19 +44,10 @@ def least_norm_solution(rows: FloatArray, rhs: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.lstsq(rows, rhs, rcond=None)[0], dtype=np.float64)
 
 
-def numerical_rank(rows: FloatArray) -> int:
-    """Return the number of linearly independent equations.
-
-    Parameters
-    ----------
-    rows
-        Coefficients of scaled equations; shape (equations, unknowns).
-
-    Returns
-    -------
-    int
-        Rank.
-    """
+def numerical_rank(
+    rows: FloatArray,  # coefficients of scaled equations; shape (equations, unknowns)
+) -> int:
+    """Return the number of linearly independent equations."""
     if not rows.size:
         return 0
     if len(rows) >= MIN_SPARSE_ROWS and _factorise_normal_matrix(rows) is not None:

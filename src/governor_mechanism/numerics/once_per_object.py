@@ -11,15 +11,7 @@ Result = TypeVar("Result")
 def once_per_object(function: Callable[[Owner], Result]) -> Callable[[Owner], Result]:
     """Return a function of one object that keeps its result with the object, which never changes.
 
-    Parameters
-    ----------
-    function
-        Function whose result nobody changes.
-
-    Returns
-    -------
-    Callable[[Owner], Result]
-        The same function, evaluated once for each object.
+    Result: the same function, evaluated once for each object.
     """
     key = f"_{function.__module__}.{function.__qualname__}"
 

@@ -10,22 +10,14 @@ MAX_NEWTON_STEPS = 60
 """Largest number of safeguarded Newton steps; about a dozen are usual, and bisection alone needs about 50."""
 
 
-def find_root(function: Callable[[float], float], low: float, high: float) -> float:
+def find_root(
+    function: Callable[[float], float],  # function with values of opposite sign at the ends of the bracket
+    low: float,
+    high: float,  # the other ends of the brackets; shape as low
+) -> float:
     """Return a root of a continuous function in a bracket, to about 1e-14, by Brent's method.
 
-    Parameters
-    ----------
-    function
-        Function with values of opposite sign at the ends of the bracket.
-    low
-        Ends of the bracket, in either order.
-    high
-        The other ends of the brackets; shape as low.
-
-    Returns
-    -------
-    float
-        The root. If rounding at a root at one end hides the change of sign, that end.
+    Result: the root. If rounding at a root at one end hides the change of sign, that end.
     """
     from scipy.optimize import brentq  # slow to import
 
@@ -36,27 +28,17 @@ def find_root(function: Callable[[float], float], low: float, high: float) -> fl
 
 
 def find_roots(
-    function: Callable[[FloatArray], tuple[FloatArray, FloatArray]], low: FloatArray, high: FloatArray, tolerance: float
+    # function of n arguments (n,) that returns n values and n derivatives
+    function: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
+    low: FloatArray,  # ends of the brackets; shape (n,)
+    high: FloatArray,  # ends of the brackets; shape (n,)
+    tolerance: float,
 ) -> FloatArray:
     """Return the roots of n functions in n brackets by Newton's method, safeguarded by bisection.
 
     It suits functions that are expensive but can be evaluated together.
 
-    Parameters
-    ----------
-    function
-        Function of n arguments (n,) that returns n values and n derivatives.
-    low
-        Ends of the brackets; shape (n,).
-    high
-        Ends of the brackets; shape (n,).
-    tolerance
-        Largest last step.
-
-    Returns
-    -------
-    FloatArray
-        The roots; shape (n,).
+    Result: the roots; shape (n,).
     """
     is_rising = function(high)[0] > 0
     roots: FloatArray = 0.5 * (low + high)

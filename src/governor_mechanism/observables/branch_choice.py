@@ -46,20 +46,14 @@ def may_branch(mechanism: Mechanism) -> bool:
     return not is_driven and n_rows + 1 == n_coordinates and len(mechanism.joints) > len(mechanism.bodies)
 
 
-def find_unresolved_branch(mechanism: Mechanism, motion: SampledMotion) -> tuple[float, float] | None:
+def find_unresolved_branch(
+    mechanism: Mechanism,  # the mechanism, with one degree of freedom and no redundant joints
+    motion: SampledMotion,
+) -> tuple[float, float] | None:
     """Find the first time at which a motion goes straight through where the branches avoid each other.
 
-    Parameters
-    ----------
-    mechanism
-        The mechanism, with one degree of freedom and no redundant joints.
-    motion
-        Its motion.
-
-    Returns
-    -------
-    tuple[float, float] or None
-        Time of the pass, s, and of the last sample that is clearly before it; None if there is no such pass.
+    Result: time of the pass, s, and of the last sample that is clearly before it; None if there is no such
+    pass.
     """
     position_solver, exact_poses = PositionSolver(mechanism), list[FloatArray]()
     for k in find_nearly_singular_samples(motion).tolist():

@@ -11,22 +11,15 @@ _SIGNS = {"up": (1.0,), "down": (-1.0,), "both": (1.0, -1.0)}
 """Signs of the deviation behind a crossing, by direction."""
 
 
-def find_crossing_intervals(deviations: FloatArray, direction: str, tolerance: float) -> IntArray:
+def find_crossing_intervals(
+    # deviations from the value that is passed, at points in the order of time; shape (n,)
+    deviations: FloatArray,
+    direction: str,
+    tolerance: float,
+) -> IntArray:
     """Return the points before which a value lies beyond a tolerance on one side, and after which on the other.
 
-    Parameters
-    ----------
-    deviations
-        Deviations from the value that is passed, at points in the order of time; shape (n,).
-    direction
-        One of CROSSING_DIRECTIONS.
-    tolerance
-        Deviation up to which the value is not passed.
-
-    Returns
-    -------
-    IntArray
-        Index of the last point before each passage; shape (crossings,).
+    Result: index of the last point before each passage; shape (crossings,).
     """
     low_indices = list[int]()
     for before, after in pairwise(np.flatnonzero(np.abs(deviations) > tolerance).tolist()):

@@ -33,29 +33,11 @@ def find_crossings(
     system: CoupledSystem,
     motion: SampledMotion,
     crossings: Sequence[NamedCrossing],
-    errors: Mapping[str, float],
+    errors: Mapping[str, float],  # errors of the readings, SI: smaller deviations from a value are none
+    # a time, s, and the readings that the run reports there, SI: they fix the full turns of angles
     start: tuple[float, Mapping[str, float]],
 ) -> list[Event]:
-    """Return the events of named crossings, crossing by crossing.
-
-    Parameters
-    ----------
-    system
-        System with the readings.
-    motion
-        Sampled motion.
-    crossings
-        Crossings to find.
-    errors
-        Errors of the readings, SI: smaller deviations from a value are none.
-    start
-        A time, s, and the readings that the run reports there, SI: they fix the full turns of angles.
-
-    Returns
-    -------
-    list[Event]
-        Events of kind CROSSING.
-    """
+    """Return the events of named crossings, crossing by crossing."""
     if len(motion.times) < 2:
         return []
     mechanism, speeds = system.mechanism, find_speeds(system)

@@ -35,25 +35,13 @@ CONTROL_TOLERANCE = 1e-9
 """Excess over 0 or 1 that counts as rounding of a control at its end."""
 
 
-def evaluate_derived_readings(scene: Scene, history: StateHistory) -> dict[str, FloatArray]:
+def evaluate_derived_readings(
+    scene: Scene,
+    history: StateHistory,  # states of its motion, n times; the joints are closed
+) -> dict[str, FloatArray]:
     """Return the derived readings of a scene by name.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    history
-        States of its motion, n times; the joints are closed.
-
-    Returns
-    -------
-    dict[str, FloatArray]
-        Values, SI; shape (n,) each.
-
-    Raises
-    ------
-    MechanismError
-        As `compute_static_force` does.
+    Result: values, SI; shape (n,) each. Raises MechanismError as `compute_static_force` does.
     """
     mechanism = scene.mechanism
     readings = evaluate_static_forces(scene, history.poses)
@@ -76,25 +64,13 @@ def evaluate_derived_readings(scene: Scene, history: StateHistory) -> dict[str, 
     return readings
 
 
-def evaluate_positional_readings(scene: Scene, poses: FloatArray) -> dict[str, FloatArray]:
+def evaluate_positional_readings(
+    scene: Scene,
+    poses: FloatArray,  # poses that close the joints, m and rad; shape (n, bodies, 3)
+) -> dict[str, FloatArray]:
     """Return the derived readings that positions alone determine: forces of springs and weights, and pressures of gas without a control.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    poses
-        Poses that close the joints, m and rad; shape (n, bodies, 3).
-
-    Returns
-    -------
-    dict[str, FloatArray]
-        Values, SI; shape (n,) each.
-
-    Raises
-    ------
-    MechanismError
-        As `compute_static_force` does.
+    Result: values, SI; shape (n,) each. Raises MechanismError as `compute_static_force` does.
     """
     readings, nothing = evaluate_static_forces(scene, poses), np.zeros(len(poses))
     history = StateHistory(
@@ -116,20 +92,7 @@ def _kinetic_energy(mechanism: Mechanism, history: StateHistory) -> FloatArray:
 
 
 def find_first_control_exit(scene: Scene, history: StateHistory) -> tuple[int, str] | None:
-    """Return the index of the first state in which a throttle or a cut-off is set beyond 0 or 1, and what is set, or None.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    history
-        States of its motion.
-
-    Returns
-    -------
-    tuple[int, str] | None
-        Index and sentence.
-    """
+    """Return the index of the first state in which a throttle or a cut-off is set beyond 0 or 1, and what is set, or None."""
     exits = []
     for output in scene.mechanism.derived_readings:
         if isinstance(output, ControlledValue):

@@ -11,20 +11,8 @@ from governor_mechanism.model.scene import Scene
 def mean_gas_torque(scene: Scene) -> float:
     """Return the mean torque of gas in cylinders over a stroke: its work over half a turn, whatever the connecting rods.
 
-    Parameters
-    ----------
-    scene
-        Scene of an engine.
-
-    Returns
-    -------
-    float
-        Torque, N m; positive if it drives.
-
-    Raises
-    ------
-    MechanismError
-        If a throttle or a cut-off moves, so that strokes differ, or the scene has no gas in cylinders.
+    Result: torque, N m; positive if it drives. Raises MechanismError if a throttle or a cut-off moves, so
+    that strokes differ, or the scene has no gas in cylinders.
     """
     gases = [element for element in scene.mechanism.force_elements if isinstance(element, CylinderGas)]
     if not gases:

@@ -22,33 +22,20 @@ _ACCELERATION_KINDS: Final = {"angle": "angular_acceleration", "length": "accele
 
 
 def analyse_kinematics(
-    scene: Scene, over: str, values: Sequence[float | str] | FloatArray, rate: float | str = 1.0, acceleration: float | str = 0.0
+    scene: Scene,
+    over: str,
+    # values of the reading, SI, or times, s, or texts with a unit; shape (n,)
+    values: Sequence[float | str] | FloatArray,
+    rate: float | str = 1.0,  # first time derivative of the reading at each value, SI/s, or text with a unit
+    # second time derivative of the reading at each value, SI/s2, or text with a unit
+    acceleration: float | str = 0.0,
 ) -> Kinematics:
     """Return the kinematics over values of a reading or over time, with all readings that they determine.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    over
-        Name of a reading, or "time".
-    values
-        Values of the reading, SI, or times, s, or texts with a unit; shape (n,).
-    rate
-        First time derivative of the reading at each value, SI/s, or text with a unit.
-    acceleration
-        Second time derivative of the reading at each value, SI/s2, or text with a unit.
-
-    Returns
-    -------
-    Kinematics
-        The motion. Its readings include shaft speeds, forces of springs and weights, and pressures of gas without a control. A static
-        force is left out if it is not defined, as where the mechanism has several degrees of freedom.
-
-    Raises
-    ------
-    MechanismError
-        As `solve_kinematics`; also for a text of another unit, and for a rate or acceleration that no machine has.
+    Result: the motion. Its readings include shaft speeds, forces of springs and weights, and pressures of gas
+    without a control. A static force is left out if it is not defined, as where the mechanism has several
+    degrees of freedom. Raises MechanismError as `solve_kinematics`; also for a text of another unit, and for
+    a rate or acceleration that no machine has.
     """
     kind = _kind_of(scene, over)
     samples = convert_texts(values, kind, over)

@@ -22,26 +22,16 @@ class Excursion:
     sentence: str
 
 
-def find_first_excursion(mechanism: Mechanism, states: StateHistory, event_times: FloatArray, accuracy: float) -> Excursion | None:
-    """Return the first excursion beyond a limit between two monitor times, or None.
-
-    Parameters
-    ----------
-    mechanism
-        Mechanism with its limits.
-    states
-        States at the monitor times.
-    event_times
-        Times of contact events, s; shape (events,). An interval with an event is not smooth and is left out. The motion begins after
-        the events of its start.
-    accuracy
-        Accuracy of the states relative to the scales: a motion within it of a limit has not passed it.
-
-    Returns
-    -------
-    Excursion | None
-        The excursion.
-    """
+def find_first_excursion(
+    mechanism: Mechanism,
+    states: StateHistory,
+    # times of contact events, s; shape (events,). An interval with an event is not smooth and is left out.
+    # The motion begins after the events of its start
+    event_times: FloatArray,
+    # accuracy of the states relative to the scales: a motion within it of a limit has not passed it
+    accuracy: float,
+) -> Excursion | None:
+    """Return the first excursion beyond a limit between two monitor times, or None."""
     times, excursions = states.times, list[Excursion]()
     if len(times) < 2 or not mechanism.limits:
         return None

@@ -82,14 +82,6 @@ class PlaneRotation:
 def plane_rotations(scene: Scene) -> tuple[PlaneRotation, ...]:
     """Return the rotation of each plane of a scene that turns with a spindle.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    tuple[PlaneRotation, ...]
-        Rotations in the order of the planes.
+    Result: rotations in the order of the planes.
     """
     return tuple(PlaneRotation(scene.mechanism, plane) for plane in scene.system.planes)

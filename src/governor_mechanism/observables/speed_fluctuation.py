@@ -16,24 +16,16 @@ N_QUADRATURE_POINTS = 65
 """Points of a quadrature of the acceleration by Simpson's rule: a kink costs the square of their distance."""
 
 
-def find_speed_fluctuation(scene: Scene, angle: str, motion: SampledMotion) -> SpeedFluctuation | None:
+def find_speed_fluctuation(
+    scene: Scene,
+    angle: str,
+    motion: SampledMotion,  # its motion at times close enough to each other that no extreme is missed
+) -> SpeedFluctuation | None:
     """Return the extreme speeds of a shaft in its last complete turn.
 
     An extreme is where the acceleration of the angle vanishes, located in the engine's own dense output where there is one.
 
-    Parameters
-    ----------
-    scene
-        The scene, without lags.
-    angle
-        Reading that is the angle of the shaft.
-    motion
-        Its motion at times close enough to each other that no extreme is missed.
-
-    Returns
-    -------
-    SpeedFluctuation or None
-        None if the shaft makes no complete turn.
+    Result: none if the shaft makes no complete turn.
     """
     output = evaluate_output(scene.mechanism, angle, motion.poses, motion.velocities)
     angles, accelerations = output.value, output.acceleration(motion.accelerations)

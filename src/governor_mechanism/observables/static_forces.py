@@ -36,29 +36,17 @@ def evaluate_static_forces(scene: Scene, poses: FloatArray) -> dict[str, FloatAr
     return forces
 
 
-def compute_static_force(scene: Scene, reading: str, poses: FloatArray) -> FloatArray:
+def compute_static_force(
+    scene: Scene,
+    reading: str,
+    poses: FloatArray,  # poses, m and rad; shape (n, bodies, 3)
+) -> FloatArray:
     """Return the force along a reading that holds the mechanism without rotation of the spindle, by virtual work.
 
     It is the change of the potential of springs and weights over the change of the reading. Drivers are left out.
 
-    Parameters
-    ----------
-    scene
-        Scene whose parts have one degree of freedom each.
-    reading
-        Name of the reading.
-    poses
-        Poses, m and rad; shape (n, bodies, 3).
-
-    Returns
-    -------
-    FloatArray
-        Force, N or N m; shape (n,). Infinite at a turning point of the reading.
-
-    Raises
-    ------
-    MechanismError
-        If the mechanism has another number of degrees of freedom, or at a singular configuration.
+    Result: force, N or N m; shape (n,). Infinite at a turning point of the reading. Raises MechanismError if
+    the mechanism has another number of degrees of freedom, or at a singular configuration.
     """
     if not len(poses):
         return np.zeros(0)

@@ -48,15 +48,7 @@ class ValveKinematics(NamedTuple):
 def has_valve_events(scene: Scene) -> bool:
     """Return whether a scene has one part, whose mechanism has a valve and a driver that turns a body.
 
-    Parameters
-    ----------
-    scene
-        Any scene.
-
-    Returns
-    -------
-    bool
-        Whether the valve may have events; a valve of a free crank has none.
+    Result: whether the valve may have events; a valve of a free crank has none.
     """
     if len(scene.parts) > 1 or scene.part.mechanism.valve is None:
         return False
@@ -66,20 +58,7 @@ def has_valve_events(scene: Scene) -> bool:
 def valve_of(scene: Scene) -> Valve:
     """Return the valve of a scene.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part.
-
-    Returns
-    -------
-    Valve
-        The valve of its mechanism.
-
-    Raises
-    ------
-    MechanismError
-        If the mechanism has no valve.
+    Raises MechanismError if the mechanism has no valve.
     """
     valve = scene.part.mechanism.valve
     if valve is None:
@@ -93,22 +72,7 @@ def valve_of(scene: Scene) -> Valve:
 def crank_driver_of(mechanism: Mechanism, valve: Valve) -> RotationalDriver:
     """Return the driver of the crank.
 
-    Parameters
-    ----------
-    mechanism
-        The mechanism.
-    valve
-        Its valve, which may name the driver.
-
-    Returns
-    -------
-    RotationalDriver
-        The driver.
-
-    Raises
-    ------
-    MechanismError
-        If the crank is not driven, or if several drivers might be that of the crank.
+    Raises MechanismError if the crank is not driven, or if several drivers might be that of the crank.
     """
     drivers = [joint for joint in mechanism.joints if isinstance(joint, RotationalDriver)]
     names = [driver.name for driver in drivers]
@@ -169,18 +133,13 @@ class ValveMotion:
             self.turn = self._interpolate_turn()
         self.centre, self._crank_end_position, self.stroke = self._find_centre(), *self._find_stroke()
 
-    def evaluate(self, angles: FloatArray) -> ValveKinematics:
+    def evaluate(
+        self,
+        angles: FloatArray,  # crank angles, rad; shape (n,)
+    ) -> ValveKinematics:
         """Return the readings and their derivatives at crank angles, with the mechanism assembled at all of them at once.
 
-        Parameters
-        ----------
-        angles
-            Crank angles, rad; shape (n,).
-
-        Returns
-        -------
-        ValveKinematics
-            Readings and derivatives in the order of the angles.
+        Result: readings and derivatives in the order of the angles.
         """
         values = self._origin + self._direction * angles
         turns = np.floor((values - self._path.values[0]) / math.tau)
@@ -254,33 +213,14 @@ class ValveMotion:
 
 @once_per_object
 def valve_motion_of(scene: Scene) -> ValveMotion:
-    """Return the motion of a scene's valve over a turn of the crank.
-
-    Parameters
-    ----------
-    scene
-        Scene of one part whose mechanism has a valve.
-
-    Returns
-    -------
-    ValveMotion
-        The motion.
-    """
+    """Return the motion of a scene's valve over a turn of the crank."""
     return ValveMotion(scene)
 
 
 def reverse_crank(scene: Scene) -> Scene:
     """Return a scene whose crank turns the other way from where it starts.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part whose mechanism has a valve.
-
-    Returns
-    -------
-    Scene
-        The scene with the crank's motion reversed.
+    Result: the scene with the crank's motion reversed.
     """
     mechanism = scene.part.mechanism
     crank = crank_driver_of(mechanism, valve_of(scene))
@@ -291,18 +231,12 @@ def reverse_crank(scene: Scene) -> Scene:
     return scene.with_changes(mechanism=replace(mechanism, joints=joints))
 
 
-def find_turning_angles(position: BPoly) -> FloatArray:
+def find_turning_angles(
+    position: BPoly,  # the reading as a periodic function of the crank angle
+) -> FloatArray:
     """Return the crank angles of the extremes of a reading over a turn.
 
-    Parameters
-    ----------
-    position
-        The reading as a periodic function of the crank angle.
-
-    Returns
-    -------
-    FloatArray
-        Ascending angles over one turn, of which the last is the first in the next turn, rad; shape (n,).
+    Result: ascending angles over one turn, of which the last is the first in the next turn, rad; shape (n,).
     """
     roots = PPoly.from_bernstein_basis(position.derivative()).roots(extrapolate=False)
     angles = np.unique(roots[np.isfinite(roots)] % math.tau)

@@ -79,15 +79,7 @@ class _Crossing(NamedTuple):
 def find_port_timings(scene: Scene) -> tuple[PortTiming, ...]:
     """Return the openings and closings of the ports at both ends of the cylinder, to about 1e-13 rad.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part whose mechanism has a valve.
-
-    Returns
-    -------
-    tuple of PortTiming
-        Steam port and exhaust of the crank end, then those of the head end.
+    Result: steam port and exhaust of the crank end, then those of the head end.
     """
     motion = valve_motion_of(scene)
     position = motion.turn[motion.valve.displacement]
@@ -118,15 +110,7 @@ def find_port_timings(scene: Scene) -> tuple[PortTiming, ...]:
 def find_event_angles(scene: Scene) -> dict[str, float]:
     """Return the crank angles of the valve events, eight if every port opens once in a turn, to about 1e-13 rad.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part whose mechanism has a valve.
-
-    Returns
-    -------
-    dict
-        Crank angles, rad, from 0 to 2 pi, by names such as "crank end cut-off".
+    Result: crank angles, rad, from 0 to 2 pi, by names such as "crank end cut-off".
     """
     return {name: angle for timing in find_port_timings(scene) for name, angle in timing.events.items()}
 

@@ -22,25 +22,18 @@ N_GAUSS_POINTS = 4
 """Gauss points in each interval: order 8."""
 
 
-def integrate_work(scene: Scene, history: StateHistory, contact_modes: Sequence[ContactMode] = ()) -> FloatArray:
+def integrate_work(
+    scene: Scene,
+    history: StateHistory,  # states at times that include every breakpoint of an input function; shape (n,)
+    # contact mode at each time, or empty if the scene has no contacts
+    contact_modes: Sequence[ContactMode] = (),
+) -> FloatArray:
     """Return the cumulative work of drivers and force elements.
 
     Between the times of the history the path is a quintic Hermite interpolant. With contacts it is a cubic one, because
     accelerations jump; that is inaccurate in the intervals of impacts.
 
-    Parameters
-    ----------
-    scene
-        Scene of the motion.
-    history
-        States at times that include every breakpoint of an input function; shape (n,).
-    contact_modes
-        Contact mode at each time, or empty if the scene has no contacts.
-
-    Returns
-    -------
-    FloatArray
-        Work done since the first time, J; shape (n,).
+    Result: work done since the first time, J; shape (n,).
     """
 
     def evaluate_motion(times: FloatArray, poses: FloatArray, velocities: FloatArray) -> InverseDynamics:

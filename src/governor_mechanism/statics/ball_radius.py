@@ -43,27 +43,18 @@ class BallRadius:
     n_balls: int
 
 
-def find_ball_radius(reduction: SingleDofReduction, name: str | None, balls: int | None) -> BallRadius:
+def find_ball_radius(
+    reduction: SingleDofReduction,
+    # name of the reading; None for `ball_radius`, `weight_radius`, or the only distance from the axis
+    name: str | None,
+    # number of balls; None for two if another body of equal mass is the mirror image of the ball, and else
+    # one
+    balls: int | None,
+) -> BallRadius:
     """Return the reading of the ball's distance from the spindle axis.
 
-    Parameters
-    ----------
-    reduction
-        Mechanism reduced to its coordinate.
-    name
-        Name of the reading; None for `ball_radius`, `weight_radius`, or the only distance from the axis.
-    balls
-        Number of balls; None for two if another body of equal mass is the mirror image of the ball, and else one.
-
-    Returns
-    -------
-    BallRadius
-        The reading.
-
-    Raises
-    ------
-    MechanismError
-        If there is no such reading, it is no distance from the spindle axis, or the number is wrong.
+    Raises MechanismError if there is no such reading, it is no distance from the spindle axis, or the number
+    is wrong.
     """
     mechanism = reduction.mechanism
     reading = _choose_reading(mechanism) if name is None else _validate_reading(mechanism, name)

@@ -155,49 +155,29 @@ class ControllingForce(ExportedResult):
 
 def compute_controlling_force(
     scene: Scene,
+    # values of the leading coordinate, SI; shape (n,). None for the whole travel
     over: QuantityValues | None = None,
     *,
-    points: int = 500,
+    points: int = 500,  # number of points over the whole travel; at least 2
+    # working range: two values of one reading, SI numbers or text with a unit. None for the stops of the
+    # scene, or for the travel
     between: Mapping[str, Sequence[float | str]] | None = None,
+    # relative change of speed for effort and power; above 0 and at most 1
     speed_change: float = DEFAULT_SPEED_CHANGE,
+    # resistance along the reading of the sleeve, N or N m, or text with a unit; None for none
     resistance: float | str | None = None,
     against: str = "sleeve_lift",
+    # name of the reading that is the distance of a ball from the spindle axis; None if the mechanism has only
+    # one
     radius: str | None = None,
+    # number of balls that share the force; None for two if the mechanism has a mirror image of the ball, and
+    # else one
     balls: int | None = None,
 ) -> ControllingForce:
     """Return the controlling force of a governor, with effort, power and sensitiveness.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part with one degree of freedom.
-    over
-        Values of the leading coordinate, SI; shape (n,). None for the whole travel.
-    points
-        Number of points over the whole travel; at least 2.
-    between
-        Working range: two values of one reading, SI numbers or text with a unit. None for the stops of the scene, or for the travel.
-    speed_change
-        Relative change of speed for effort and power; above 0 and at most 1.
-    resistance
-        Resistance along the reading of the sleeve, N or N m, or text with a unit; None for none.
-    against
-        Name of the reading of the sleeve.
-    radius
-        Name of the reading that is the distance of a ball from the spindle axis; None if the mechanism has only one.
-    balls
-        Number of balls that share the force; None for two if the mechanism has a mirror image of the ball, and else one.
-
-    Returns
-    -------
-    ControllingForce
-        The controlling force.
-
-    Raises
-    ------
-    MechanismError
-        If no spindle speed can balance the loads, the mechanism does not have one degree of freedom or no such radius, or an argument is
-        wrong.
+    Raises MechanismError if no spindle speed can balance the loads, the mechanism does not have one degree of
+    freedom or no such radius, or an argument is wrong.
     """
     equilibrium_speed.require_equilibrium_speed(scene)
     change = _validate_speed_change(speed_change)

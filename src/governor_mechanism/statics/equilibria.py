@@ -106,41 +106,23 @@ class Equilibrium(ExportedResult):
 def has_damping(scene: Scene) -> bool:
     """Return whether a scene has dashpots or dampers, which frequencies and divergence rates of equilibria leave out.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part.
-
-    Returns
-    -------
-    bool
-        Whether the linearised equations have other growth rates.
+    Result: whether the linearised equations have other growth rates.
     """
     has_dampers = any(isinstance(element, Damper | TorsionDamper) for element in scene.mechanism.force_elements)
     return has_dampers or any(effect.dissipates for effect in output_forces_of(scene))
 
 
-def find_equilibria(scene: Scene, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
+def find_equilibria(
+    scene: Scene,
+    # spindle speed, rad/s, or text with a unit; the first speed of the scene if None
+    spindle_speed: float | str | None = None,
+) -> tuple[Equilibrium, ...]:
     """Return all equilibria at a spindle speed, in ascending order.
 
     An equilibrium at both ends of a periodic travel is returned once, at the high end.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part with one degree of freedom.
-    spindle_speed
-        Spindle speed, rad/s, or text with a unit; the first speed of the scene if None.
-
-    Returns
-    -------
-    tuple of Equilibrium
-        At least one equilibrium.
-
-    Raises
-    ------
-    MechanismError
-        If there is none (the message gives the speeds for which there are some), if the speed has no effect, or if the travel is unknown.
+    Raises MechanismError if there is none (the message gives the speeds for which there are some), if the
+    speed has no effect, or if the travel is unknown.
     """
     equilibria = find_equilibria_or_empty(scene, spindle_speed)
     if not equilibria:

@@ -41,15 +41,7 @@ MAX_RESISTANCE = 1e12
 def has_equilibrium_speed(scene: Scene) -> bool:
     """Return whether a scene has both loads and a spindle-dependent load that can balance them.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part.
-
-    Returns
-    -------
-    bool
-        Whether an equilibrium speed can exist.
+    Result: whether an equilibrium speed can exist.
     """
     has_springs = any(not effect.dissipates for effect in output_forces_of(scene))
     return has_spindle_dependent_loads(scene) and bool(scene.gravity or scene.part.mechanism.force_elements or has_springs)
@@ -58,15 +50,7 @@ def has_equilibrium_speed(scene: Scene) -> bool:
 def has_spindle_dependent_loads(scene: Scene) -> bool:
     """Return whether the loads of a scene depend on the spindle speed.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part.
-
-    Returns
-    -------
-    bool
-        Whether the plane turns and the centrifugal load is active.
+    Result: whether the plane turns and the centrifugal load is active.
     """
     return bool(scene.has_centrifugal and scene.part.plane == TURNING_PLANE)
 
@@ -74,15 +58,7 @@ def has_spindle_dependent_loads(scene: Scene) -> bool:
 def require_equilibrium_speed(scene: Scene) -> None:
     """Raise an error unless a spindle speed can balance the loads.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part.
-
-    Raises
-    ------
-    MechanismError
-        If it cannot.
+    Raises MechanismError if it cannot.
     """
     if not has_equilibrium_speed(scene):
         raise MechanismError(
@@ -210,20 +186,7 @@ def validate_resistance(mechanism: Mechanism, resistance: object, against: objec
 
 
 def format_coordinate(scene: Scene, value: float) -> str:
-    """Return a value of the leading coordinate as text with a customary unit.
-
-    Parameters
-    ----------
-    scene
-        Scene of one part.
-    value
-        Value, SI.
-
-    Returns
-    -------
-    str
-        Text in deg or mm.
-    """
+    """Return a value of the leading coordinate as text with a customary unit."""
     mechanism = scene.part.mechanism
     return format_quantity(value, READING_UNITS[mechanism.reading(mechanism.coordinate).quantity])
 

@@ -56,28 +56,14 @@ class GovernorEffort:
 
 
 def evaluate_effort(
-    reduction: SingleDofReduction, coefficients: PathCoefficients, stable: NDArray[np.bool_], speed_change: float, against: str
+    reduction: SingleDofReduction,
+    coefficients: PathCoefficients,  # Lagrangian coefficients at the positions; shape (n,)
+    # whether a position is one of stable equilibrium at its equilibrium speed; shape (n,)
+    stable: NDArray[np.bool_],
+    speed_change: float,
+    against: str,
 ) -> GovernorEffort:
-    """Return effort, lift and power at positions.
-
-    Parameters
-    ----------
-    reduction
-        Mechanism reduced to its coordinate.
-    coefficients
-        Lagrangian coefficients at the positions; shape (n,).
-    stable
-        Whether a position is one of stable equilibrium at its equilibrium speed; shape (n,).
-    speed_change
-        Relative increase of the speed.
-    against
-        Name of the reading of the sleeve.
-
-    Returns
-    -------
-    GovernorEffort
-        Effort, lift and power.
-    """
+    """Return effort, lift and power at positions."""
     speed_squared = equilibrium_speed_squared(coefficients, reduction.coordinate_scale)
     sleeve_load = np.where(speed_squared > 0.0, np.abs(_force_along(reduction, coefficients, against)), 0.0)
     effort = speed_change * (1.0 + 0.5 * speed_change) * sleeve_load

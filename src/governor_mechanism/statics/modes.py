@@ -39,18 +39,12 @@ class Mode:
     __repr__ = short_repr
 
 
-def format_modes(modes: Sequence[Mode]) -> str:
+def format_modes(
+    modes: Sequence[Mode],  # at least one mode; all have amplitudes of the same outputs
+) -> str:
     """Return modes as a table.
 
-    Parameters
-    ----------
-    modes
-        At least one mode; all have amplitudes of the same outputs.
-
-    Returns
-    -------
-    str
-        Lines of text: growth, frequency, damping ratio, error, and the amplitude of each output.
+    Result: lines of text: growth, frequency, damping ratio, error, and the amplitude of each output.
     """
     outputs = list(modes[0].amplitudes)
     headers = ["growth 1/s", "frequency rad/s", "damping ratio", "error 1/s", *(format_reading_name(name) for name in outputs)]
@@ -67,22 +61,14 @@ def format_modes(modes: Sequence[Mode]) -> str:
     return format_table(headers, rows, "r")
 
 
-def format_rate(name: str, value: float, unit: str) -> str:
+def format_rate(
+    name: str,
+    value: float,  # rate, SI
+    unit: str,
+) -> str:
     """Return the steady rate of a reading as text.
 
-    Parameters
-    ----------
-    name
-        Name of the reading, or of a speed.
-    value
-        Rate, SI.
-    unit
-        Unit of the reading.
-
-    Returns
-    -------
-    str
-        Text such as "spindle speed 10.3 rad/s".
+    Result: text such as "spindle speed 10.3 rad/s".
     """
     title = format_reading_name(name) if name.endswith("speed") else f"rate of {format_reading_name(name)}"
     return f"{title} {value:.6g} {unit}/s"

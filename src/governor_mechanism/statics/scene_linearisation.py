@@ -21,31 +21,20 @@ TURNING_TOLERANCE = 1e-9
 """Rate of a reading, in its scale over the time scale, above which it turns steadily."""
 
 
-def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spindle_speed: float | str | None = None) -> Linearisation:
+def linearise_scene(
+    scene: Scene,
+    poses: FloatArray,  # assembled poses near the steady state; shape (bodies, 3)
+    # their time derivatives, of which those of steadily turning shafts matter; shape (bodies, 3)
+    velocities: FloatArray,
+    # speed of the spindle, rad/s, or text with a unit; that of the scene if None
+    spindle_speed: float | str | None = None,
+) -> Linearisation:
     """Linearise a scene about the steady state near given poses.
 
     Inputs that vary with time have their last value.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    poses
-        Assembled poses near the steady state; shape (bodies, 3).
-    velocities
-        Their time derivatives, of which those of steadily turning shafts matter; shape (bodies, 3).
-    spindle_speed
-        Speed of the spindle, rad/s, or text with a unit; that of the scene if None.
-
-    Returns
-    -------
-    Linearisation
-        Linearised equations, eigenvalues and modes.
-
-    Raises
-    ------
-    MechanismError
-        If there is no steady state near the start, it is periodic, or it has no linear equations.
+    Result: linearised equations, eigenvalues and modes. Raises MechanismError if there is no steady state
+    near the start, it is periodic, or it has no linear equations.
     """
     if spindle_speed is not None:
         speed, spindle = parse_quantity(spindle_speed, "angular_speed", "the spindle's speed"), scene.spindle
@@ -60,25 +49,15 @@ def linearise_scene(scene: Scene, poses: FloatArray, velocities: FloatArray, spi
 
 
 def linearise_from_start(
-    scene: Scene, poses: FloatArray, velocities: FloatArray, spindle_speed: float | str | None = None
+    scene: Scene,
+    poses: FloatArray,  # initial poses; shape (bodies, 3)
+    velocities: FloatArray,  # initial velocities; shape (bodies, 3)
+    # speed of the spindle, rad/s, or text with a unit; the last of the scene if None
+    spindle_speed: float | str | None = None,
 ) -> Linearisation:
     """Linearise a scene as `linearise_scene` does, about the equilibrium nearest to the start if it has one degree of freedom.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    poses
-        Initial poses; shape (bodies, 3).
-    velocities
-        Initial velocities; shape (bodies, 3).
-    spindle_speed
-        Speed of the spindle, rad/s, or text with a unit; the last of the scene if None.
-
-    Returns
-    -------
-    Linearisation
-        Linearised equations, eigenvalues and modes.
+    Result: linearised equations, eigenvalues and modes.
     """
     if len(scene.parts) > 1:
         return linearise_scene(scene, poses, velocities, spindle_speed)
@@ -98,17 +77,7 @@ def linearise_from_start(
 def poses_at(scene: Scene, equilibrium: Equilibrium) -> FloatArray:
     """Return the poses of all bodies of a scene at an equilibrium of its part, with the shaft of a free spindle.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part.
-    equilibrium
-        Equilibrium of its mechanism.
-
-    Returns
-    -------
-    FloatArray
-        Poses, m and rad; shape (bodies, 3).
+    Result: poses, m and rad; shape (bodies, 3).
     """
     return np.concatenate([equilibrium.poses, np.zeros((len(scene.mechanism.bodies) - len(scene.part.mechanism.bodies), 3))])
 
@@ -116,15 +85,7 @@ def poses_at(scene: Scene, equilibrium: Equilibrium) -> FloatArray:
 def last_spindle_speed(scene: Scene) -> float | None:
     """Return the last given speed of the spindle, rad/s.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part.
-
-    Returns
-    -------
-    float | None
-        Speed; None for a free spindle, or if the loads do not depend on it.
+    Result: speed; None for a free spindle, or if the loads do not depend on it.
     """
     return scene.spindle.speeds[-1] if isinstance(scene.spindle, Spindle) and has_spindle_dependent_loads(scene) else None
 

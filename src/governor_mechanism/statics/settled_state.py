@@ -20,31 +20,17 @@ NO_STEADY_STATE = (
 )
 
 
-def settle(scene: Scene, poses: FloatArray, velocities: FloatArray, time: float | None = None) -> tuple[SceneDynamics, SteadyState]:
+def settle(
+    scene: Scene,
+    poses: FloatArray,  # assembled poses near the steady state; shape (bodies, 3)
+    # their time derivatives, of which those of steadily turning shafts matter; shape (bodies, 3)
+    velocities: FloatArray,
+    time: float | None = None,  # time at which inputs are taken, s; that of their last change if None
+) -> tuple[SceneDynamics, SteadyState]:
     """Find the steady state near given poses.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    poses
-        Assembled poses near the steady state; shape (bodies, 3).
-    velocities
-        Their time derivatives, of which those of steadily turning shafts matter; shape (bodies, 3).
-    time
-        Time at which inputs are taken, s; that of their last change if None.
-
-    Returns
-    -------
-    dynamics : SceneDynamics
-        The scene in independent coordinates.
-    state : SteadyState
-        The steady state in these coordinates.
-
-    Raises
-    ------
-    MechanismError
-        If there is no steady state near the start, or it is periodic.
+    Results: dynamics, the scene in independent coordinates; state, the steady state in these coordinates.
+    Raises MechanismError if there is no steady state near the start, or it is periodic.
     """
     for _ in range(MAX_RESTARTS):
         dynamics = SceneDynamics(scene, poses, velocities, time)

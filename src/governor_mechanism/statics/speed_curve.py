@@ -147,25 +147,15 @@ class SpeedCurve(ExportedResult):
         return speed_curve_html(self)
 
 
-def equilibrium_speed_at(scene: Scene, values: Sequence[float] | FloatArray) -> FloatArray:
+def equilibrium_speed_at(
+    scene: Scene,
+    values: Sequence[float] | FloatArray,  # values of the leading coordinate, SI; shape (n,)
+) -> FloatArray:
     """Return the equilibrium speed at given positions.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part with one degree of freedom.
-    values
-        Values of the leading coordinate, SI; shape (n,).
-
-    Returns
-    -------
-    FloatArray
-        Spindle speed, rad/s; shape (n,). Where V' and J' vanish together, every speed is one of equilibrium; the limit is returned.
-
-    Raises
-    ------
-    MechanismError
-        If a value is outside the travel, or no speed balances the loads there.
+    Result: spindle speed, rad/s; shape (n,). Where V' and J' vanish together, every speed is one of
+    equilibrium; the limit is returned. Raises MechanismError if a value is outside the travel, or no speed
+    balances the loads there.
     """
     equilibrium_speed.require_equilibrium_speed(scene)
     reduction = SingleDofReduction(scene)
@@ -177,32 +167,19 @@ def equilibrium_speed_at(scene: Scene, values: Sequence[float] | FloatArray) -> 
 
 
 def compute_speed_curve(
-    scene: Scene, points: int = 500, *, resistance: float | str | None = None, against: str = "sleeve_lift"
+    scene: Scene,
+    points: int = 500,
+    *,
+    # resistance, N or N m, or text with a unit, for the insensitivity band; None for no band
+    resistance: float | str | None = None,
+    against: str = "sleeve_lift",
 ) -> SpeedCurve:
     """Return the speed curve over the whole travel with its stability, folds and poles.
 
     Folds and poles are located on an adaptive grid (`statics.adaptive_grid`), whatever the number of points.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part with one degree of freedom.
-    points
-        Number of points; at least 2.
-    resistance
-        Resistance, N or N m, or text with a unit, for the insensitivity band; None for no band.
-    against
-        Name of the reading that the resistance acts along.
-
-    Returns
-    -------
-    SpeedCurve
-        The curve.
-
-    Raises
-    ------
-    MechanismError
-        If no spindle speed can balance the loads, the mechanism does not have one degree of freedom, or an argument is wrong.
+    Raises MechanismError if no spindle speed can balance the loads, the mechanism does not have one degree of
+    freedom, or an argument is wrong.
     """
     equilibrium_speed.require_equilibrium_speed(scene)
     if not isinstance(points, Integral) or isinstance(points, bool) or not 2 <= points <= MAX_CURVE_POINTS:
@@ -241,30 +218,15 @@ def compute_speed_curve(
 
 
 def compute_insensitivity_band(
-    scene: Scene, values: QuantityValues, resistance: float | str, against: str = "sleeve_lift"
+    scene: Scene,
+    values: QuantityValues,  # values of the leading coordinate, SI; shape (n,)
+    resistance: float | str,  # resistance along the reading, N or N m, or text with a unit; at least 0
+    against: str = "sleeve_lift",
 ) -> InsensitivityBand:
     """Return the insensitivity band at given positions.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part with one degree of freedom.
-    values
-        Values of the leading coordinate, SI; shape (n,).
-    resistance
-        Resistance along the reading, N or N m, or text with a unit; at least 0.
-    against
-        Name of the reading.
-
-    Returns
-    -------
-    InsensitivityBand
-        The band.
-
-    Raises
-    ------
-    MechanismError
-        If the resistance is wrong, a value is outside the travel, or no speed balances the loads there without resistance.
+    Raises MechanismError if the resistance is wrong, a value is outside the travel, or no speed balances the
+    loads there without resistance.
     """
     equilibrium_speed.require_equilibrium_speed(scene)
     reduction = SingleDofReduction(scene)

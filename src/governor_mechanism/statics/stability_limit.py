@@ -57,32 +57,17 @@ class StabilityLimit(ExportedResult, Generic[Linearised]):
 
 
 def find_stability_limit(
-    linearise_at: Callable[[float], Linearised], low: float, high: float, *, key: str, unit: str
+    linearise_at: Callable[[float], Linearised],
+    low: float,  # one end of the range, SI
+    high: float,  # the other end, SI
+    *,
+    key: str,
+    unit: str,  # its SI unit
 ) -> StabilityLimit[Linearised]:
     """Return the limit of stability between two values of a parameter.
 
-    Parameters
-    ----------
-    linearise_at
-        Linearised equations at a value of the parameter.
-    low
-        One end of the range, SI.
-    high
-        The other end, SI.
-    key
-        Name of the parameter.
-    unit
-        Its SI unit.
-
-    Returns
-    -------
-    StabilityLimit
-        The limit.
-
-    Raises
-    ------
-    MechanismError
-        If the scene is not stable at one end and unstable at the other, or has no steady state at a value.
+    Raises MechanismError if the scene is not stable at one end and unstable at the other, or has no steady
+    state at a value.
     """
     from scipy.optimize import brentq  # slow to import
 

@@ -25,23 +25,14 @@ class StateSpace:
 
     __repr__ = short_repr
 
-    def frequency_response(self, frequencies: Sequence[float] | FloatArray) -> ComplexArray:
+    def frequency_response(
+        self,
+        frequencies: Sequence[float] | FloatArray,  # angular frequencies, rad/s; shape (n,)
+    ) -> ComplexArray:
         """Return the complex amplitudes of the outputs for unit amplitudes of the inputs.
 
-        Parameters
-        ----------
-        frequencies
-            Angular frequencies, rad/s; shape (n,).
-
-        Returns
-        -------
-        ComplexArray
-            Amplitudes, SI; shape (n, outputs, inputs).
-
-        Raises
-        ------
-        MechanismError
-            If a frequency is exactly that of an undamped mode.
+        Result: amplitudes, SI; shape (n, outputs, inputs). Raises MechanismError if a frequency is exactly
+        that of an undamped mode.
         """
         try:
             columns = np.array([np.linalg.solve(1j * float(w) * np.eye(len(self.A)) - self.A, self.B) for w in frequencies])

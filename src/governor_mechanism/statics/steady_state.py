@@ -156,29 +156,17 @@ class SteadyState:
 
 
 def find_cyclic_directions(
-    accelerations: Accelerations, z: FloatArray, rates: FloatArray, scales: FloatArray, time_scale: float
+    accelerations: Accelerations,  # accelerations (n,) at coordinates and rates
+    z: FloatArray,  # coordinates near which to look; shape (n,)
+    rates: FloatArray,  # their rates; shape (n,)
+    scales: FloatArray,  # scales of the coordinates; shape (n,)
+    time_scale: float,  # characteristic time, s
 ) -> tuple[IntArray, FloatArray]:
     """Return the constant positions and the directions of the cyclic coordinates.
 
-    Parameters
-    ----------
-    accelerations
-        Accelerations (n,) at coordinates and rates.
-    z
-        Coordinates near which to look; shape (n,).
-    rates
-        Their rates; shape (n,).
-    scales
-        Scales of the coordinates; shape (n,).
-    time_scale
-        Characteristic time, s.
-
-    Returns
-    -------
-    positions : IntArray
-        Indices of the coordinates that are constant in a steady state; shape (m,).
-    cyclic : FloatArray
-        Directions along which no acceleration changes; shape (n, n - m). Each is 1 in one of the other coordinates.
+    Results: positions, indices of the coordinates that are constant in a steady state; shape (m,); cyclic,
+    directions along which no acceleration changes; shape (n, n - m). Each is 1 in one of the other
+    coordinates.
     """
     from scipy.linalg import null_space, qr  # slow to import
 
@@ -212,27 +200,14 @@ def find_cyclic_directions(
     return np.setdiff1d(np.arange(n), pivots), np.where(np.abs(cyclic) < CYCLIC_TOLERANCE * np.max(np.abs(cyclic)), 0.0, cyclic)
 
 
-def find_steady_state(accelerations: Accelerations, z: FloatArray, rates: FloatArray, scales: FloatArray, time_scale: float) -> SteadyState:
-    """Return the state that Newton's method reaches from given coordinates and rates; `is_steady` says whether it has converged.
-
-    Parameters
-    ----------
-    accelerations
-        Accelerations (n,) at coordinates and rates.
-    z
-        Coordinates to start from; shape (n,).
-    rates
-        Rates to start from; shape (n,). Only those along cyclic coordinates matter.
-    scales
-        Scales of the coordinates; shape (n,).
-    time_scale
-        Characteristic time, s.
-
-    Returns
-    -------
-    SteadyState
-        The last state.
-    """
+def find_steady_state(
+    accelerations: Accelerations,  # accelerations (n,) at coordinates and rates
+    z: FloatArray,  # coordinates to start from; shape (n,)
+    rates: FloatArray,  # rates to start from; shape (n,). Only those along cyclic coordinates matter
+    scales: FloatArray,  # scales of the coordinates; shape (n,)
+    time_scale: float,  # characteristic time, s
+) -> SteadyState:
+    """Return the state that Newton's method reaches from given coordinates and rates; `is_steady` says whether it has converged."""
     positions, cyclic = find_cyclic_directions(accelerations, z, rates, scales, time_scale)
     basis = np.hstack([np.eye(len(z))[:, positions], cyclic])
     m, speeds = len(positions), np.linalg.solve(basis, rates)[len(positions) :]

@@ -103,27 +103,16 @@ class WorkingRange:
 
 
 def locate_working_range(
-    reduction: SingleDofReduction, between: Mapping[str, Sequence[float | str]] | None
+    reduction: SingleDofReduction,
+    # two values of one reading by its name, numbers in SI or text with a unit; None for the stops of the
+    # scene, or for the whole travel
+    between: Mapping[str, Sequence[float | str]] | None,
 ) -> tuple[str, tuple[float, float]] | None:
     """Return what limits the working range, and the coordinates of its ends in ascending order.
 
-    Parameters
-    ----------
-    reduction
-        Mechanism reduced to its coordinate.
-    between
-        Two values of one reading by its name, numbers in SI or text with a unit; None for the stops of the scene, or for the whole travel.
-
-    Returns
-    -------
-    tuple or None
-        'values', 'stops' or 'travel' with the ends; None if nothing is given and an end of the travel has no equilibrium
-        speed or is a dead centre.
-
-    Raises
-    ------
-    MechanismError
-        If the values are wrong, outside the travel, or reached at several positions.
+    Result: 'values', 'stops' or 'travel' with the ends; None if nothing is given and an end of the travel has
+    no equilibrium speed or is a dead centre. Raises MechanismError if the values are wrong, outside the
+    travel, or reached at several positions.
     """
     if between is not None:
         name, values = _validate_values(reduction, between)

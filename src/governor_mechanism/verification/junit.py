@@ -11,22 +11,7 @@ from governor_mechanism.verification.user_kernel.report import KernelReport, Ker
 def save_junit(report: CheckReport, path: Path) -> Path:
     """Write a check as a JUnit file, with a test case for each comparison.
 
-    Parameters
-    ----------
-    report
-        The check.
-    path
-        Path of the file.
-
-    Returns
-    -------
-    Path
-        The path.
-
-    Raises
-    ------
-    MechanismError
-        If the file cannot be written.
+    Raises MechanismError if the file cannot be written.
     """
     defects = report.defects if isinstance(report, KernelReport) else ()
     n_failed = sum(not row.passed for row in report.rows) + len(defects)

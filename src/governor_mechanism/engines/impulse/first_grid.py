@@ -18,27 +18,15 @@ ERROR_AT_UNIT_STEP = 2e-4
 
 
 def make_first_grid(
-    settings: ImpulseSettings, request: RunRequest, evaluator: ReadingEvaluator, breakpoints: FloatArray, budget: WorkBudget
+    settings: ImpulseSettings,
+    request: RunRequest,
+    evaluator: ReadingEvaluator,
+    breakpoints: FloatArray,  # times (s) of jumps and kinks of the inputs
+    budget: WorkBudget,
 ) -> tuple[TimeGrid, bool]:
     """Return the grid of the coarsest run, and whether it reaches the last reported time.
 
-    Parameters
-    ----------
-    settings
-        Settings of the engine.
-    request
-        Reported times and accuracy.
-    evaluator
-        Evaluator of the scene.
-    breakpoints
-        Times (s) of jumps and kinks of the inputs.
-    budget
-        Budget of all runs together.
-
-    Returns
-    -------
-    tuple[TimeGrid, bool]
-        Grid that the first runs can finish if they meet no events, and whether it is complete.
+    Result: grid that the first runs can finish if they meet no events, and whether it is complete.
     """
     (step, max_step), times = choose_steps(settings, evaluator.scene, request.accuracy), request.times
     if settings.step is None:
@@ -58,19 +46,7 @@ def make_first_grid(
 def choose_steps(settings: ImpulseSettings, scene: Scene, accuracy: float) -> tuple[float, float]:
     """Return the step of the coarsest run, and the largest one that a run may take.
 
-    Parameters
-    ----------
-    settings
-        Settings of the engine.
-    scene
-        The scene.
-    accuracy
-        Requested accuracy.
-
-    Returns
-    -------
-    tuple[float, float]
-        Both steps, s; a requested step has no largest one.
+    Result: both steps, s; a requested step has no largest one.
     """
     if settings.step is not None:
         return min(settings.step, _resolving_step(scene)), math.inf

@@ -35,30 +35,18 @@ class RelaxationSettings:
     max_steps: int = 400_000
 
 
-def relax_to_equilibrium(scene: Scene, start: float, settings: RelaxationSettings | None = None) -> float:
+def relax_to_equilibrium(
+    scene: Scene,
+    start: float,  # leading coordinate at which the mechanism is released, SI
+    # step, solver iterations and what counts as rest; None takes the defaults
+    settings: RelaxationSettings | None = None,
+) -> float:
     """Return the equilibrium that a mechanism reaches from rest with its kinetic energy removed at each maximum.
 
     From one maximum to the next it swings from rest toward the equilibrium, which reduces the distance about a hundredfold. The spindle
     keeps its start speed. Friction and stops do not act.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part.
-    start
-        Leading coordinate at which the mechanism is released, SI.
-    settings
-        Step, solver iterations and what counts as rest; None takes the defaults.
-
-    Returns
-    -------
-    float
-        Leading coordinate at rest, SI.
-
-    Raises
-    ------
-    RunFailed
-        If the mechanism leaves its range or does not come to rest.
+    Raises RunFailed if the mechanism leaves its range or does not come to rest.
     """
     settings = settings or RelaxationSettings()
     mechanism, scale = scene.part.mechanism, time_scale(scene)

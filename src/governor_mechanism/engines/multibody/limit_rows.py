@@ -41,20 +41,7 @@ class LimitRows(NamedTuple):
 
 
 def make_limit_rows(mechanism: Mechanism, is_empty: bool = False) -> LimitRows:
-    """Return the limits of a mechanism for poses of its body origins.
-
-    Parameters
-    ----------
-    mechanism
-        The mechanism.
-    is_empty
-        Whether to leave all limits out.
-
-    Returns
-    -------
-    LimitRows
-        The limits.
-    """
+    """Return the limits of a mechanism for poses of its body origins."""
     limits = () if is_empty else mechanism.limits
     origins = {body.name: body_reference_point(mechanism, body) for body in mechanism.bodies}
     n = len(limits)

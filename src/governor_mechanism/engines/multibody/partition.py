@@ -102,19 +102,8 @@ class ImplicitIntegrator:
     def rates_at(self, input_cubics: FloatArray, state: FloatArray) -> tuple[float, float]:
         """Return the rates of the linearised motion at the start of the cubics in a state.
 
-        Parameters
-        ----------
-        input_cubics
-            Inputs, as in `integrate`.
-        state
-            State.
-
-        Returns
-        -------
-        decay_rate : float
-            Largest rate at which a displacement decays without oscillation, 1/s; 0 without one, or if the start is singular.
-        oscillation_rate : float
-            Largest rate of all other motion, 1/s.
+        Results: decay_rate, largest rate at which a displacement decays without oscillation, 1/s; 0 without
+        one, or if the start is singular; oscillation_rate, largest rate of all other motion, 1/s.
         """
         equation, buffers = self._make_arguments(input_cubics, state)
         jacobian, derivative = buffers.jacobian, buffers.start_derivative

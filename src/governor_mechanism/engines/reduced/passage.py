@@ -79,52 +79,23 @@ class PassageEnd:
 
 def integrate_passage(
     motion_table: MotionTable,
+    # function that returns the equation along the table from a time (s) on
     make_equation: Callable[[float], ReducedEquation],
     buffers: StepBuffers,
-    span: tuple[float, float],
-    times: FloatArray,
-    state: FloatArray,
+    span: tuple[float, float],  # start and end, s
+    times: FloatArray,  # reported times within the span, s; shape (n,)
+    state: FloatArray,  # state at the start; changed in place; shape (N_STATES,)
     step_limits: StepLimits,
-    states: FloatArray,
-    modes: IntArray,
+    states: FloatArray,  # result: states at the times; shape (n, N_STATES)
+    modes: IntArray,  # result: contact modes at the times; shape (n, modes)
     event_log: EventLog,
     *,
-    time_scale: float,
+    time_scale: float,  # characteristic time of the scene, s
     settings: ReducedSettings,
 ) -> PassageEnd:
     """Integrate the reduced model over a time span; where the motion leaves its table, extend the table.
 
-    Parameters
-    ----------
-    motion_table
-        The motion table.
-    make_equation
-        Function that returns the equation along the table from a time (s) on.
-    buffers
-        Buffers of the steps.
-    span
-        Start and end, s.
-    times
-        Reported times within the span, s; shape (n,).
-    state
-        State at the start; changed in place; shape (N_STATES,).
-    step_limits
-        Tolerance, first and largest step.
-    states
-        Result: states at the times; shape (n, N_STATES).
-    modes
-        Result: contact modes at the times; shape (n, modes).
-    event_log
-        Result: events.
-    time_scale
-        Characteristic time of the scene, s.
-    settings
-        Settings of the end of a table.
-
-    Returns
-    -------
-    PassageEnd
-        How the integration ended: with TABLE_ENDED where the motion reaches the end of its table.
+    Result: how the integration ended: with TABLE_ENDED where the motion reaches the end of its table.
     """
     (time, end), step, n_filled, side = span, step_limits.step, 0, 0
     last_time, origin = -math.inf, time

@@ -10,27 +10,16 @@ from governor_mechanism.types import FloatArray
 
 
 def compare_event_logs(
-    better: Sequence[Event], worse: Sequence[Event], times: FloatArray, time_tolerance: float
+    better: Sequence[Event],
+    worse: Sequence[Event],
+    times: FloatArray,  # reported times common to both, s; shape (n,)
+    time_tolerance: float,  # distance from an event within which states are not comparable, s
 ) -> tuple[float, NDArray[np.bool_]]:
     """Compare the contact events of two runs of one scene.
 
-    Parameters
-    ----------
-    better
-        Events of the more accurate run.
-    worse
-        Events of the other run.
-    times
-        Reported times common to both, s; shape (n,).
-    time_tolerance
-        Distance from an event within which states are not comparable, s.
-
-    Returns
-    -------
-    tuple[float, NDArray[np.bool_]]
-        Largest difference in time of corresponding events, s, and for each time whether it is too close to an event to be
-        compared. An event missing in one run counts with the time to the nearest event of its kind and subject there, or to
-        the end, whichever is less.
+    Result: largest difference in time of corresponding events, s, and for each time whether it is too close
+    to an event to be compared. An event missing in one run counts with the time to the nearest event of its
+    kind and subject there, or to the end, whichever is less.
     """
     largest_delay, is_near_event = 0.0, np.zeros(len(times), dtype=np.bool_)
     end = float(times[-1]) if len(times) else 0.0
@@ -51,15 +40,7 @@ def select_start_events(events: Sequence[Event]) -> list[Event]:
 
     The others describe the state in which it starts: what rests or sticks there has not moved before.
 
-    Parameters
-    ----------
-    events
-        Events of the first contact mode.
-
-    Returns
-    -------
-    list[Event]
-        Those that happen, in the same order.
+    Result: those that happen, in the same order.
     """
     struck = {event.subject for event in events if event.kind == EventKind.IMPACT}
     return [event for event in events if event.subject in struck and event.kind in (EventKind.IMPACT, EventKind.REST)]
@@ -70,20 +51,13 @@ OPPOSITE_EVENTS |= {opposite: kind for kind, opposite in OPPOSITE_EVENTS.items()
 """Event that each kind of event reverses."""
 
 
-def drop_cancelled_events(events: Sequence[Event], time_tolerance: float) -> tuple[Event, ...]:
+def drop_cancelled_events(
+    events: Sequence[Event],
+    time_tolerance: float,  # times closer than this are the same, s
+) -> tuple[Event, ...]:
     """Remove pairs of opposite events of one contact at the same time, as when one contact hands its load to another.
 
-    Parameters
-    ----------
-    events
-        Events in the order of time.
-    time_tolerance
-        Times closer than this are the same, s.
-
-    Returns
-    -------
-    tuple[Event, ...]
-        Remaining events, in the same order.
+    Result: remaining events, in the same order.
     """
     remaining: list[Event] = []
     for event in events:

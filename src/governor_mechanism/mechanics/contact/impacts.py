@@ -15,24 +15,16 @@ from governor_mechanism.types import BoolArray, FloatArray, IntArray
 
 
 @jit
-def resolve_impacts(dynamics: ContactDynamics, states: IntArray, impulses: FloatArray) -> BoolArray:
+def resolve_impacts(
+    dynamics: ContactDynamics,
+    states: IntArray,  # state of each contact, 1, -1, 0 or HELD; shape (contacts,)
+    impulses: FloatArray,  # result: the impulses along the outputs; shape (contacts,)
+) -> BoolArray:
     """Reverse the rates of contacts that strike a stop, by Newton's law of restitution.
 
     Contacts that rest on a stop stay there; friction bears no impulse.
 
-    Parameters
-    ----------
-    dynamics
-        Motion of the contacts.
-    states
-        State of each contact, 1, -1, 0 or HELD; shape (contacts,).
-    impulses
-        Result: the impulses along the outputs; shape (contacts,).
-
-    Returns
-    -------
-    BoolArray
-        Which contacts have struck; shape (contacts,).
+    Result: which contacts have struck; shape (contacts,).
     """
     n_contacts, rates_before = states.size, dynamics.rates.copy()
     has_struck = np.zeros(n_contacts, dtype=np.bool_)
@@ -55,21 +47,11 @@ def resolve_impacts(dynamics: ContactDynamics, states: IntArray, impulses: Float
 
 
 @jit
-def dissipated_by_impulses(dynamics: ContactDynamics, impulses: FloatArray) -> float:
-    """Return the energy that impulses along the outputs dissipate.
-
-    Parameters
-    ----------
-    dynamics
-        Motion of the contacts before the impulses.
-    impulses
-        Impulses, N s or N m s; shape (contacts,).
-
-    Returns
-    -------
-    float
-        Energy, J.
-    """
+def dissipated_by_impulses(
+    dynamics: ContactDynamics,
+    impulses: FloatArray,  # impulses, N s or N m s; shape (contacts,)
+) -> float:
+    """Return the energy that impulses along the outputs dissipate (J)."""
     mean_rates = dynamics.rates + 0.5 * rules.multiply(dynamics.compliance, impulses)
     return float(-np.sum(impulses * mean_rates))
 
@@ -103,27 +85,17 @@ def _evaluate_bounce_accelerations(dynamics: ContactDynamics, states: IntArray, 
 
 @jit
 def settle_final_bounces(
-    dynamics: ContactDynamics, states: IntArray, has_struck: BoolArray, impulses: FloatArray, durations: FloatArray
+    dynamics: ContactDynamics,
+    states: IntArray,  # state of each contact, 1, -1, 0 or HELD; shape (contacts,)
+    has_struck: BoolArray,  # which contacts have struck a stop; shape (contacts,)
+    impulses: FloatArray,  # result: the impulses along the outputs that stop them; shape (contacts,)
+    # result: how long the bounces of each contact would go on, s; 0 of one that does not settle; shape
+    # (contacts,)
+    durations: FloatArray,
 ) -> bool:
     """Stop the contacts that bounce no higher than MIN_REBOUND_HEIGHT.
 
-    Parameters
-    ----------
-    dynamics
-        Motion of the contacts after an impact.
-    states
-        State of each contact, 1, -1, 0 or HELD; shape (contacts,).
-    has_struck
-        Which contacts have struck a stop; shape (contacts,).
-    impulses
-        Result: the impulses along the outputs that stop them; shape (contacts,).
-    durations
-        Result: how long the bounces of each contact would go on, s; 0 of one that does not settle; shape (contacts,).
-
-    Returns
-    -------
-    bool
-        Whether there were any.
+    Result: whether there were any.
     """
     departing = _evaluate_bounce_accelerations(dynamics, states, has_struck, 1)
     returning = _evaluate_bounce_accelerations(dynamics, states, has_struck, -1)

@@ -36,28 +36,14 @@ class InputModes:
         return not (self._tables or self._breaking_gears)
 
     def update(
-        self, mode: ContactMode, time: float, values: Sequence[float], rates: Sequence[float], triggered: Collection[int]
+        self,
+        mode: ContactMode,
+        time: float,  # time, s
+        values: Sequence[float],  # values of the outputs; shape (outputs,)
+        rates: Sequence[float],  # their rates; shape (outputs,)
+        triggered: Collection[int],  # indices of the contacts, springs and tables whose events occur now
     ) -> ContactMode:
-        """Return a mode with the segments at a state, and with the gears that have broken.
-
-        Parameters
-        ----------
-        mode
-            Mode before.
-        time
-            Time, s.
-        values
-            Values of the outputs; shape (outputs,).
-        rates
-            Their rates; shape (outputs,).
-        triggered
-            Indices of the contacts, springs and tables whose events occur now.
-
-        Returns
-        -------
-        ContactMode
-            The mode after.
-        """
+        """Return a mode with the segments at a state, and with the gears that have broken."""
         segments = [self._segment(k, mode.segments[k], values, rates, self._first_index + k in triggered) for k in range(len(self._tables))]
         broken = tuple(name for name, end in self._breaking_gears.items() if time >= end)
         return replace(mode, segments=tuple(segments), broken=broken)

@@ -88,17 +88,7 @@ def find_touched_stop(contacts: RecordArray, k: int, value: float, relative_dist
 def find_active_stop(dynamics: ContactDynamics, k: int) -> int:
     """Return the stop that a contact touches.
 
-    Parameters
-    ----------
-    dynamics
-        Motion of the contacts.
-    k
-        Index of the contact.
-
-    Returns
-    -------
-    int
-        1 at the high stop, -1 at the low one, 0 at neither.
+    Result: 1 at the high stop, -1 at the low one, 0 at neither.
     """
     return find_touched_stop(
         dynamics.contacts, k, dynamics.values[k], tolerances.REST_TOLERANCE if is_at_rest(dynamics, k) else tolerances.CONTACT_TOLERANCE
@@ -114,61 +104,36 @@ def direction_of_motion(dynamics: ContactDynamics, k: int) -> int:
 
 
 @jit
-def is_resting(dynamics: ContactDynamics, states: IntArray, k: int) -> bool:
-    """Return whether a contact is at rest: held itself, or where nothing can move, able to hold.
-
-    Parameters
-    ----------
-    dynamics
-        Motion of the contacts.
-    states
-        State of each contact, 1, -1, 0 or HELD; shape (contacts,).
-    k
-        Index of the contact.
-
-    Returns
-    -------
-    bool
-        True if it rests.
-    """
+def is_resting(
+    dynamics: ContactDynamics,
+    states: IntArray,  # state of each contact, 1, -1, 0 or HELD; shape (contacts,)
+    k: int,
+) -> bool:
+    """Return whether a contact is at rest: held itself, or where nothing can move, able to hold."""
     can_hold = dynamics.contacts[k].friction_input != NO_INDEX or find_active_stop(dynamics, k) != 0
     return bool(states[k] == HELD or (can_hold and is_locked(dynamics, states)))
 
 
 @jit
-def is_locked(dynamics: ContactDynamics, states: IntArray) -> bool:
+def is_locked(
+    dynamics: ContactDynamics,
+    states: IntArray,  # state of each contact, 1, -1, 0 or HELD; shape (contacts,)
+) -> bool:
     """Return whether the held contacts leave no degree of freedom.
 
-    Parameters
-    ----------
-    dynamics
-        Motion of the contacts.
-    states
-        State of each contact, 1, -1, 0 or HELD; shape (contacts,).
-
-    Returns
-    -------
-    bool
-        True if the mechanism is at rest.
+    Result: true if the mechanism is at rest.
     """
     return bool(not dynamics.is_driven and np.sum(states == HELD) == dynamics.mobility)
 
 
 @jit
-def update_spring_segments(dynamics: ContactDynamics, segments: IntArray) -> BoolArray:
+def update_spring_segments(
+    dynamics: ContactDynamics,
+    segments: IntArray,  # segments, changed in place; shape (springs,)
+) -> BoolArray:
     """Update on which segment of its law each one-sided spring is: 1 taut, 0 slack.
 
-    Parameters
-    ----------
-    dynamics
-        Motion of the springs' outputs.
-    segments
-        Segments, changed in place; shape (springs,).
-
-    Returns
-    -------
-    BoolArray
-        Which segments changed; shape (springs,).
+    Result: which segments changed; shape (springs,).
     """
     previous = segments.copy()
     for i in range(segments.size):
@@ -179,24 +144,17 @@ def update_spring_segments(dynamics: ContactDynamics, segments: IntArray) -> Boo
 
 
 @jit
-def solve_forces(dynamics: ContactDynamics, is_constrained: BoolArray, right_hand_side: FloatArray) -> FloatArray:
+def solve_forces(
+    dynamics: ContactDynamics,
+    is_constrained: BoolArray,  # along which outputs the forces act; shape (contacts,)
+    # changes, of which those of the other outputs are ignored; shape (contacts,)
+    right_hand_side: FloatArray,
+) -> FloatArray:
     """Return the forces along outputs that change their accelerations, or the impulses that change their rates.
 
     An output at a turning point takes no force. Forces along dependent outputs are those of least norm.
 
-    Parameters
-    ----------
-    dynamics
-        Motion of the contacts.
-    is_constrained
-        Along which outputs the forces act; shape (contacts,).
-    right_hand_side
-        Changes, of which those of the other outputs are ignored; shape (contacts,).
-
-    Returns
-    -------
-    FloatArray
-        Forces, N or N m; shape (contacts,).
+    Result: forces, N or N m; shape (contacts,).
     """
     indices, forces = np.empty(is_constrained.size, dtype=np.int64), np.zeros(is_constrained.size)
     n_constrained, unit = 0, dynamics.energy_scale * dynamics.time_scale**2
@@ -238,18 +196,12 @@ def multiply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
 
 
 @jit
-def select_contact_states(dynamics: ContactDynamics, is_released: BoolArray, states: IntArray) -> None:
-    """Select consistent states of all contacts by enumeration: the first consistent ones, else those of least violation.
-
-    Parameters
-    ----------
-    dynamics
-        Motion of the contacts.
-    is_released
-        Which contacts cannot hold; shape (contacts,).
-    states
-        Result: state of each contact, 1, -1, 0 or HELD; shape (contacts,).
-    """
+def select_contact_states(
+    dynamics: ContactDynamics,
+    is_released: BoolArray,  # which contacts cannot hold; shape (contacts,)
+    states: IntArray,  # result: state of each contact, 1, -1, 0 or HELD; shape (contacts,)
+) -> None:
+    """Select consistent states of all contacts by enumeration: the first consistent ones, else those of least violation."""
     n_contacts = states.size
     candidates, n_candidates = np.empty((n_contacts, 3), dtype=np.int64), np.zeros(n_contacts, dtype=np.int64)
     for k in range(n_contacts):

@@ -140,13 +140,7 @@ class SceneContacts:
         self.continue_from(initial_mode(scene))
 
     def continue_from(self, mode: ContactMode) -> None:
-        """Take a mode as that of the last transition, and forget the events.
-
-        Parameters
-        ----------
-        mode
-            The mode.
-        """
+        """Take a mode as that of the last transition, and forget the events."""
         self.mode = mode
         self.rest_values = np.array([np.nan if held is None else held for held in mode.held_values])
         self._states = np.where(np.isnan(self.rest_values), mode.sliding_signs, HELD).astype(np.int64)
@@ -159,38 +153,27 @@ class SceneContacts:
         """System of the current mode, in which held outputs are constraints, and its workspace."""
         return self._get_model(self.mode)
 
-    def start(self, state: FloatArray, input_cubics: FloatArray) -> None:
-        """Select the mode at the start of a run, with strikes as its only events.
-
-        Parameters
-        ----------
-        state
-            State vector of the multibody model; impacts change it in place.
-        input_cubics
-            Local cubics of all inputs from the start on; shape (inputs, 5).
-        """
+    def start(
+        self,
+        state: FloatArray,  # state vector of the multibody model; impacts change it in place
+        input_cubics: FloatArray,  # local cubics of all inputs from the start on; shape (inputs, 5)
+    ) -> None:
+        """Select the mode at the start of a run, with strikes as its only events."""
         self.continue_from(initial_mode(self._scene))
         self.change_mode(0.0, state, input_cubics)
         self.events = select_start_events(self.events)
 
     def change_mode(
-        self, time: float, state: FloatArray, input_cubics: FloatArray, triggered: Collection[int] = (), stopped: Collection[int] = ()
+        self,
+        time: float,  # time of the state, s
+        state: FloatArray,
+        input_cubics: FloatArray,  # local cubics of all inputs from that time on; shape (inputs, 5)
+        # contacts and springs that have an event; those of them that are held can hold no longer
+        triggered: Collection[int] = (),
+        # contacts whose rates an approximate state gives only roughly, and which are at rest
+        stopped: Collection[int] = (),
     ) -> None:
-        """Select the contact mode at a time; impacts change the state in place.
-
-        Parameters
-        ----------
-        time
-            Time of the state, s.
-        state
-            State vector of the multibody model.
-        input_cubics
-            Local cubics of all inputs from that time on; shape (inputs, 5).
-        triggered
-            Contacts and springs that have an event; those of them that are held can hold no longer.
-        stopped
-            Contacts whose rates an approximate state gives only roughly, and which are at rest.
-        """
+        """Select the contact mode at a time; impacts change the state in place."""
         released = {k for k in triggered if k < len(self.contacts) and not np.isnan(self.rest_values[k])}
         if time - self._released_at <= SIMULTANEITY_TOLERANCE * self._time_scale:
             released |= self._released  # else two redundant contacts could hold in turns without end
@@ -223,13 +206,7 @@ class SceneContacts:
         return np.isin(np.arange(len(self.contacts)), list(contacts))
 
     def evaluate_dynamics(self) -> ContactDynamics:
-        """Evaluate the motion of the contacts in the state of the transition.
-
-        Returns
-        -------
-        ContactDynamics
-            The motion.
-        """
+        """Evaluate the motion of the contacts in the state of the transition."""
         taut, mode = tuple(map(bool, self._segments)), self.mode
         free_mode = replace(initial_mode(self._scene), taut=taut, segments=mode.segments, broken=mode.broken)
         self._response = _evaluate_response(*self._get_model(free_mode), self._input_cubics, self._state, self.contacts)
@@ -250,16 +227,12 @@ class SceneContacts:
             is_driven=self._is_driven,
         )
 
-    def apply_impulses(self, dynamics: ContactDynamics, impulses: FloatArray) -> None:
-        """Change the state of the transition by impulses along the outputs with contacts.
-
-        Parameters
-        ----------
-        dynamics
-            Motion of the contacts before.
-        impulses
-            Impulses, N s or N m s; shape (contacts,).
-        """
+    def apply_impulses(
+        self,
+        dynamics: ContactDynamics,
+        impulses: FloatArray,  # impulses, N s or N m s; shape (contacts,)
+    ) -> None:
+        """Change the state of the transition by impulses along the outputs with contacts."""
         changes = self._response.velocity_changes.reshape(len(impulses), -1)
         layout, dissipated_energy = self.model[0].state_layout, dissipated_by_impulses(dynamics, impulses)
         self._state[layout.velocities : layout.work] += impulses @ changes

@@ -35,55 +35,27 @@ class EventLog(NamedTuple):
 
 
 def make_event_log(capacity: int) -> EventLog:
-    """Return an empty event log.
-
-    Parameters
-    ----------
-    capacity
-        Number of events that are recorded.
-
-    Returns
-    -------
-    EventLog
-        The log.
-    """
+    """Return an empty event log."""
     return EventLog(np.empty((capacity, 3)), np.zeros(2, dtype=np.int64))
 
 
 def make_events(log: EventLog, subjects: Sequence[str]) -> list[Event]:
     """Return the recorded events.
 
-    Parameters
-    ----------
-    log
-        Event log.
-    subjects
-        Readings of the contacts, then of the one-sided springs.
-
-    Returns
-    -------
-    list[Event]
-        Events in the order of their records.
+    Result: events in the order of their records.
     """
     records = log.records[: log.counts[0]].tolist()
     return [Event(time=time, kind=EVENT_KINDS[int(code)], subject=subjects[int(index)]) for time, code, index in records]
 
 
 @jit
-def record_event(log: EventLog, time: float, kind: int, subject: int) -> None:
-    """Record an event while there is capacity, and count it.
-
-    Parameters
-    ----------
-    log
-        Event log.
-    time
-        Time of the event, s.
-    kind
-        Code of its kind.
-    subject
-        Index of the contact, or of the spring counted after the contacts.
-    """
+def record_event(
+    log: EventLog,
+    time: float,  # time of the event, s
+    kind: int,
+    subject: int,  # index of the contact, or of the spring counted after the contacts
+) -> None:
+    """Record an event while there is capacity, and count it."""
     n_events = log.counts[0]
     if n_events < log.records.shape[0]:
         log.records[n_events, 0], log.records[n_events, 1], log.records[n_events, 2] = time, kind, subject
@@ -92,25 +64,14 @@ def record_event(log: EventLog, time: float, kind: int, subject: int) -> None:
 
 @jit
 def record_hold_changes(
-    dynamics: ContactDynamics, previous_states: IntArray, states: IntArray, time: float, durations: FloatArray, log: EventLog
+    dynamics: ContactDynamics,
+    previous_states: IntArray,  # state of each contact before; shape (contacts,)
+    states: IntArray,  # state of each contact now; shape (contacts,)
+    time: float,  # time of the transition, s
+    durations: FloatArray,  # how long the final bounces of each contact go on, s; shape (contacts,)
+    log: EventLog,
 ) -> None:
-    """Record contacts that come to rest or start to move; which of several redundant ones carries the load is not recorded.
-
-    Parameters
-    ----------
-    dynamics
-        Motion of the contacts.
-    previous_states
-        State of each contact before; shape (contacts,).
-    states
-        State of each contact now; shape (contacts,).
-    time
-        Time of the transition, s.
-    durations
-        How long the final bounces of each contact go on, s; shape (contacts,).
-    log
-        Event log.
-    """
+    """Record contacts that come to rest or start to move; which of several redundant ones carries the load is not recorded."""
     for k in range(states.size):
         rests = rules.is_resting(dynamics, states, k)
         if rests != rules.is_resting(dynamics, previous_states, k):
@@ -122,48 +83,30 @@ Model = TypeVar("Model")
 
 
 def make_transition(
-    evaluate_dynamics: Callable[[Model], ContactDynamics], apply_impulses: Callable[[Model, ContactDynamics, FloatArray], None]
+    # return the motion of the contacts in the present state of a model
+    evaluate_dynamics: Callable[[Model], ContactDynamics],
+    # change the velocities of a model by impulses along the outputs, shape (contacts,), from the given motion
+    # of the contacts
+    apply_impulses: Callable[[Model, ContactDynamics, FloatArray], None],
 ) -> Callable[[Model, IntArray, IntArray, BoolArray, float, EventLog], ContactDynamics]:
     """Return the transition of all contacts of a model, a function that may be compiled if the arguments are.
 
-    Parameters
-    ----------
-    evaluate_dynamics
-        Return the motion of the contacts in the present state of a model.
-    apply_impulses
-        Change the velocities of a model by impulses along the outputs, shape (contacts,), from the given motion of the contacts.
-
-    Returns
-    -------
-    Callable[[Model, IntArray, IntArray, BoolArray, float, EventLog], ContactDynamics]
-        Function of the model, the states of its contacts and the segments of its springs (both changed in place), the contacts that
-        cannot hold, the time (s) and the event log; it returns the motion of the contacts after the impulses.
+    Result: function of the model, the states of its contacts and the segments of its springs (both changed in
+    place), the contacts that cannot hold, the time (s) and the event log; it returns the motion of the
+    contacts after the impulses.
     """
 
     def change_contact_states(
-        model: Model, states: IntArray, segments: IntArray, is_released: BoolArray, time: float, log: EventLog
+        model: Model,
+        states: IntArray,  # state of each contact; changed in place; shape (contacts,)
+        segments: IntArray,  # segment of each one-sided spring; changed in place; shape (springs,)
+        is_released: BoolArray,  # contacts that cannot hold; shape (contacts,)
+        time: float,  # time of the transition, s
+        log: EventLog,
     ) -> ContactDynamics:
         """Change the states of all contacts where springs change their segment, contacts strike, or what holds gives way.
 
-        Parameters
-        ----------
-        model
-            The model; impulses change its velocities.
-        states
-            State of each contact; changed in place; shape (contacts,).
-        segments
-            Segment of each one-sided spring; changed in place; shape (springs,).
-        is_released
-            Contacts that cannot hold; shape (contacts,).
-        time
-            Time of the transition, s.
-        log
-            Event log.
-
-        Returns
-        -------
-        ContactDynamics
-            Motion of the contacts after the impulses.
+        Result: motion of the contacts after the impulses.
         """
         previous_states, n_contacts = states.copy(), states.size
         dynamics = evaluate_dynamics(model)

@@ -24,15 +24,7 @@ def time_scale(scene: Scene) -> float:
     It is the shortest time of those given by the largest spindle speed, free fall, initial rates, springs, drives and
     applied forces.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    float
-        Time, s; 1 s if nothing moves the mechanism.
+    Result: time, s; 1 s if nothing moves the mechanism.
     """
     return 1 / (max(loading_rate(scene), _max_spring_rate(scene)) or 1.0)
 
@@ -41,15 +33,7 @@ def time_scale(scene: Scene) -> float:
 def loading_rate(scene: Scene) -> float:
     """Return the largest characteristic rate of what moves a scene, without springs: a stiff spring need not swing.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    float
-        Rate, 1/s; 0 if nothing but springs moves the mechanism.
+    Result: rate, 1/s; 0 if nothing but springs moves the mechanism.
     """
     return max(_max_spindle_rate(scene), _max_load_rate(scene))
 
@@ -60,16 +44,6 @@ def max_step_scale(scene: Scene) -> float:
 
     It is the time scale, unless only a constant spindle speed makes that short and the scene has no contacts: in the
     turning plane a constant spindle speed acts as any force, and error control limits the steps.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    float
-        Time, s.
     """
     motion_time_scale = time_scale(scene)
     speeds = [plane.given_speed for plane in scene.system.planes]

@@ -96,47 +96,33 @@ class PositionSolver:
         free_jacobian: FloatArray = jacobian.reshape(*jacobian.shape[:-2], self.free_mask.size)[..., self.free_mask]
         return free_jacobian
 
-    def solve_at_coordinate(self, value: float, guess: FloatArray | None = None) -> FloatArray:
+    def solve_at_coordinate(
+        self,
+        value: float,  # leading coordinate, SI
+        # poses near the solution; shape (bodies, 3). Default: the mechanism's initial guess
+        guess: FloatArray | None = None,
+    ) -> FloatArray:
         """Solve for the poses at a value of the leading coordinate, on the branch of the guess.
 
         A mechanism that cannot be assembled raises MechanismError as in `solve`.
 
-        Parameters
-        ----------
-        value
-            Leading coordinate, SI.
-        guess
-            Poses near the solution; shape (bodies, 3). Default: the mechanism's initial guess.
-
-        Returns
-        -------
-        FloatArray
-            Assembled poses; shape (bodies, 3).
+        Result: assembled poses; shape (bodies, 3).
         """
         return self.solve({self.mechanism.coordinate: value}, guess)
 
-    def solve(self, values: Mapping[str, float], guess: FloatArray | None = None) -> FloatArray:
+    def solve(
+        self,
+        values: Mapping[str, float],  # values of outputs by name, SI
+        # poses near the solution; shape (bodies, 3). Default: the mechanism's initial guess
+        guess: FloatArray | None = None,
+    ) -> FloatArray:
         """Solve for the poses at values of any outputs, on the branch of the guess or, without values, nearest to it.
 
         The solution is reached by continuation: Newton's iteration restarts after every `MAX_CONTINUATION_STEP`.
 
-        Parameters
-        ----------
-        values
-            Values of outputs by name, SI.
-        guess
-            Poses near the solution; shape (bodies, 3). Default: the mechanism's initial guess.
-
-        Returns
-        -------
-        FloatArray
-            Assembled poses; shape (bodies, 3).
-
-        Raises
-        ------
-        MechanismError
-            If the mechanism cannot be assembled (the message names the joint that stays open), or if a value is farther than
-            `MAX_TRAVEL` from the guess.
+        Result: assembled poses; shape (bodies, 3). Raises MechanismError if the mechanism cannot be assembled
+        (the message names the joint that stays open), or if a value is farther than `MAX_TRAVEL` from the
+        guess.
         """
         poses = self._move_off_turning_point(self._gauss_newton(self.initial_guess if guess is None else guess, {}), values)
         displacements = {name: -self._output_residual(name, value, poses) for name, value in values.items()}
@@ -151,25 +137,15 @@ class PositionSolver:
             poses = self._gauss_newton(poses, {name: value - float(remaining) * displacements[name] for name, value in values.items()})
         return poses
 
-    def solve_velocities(self, poses: FloatArray, rates: Mapping[str, float]) -> FloatArray:
+    def solve_velocities(
+        self,
+        poses: FloatArray,  # assembled poses; shape (bodies, 3)
+        rates: Mapping[str, float],  # rates of outputs by name, SI per second
+    ) -> FloatArray:
         """Solve for the velocities that satisfy drives and given rates with the least kinetic energy.
 
-        Parameters
-        ----------
-        poses
-            Assembled poses; shape (bodies, 3).
-        rates
-            Rates of outputs by name, SI per second.
-
-        Returns
-        -------
-        FloatArray
-            Velocities; shape (bodies, 3).
-
-        Raises
-        ------
-        MechanismError
-            If joints, drives and rates contradict each other.
+        Result: velocities; shape (bodies, 3). Raises MechanismError if joints, drives and rates contradict
+        each other.
         """
         jacobian = self.jacobian(poses, list(rates))
         rhs = np.append(self.equations.prescribed_motion(np.array(self.time))[:, 1], list(rates.values()))
@@ -293,15 +269,7 @@ REPORTABLE_GAP_RATIO = 1e-9
 def mobility_of(mechanism: Mechanism) -> int:
     """Return the degrees of freedom that joints and drives leave at the initial guess, as `PositionSolver.mobility`.
 
-    Parameters
-    ----------
-    mechanism
-        The mechanism.
-
-    Returns
-    -------
-    int
-        Free coordinates minus the rank of the Jacobian.
+    Result: free coordinates minus the rank of the Jacobian.
     """
     return PositionSolver(mechanism).mobility
 
@@ -309,15 +277,7 @@ def mobility_of(mechanism: Mechanism) -> int:
 def assembly_notes(scene: Scene) -> tuple[str, ...]:
     """Return the notes on a scene's dimensions and on the closing of its initial guess.
 
-    Parameters
-    ----------
-    scene
-        The scene to assemble.
-
-    Returns
-    -------
-    tuple[str, ...]
-        One sentence each; empty if there is nothing to report.
+    Result: one sentence each; empty if there is nothing to report.
     """
     mechanism = scene.mechanism
     if scene.start.values or not mechanism.joints:

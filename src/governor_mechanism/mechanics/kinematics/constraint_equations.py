@@ -53,22 +53,16 @@ class ConstraintTable:
     motions: tuple[PrescribedMotion, ...]
 
 
-def make_constraint_table(mechanism: Mechanism, origins: Origins | None = None) -> ConstraintTable:
+def make_constraint_table(
+    mechanism: Mechanism,
+    # origin of each body by name, in body axes (m), to which the poses refer; the mass centre if left out
+    origins: Origins | None = None,
+) -> ConstraintTable:
     """Return the constraint rows of all joints of a mechanism.
 
     Rows that are satisfied trivially are left out.
 
-    Parameters
-    ----------
-    mechanism
-        Mechanism with its bodies and joints.
-    origins
-        Origin of each body by name, in body axes (m), to which the poses refer; the mass centre if left out.
-
-    Returns
-    -------
-    ConstraintTable
-        Rows, their joints and the prescribed motions.
+    Result: rows, their joints and the prescribed motions.
     """
     entries = [
         (index, joint, row)
@@ -127,23 +121,13 @@ def _is_trivially_satisfied(mechanism: Mechanism, joint: Joint, row: ConstraintR
     return True
 
 
-def make_curve_segments(curve: Curve) -> FloatArray:
+def make_curve_segments(
+    curve: Curve,  # polynomial or spline curve y = f(x), m
+) -> FloatArray:
     """Return a guide curve as polynomial segments.
 
-    Parameters
-    ----------
-    curve
-        Polynomial or spline curve y = f(x), m.
-
-    Returns
-    -------
-    FloatArray
-        Start of each segment along x (m), then its coefficients, highest power first; shape (segments, columns).
-
-    Raises
-    ------
-    TypeError
-        If there are no segments for this type of curve.
+    Result: start of each segment along x (m), then its coefficients, highest power first; shape (segments,
+    columns). Raises TypeError if there are no segments for this type of curve.
     """
     if isinstance(curve, PolynomialCurve):
         return np.array([[0.0, *reversed(curve.coefficients)]])
@@ -230,18 +214,7 @@ class ConstraintEquations:
 
 @once_per_object
 def constraint_equations_of(mechanism: Mechanism) -> ConstraintEquations:
-    """Return the constraint equations of a mechanism, which are made once.
-
-    Parameters
-    ----------
-    mechanism
-        Mechanism with its bodies and joints.
-
-    Returns
-    -------
-    ConstraintEquations
-        Equations of all joints.
-    """
+    """Return the constraint equations of a mechanism, which are made once."""
     return ConstraintEquations(mechanism)
 
 

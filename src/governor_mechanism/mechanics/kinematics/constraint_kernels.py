@@ -99,24 +99,16 @@ def evaluate_drives(rows: ConstraintRows, input_cubics: FloatArray, local_time: 
 
 
 @jit_in_place
-def evaluate_curve(curve_segments: FloatArray, first_segment: int, n_segments: int, x: float) -> tuple[float, float, float]:
+def evaluate_curve(
+    # polynomial segments: start (m), then coefficients, highest power first; shape (segments, columns)
+    curve_segments: FloatArray,
+    first_segment: int,
+    n_segments: int,
+    x: float,  # abscissa, m
+) -> tuple[float, float, float]:
     """Return the value of a guide curve and its first two derivatives.
 
-    Parameters
-    ----------
-    curve_segments
-        Polynomial segments: start (m), then coefficients, highest power first; shape (segments, columns).
-    first_segment
-        Index of the first segment of the curve.
-    n_segments
-        Number of segments of the curve.
-    x
-        Abscissa, m.
-
-    Returns
-    -------
-    tuple[float, float, float]
-        Value, m, first derivative, and second derivative, 1/m.
+    Result: value, m, first derivative, and second derivative, 1/m.
     """
     k = first_segment
     while k + 1 < first_segment + n_segments and x >= curve_segments[k + 1, 0]:
@@ -298,62 +290,38 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
         )
 
 
-def evaluate_residuals(rows: ConstraintRows, poses: FloatArray, drive_values: FloatArray) -> FloatArray:
+def evaluate_residuals(
+    rows: ConstraintRows,
+    poses: FloatArray,  # poses of the body origins, m and rad; shape (n, bodies, 3)
+    drive_values: FloatArray,  # prescribed value, rate and acceleration of each row; shape (n, rows, 3)
+) -> FloatArray:
     """Return the residuals of constraint rows at many poses.
 
-    Parameters
-    ----------
-    rows
-        Constraint rows.
-    poses
-        Poses of the body origins, m and rad; shape (n, bodies, 3).
-    drive_values
-        Prescribed value, rate and acceleration of each row; shape (n, rows, 3).
-
-    Returns
-    -------
-    FloatArray
-        Residuals, m; shape (n, rows).
+    Result: residuals, m; shape (n, rows).
     """
     return _evaluate_rows_at_states(rows, poses, np.zeros(poses.shape), drive_values)[0][:, :, RowColumn.RESIDUAL]
 
 
-def evaluate_gamma(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray) -> FloatArray:
+def evaluate_gamma(
+    rows: ConstraintRows,
+    poses: FloatArray,  # poses of the body origins, m and rad; shape (n, bodies, 3)
+    velocities: FloatArray,  # their time derivatives; shape (n, bodies, 3)
+    drive_values: FloatArray,  # prescribed value, rate and acceleration of each row; shape (n, rows, 3)
+) -> FloatArray:
     """Return the right-hand side of J * accelerations = gamma at many states.
 
-    Parameters
-    ----------
-    rows
-        Constraint rows.
-    poses
-        Poses of the body origins, m and rad; shape (n, bodies, 3).
-    velocities
-        Their time derivatives; shape (n, bodies, 3).
-    drive_values
-        Prescribed value, rate and acceleration of each row; shape (n, rows, 3).
-
-    Returns
-    -------
-    FloatArray
-        Gamma, m/s2; shape (n, rows).
+    Result: gamma, m/s2; shape (n, rows).
     """
     return _evaluate_rows_at_states(rows, poses, velocities, drive_values)[0][:, :, RowColumn.GAMMA]
 
 
-def evaluate_jacobian(rows: ConstraintRows, poses: FloatArray) -> FloatArray:
+def evaluate_jacobian(
+    rows: ConstraintRows,
+    poses: FloatArray,  # poses of the body origins, m and rad; shape (n, bodies, 3)
+) -> FloatArray:
     """Return the Jacobian of the residuals at many poses.
 
-    Parameters
-    ----------
-    rows
-        Constraint rows.
-    poses
-        Poses of the body origins, m and rad; shape (n, bodies, 3).
-
-    Returns
-    -------
-    FloatArray
-        Derivatives with respect to all poses, m/m and m/rad; shape (n, rows, bodies, 3).
+    Result: derivatives with respect to all poses, m/m and m/rad; shape (n, rows, bodies, 3).
     """
     drive_values = np.zeros((len(poses), len(rows.table), 3))
     row_jacobians = _evaluate_rows_at_states(rows, poses, np.zeros(poses.shape), drive_values)[1]
@@ -365,53 +333,29 @@ def evaluate_jacobian(rows: ConstraintRows, poses: FloatArray) -> FloatArray:
     return np.ascontiguousarray(jacobian[:, :, :n_bodies])
 
 
-def evaluate_values_and_rates(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+def evaluate_values_and_rates(
+    rows: ConstraintRows,
+    poses: FloatArray,  # poses of the body origins, m and rad; shape (n, bodies, 3)
+    velocities: FloatArray,  # their time derivatives; shape (n, bodies, 3)
+) -> tuple[FloatArray, FloatArray]:
     """Return the residuals of rows without prescribed motion, and their rates, at many states.
 
-    Parameters
-    ----------
-    rows
-        Rows, as those of output variables.
-    poses
-        Poses of the body origins, m and rad; shape (n, bodies, 3).
-    velocities
-        Their time derivatives; shape (n, bodies, 3).
-
-    Returns
-    -------
-    values : FloatArray
-        Residuals, m or rad; shape (n, rows).
-    rates : FloatArray
-        Their time derivatives; shape (n, rows).
+    Results: values, residuals, m or rad; shape (n, rows); rates, their time derivatives; shape (n, rows).
     """
     row_values, row_jacobians = _evaluate_rows_at_states(rows, poses, velocities, np.zeros((len(poses), len(rows.table), 3)))
     return row_values[:, :, RowColumn.RESIDUAL], _directional_derivatives(rows, row_jacobians, velocities)
 
 
 def evaluate_values_and_derivatives(
-    rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, accelerations: FloatArray
+    rows: ConstraintRows,
+    poses: FloatArray,  # poses of the body origins, m and rad; shape (n, bodies, 3)
+    velocities: FloatArray,  # their derivatives; shape (n, bodies, 3)
+    accelerations: FloatArray,  # their second derivatives; shape (n, bodies, 3)
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the residuals of rows without prescribed motion, and their first two derivatives, at many states.
 
-    Parameters
-    ----------
-    rows
-        Rows, as those of output variables.
-    poses
-        Poses of the body origins, m and rad; shape (n, bodies, 3).
-    velocities
-        Their derivatives; shape (n, bodies, 3).
-    accelerations
-        Their second derivatives; shape (n, bodies, 3).
-
-    Returns
-    -------
-    values : FloatArray
-        Residuals, m or rad; shape (n, rows).
-    rates : FloatArray
-        Their derivatives; shape (n, rows).
-    second_derivatives : FloatArray
-        Their second derivatives; shape (n, rows).
+    Results: values, residuals, m or rad; shape (n, rows); rates, their derivatives; shape (n, rows);
+    second_derivatives, their second derivatives; shape (n, rows).
     """
     row_values, row_jacobians = _evaluate_rows_at_states(rows, poses, velocities, np.zeros((len(poses), len(rows.table), 3)))
     linear, rates = (_directional_derivatives(rows, row_jacobians, motion) for motion in (accelerations, velocities))
@@ -426,20 +370,14 @@ def _directional_derivatives(rows: ConstraintRows, row_jacobians: FloatArray, di
 
 
 @jit_in_place
-def add_directional_derivatives(row_bodies: IntArray, row_jacobians: FloatArray, directions: FloatArray, result: FloatArray) -> None:
-    """Add the derivatives of residuals along directions of the poses.
-
-    Parameters
-    ----------
-    row_bodies
-        First and second body of each row; -1 for the ground; shape (rows, 2).
-    row_jacobians
-        Derivatives of each residual by the poses of both bodies; shape (n, rows, 2, 3).
-    directions
-        Changes of the poses; shape (n, bodies, 3).
-    result
-        Sums of derivatives; shape (n, rows).
-    """
+def add_directional_derivatives(
+    row_bodies: IntArray,  # first and second body of each row; -1 for the ground; shape (rows, 2)
+    # derivatives of each residual by the poses of both bodies; shape (n, rows, 2, 3)
+    row_jacobians: FloatArray,
+    directions: FloatArray,  # changes of the poses; shape (n, bodies, 3)
+    result: FloatArray,  # sums of derivatives; shape (n, rows)
+) -> None:
+    """Add the derivatives of residuals along directions of the poses."""
     for k in range(result.shape[0]):
         for i in range(result.shape[1]):
             for side in range(2):

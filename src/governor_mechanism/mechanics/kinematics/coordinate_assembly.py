@@ -83,18 +83,7 @@ class AssemblyWorkspace(NamedTuple):
 
 
 def lower_assembly(mechanism: Mechanism) -> AssemblyArrays:
-    """Return the joints of a mechanism and its leading coordinate as arrays.
-
-    Parameters
-    ----------
-    mechanism
-        Mechanism without drives.
-
-    Returns
-    -------
-    AssemblyArrays
-        Rows, free coordinates and scales.
-    """
+    """Return the joints of a mechanism and its leading coordinate as arrays."""
     joint_rows = constraint_equations_of(mechanism).rows
     output_rows = make_output_rows(mechanism, [mechanism.coordinate], {})
     table = np.empty(len(joint_rows.table) + 1, dtype=joint_rows.table.dtype)
@@ -113,15 +102,7 @@ def lower_assembly(mechanism: Mechanism) -> AssemblyArrays:
 def make_assembly_workspace(arrays: AssemblyArrays) -> AssemblyWorkspace:
     """Allocate the buffers of the assembly.
 
-    Parameters
-    ----------
-    arrays
-        The lowered mechanism.
-
-    Returns
-    -------
-    AssemblyWorkspace
-        Buffers of matching sizes.
+    Result: buffers of matching sizes.
     """
     n_rows, n_coordinates = len(arrays.rows.table), len(arrays.pose_scales)
     return AssemblyWorkspace(
@@ -262,24 +243,15 @@ def is_on_branch(arrays: AssemblyArrays, poses: FloatArray, guess: FloatArray) -
 
 
 @jit
-def continue_to_coordinate(arrays: AssemblyArrays, workspace: AssemblyWorkspace, q: float, poses: FloatArray) -> bool:
+def continue_to_coordinate(
+    arrays: AssemblyArrays,
+    workspace: AssemblyWorkspace,
+    q: float,  # requested coordinate, SI
+    poses: FloatArray,  # poses that nearly close the joints; changed in place; shape (bodies, 3)
+) -> bool:
     """Move poses by continuation to a value of the coordinate.
 
-    Parameters
-    ----------
-    arrays
-        The lowered mechanism.
-    workspace
-        Buffers of the assembly.
-    q
-        Requested coordinate, SI.
-    poses
-        Poses that nearly close the joints; changed in place; shape (bodies, 3).
-
-    Returns
-    -------
-    bool
-        Whether the value was reached on the same branch.
+    Result: whether the value was reached on the same branch.
     """
     node, predicted = np.zeros((3, arrays.pose_scales.size)), np.zeros(arrays.pose_scales.size)
     node[0] = poses.ravel()
@@ -352,20 +324,16 @@ class CoordinateSolver(PositionSolver):
         """Value of the leading coordinate at the initial guess, SI."""
         return float(evaluate_output_value(self.mechanism, self.mechanism.coordinate, self.initial_guess))
 
-    def follow(self, poses: FloatArray, values: FloatArray) -> FloatArray:
+    def follow(
+        self,
+        # poses that close the joints, from which the first value is reached; shape (bodies, 3)
+        poses: FloatArray,
+        values: FloatArray,  # values of the coordinate, SI; shape (n,)
+    ) -> FloatArray:
         """Return poses at values of the coordinate, each on the branch of those before, and their two derivatives by it.
 
-        Parameters
-        ----------
-        poses
-            Poses that close the joints, from which the first value is reached; shape (bodies, 3).
-        values
-            Values of the coordinate, SI; shape (n,).
-
-        Returns
-        -------
-        FloatArray
-            Poses, first and second derivatives up to the first value that is not reached; shape (n or less, 3, bodies, 3).
+        Result: poses, first and second derivatives up to the first value that is not reached; shape (n or
+        less, 3, bodies, 3).
         """
         nodes = np.zeros((len(values), 3, *poses.shape))
         nodes[0, 0] = poses
@@ -381,26 +349,16 @@ class CoordinateSolver(PositionSolver):
         is_solved = solve_positions(self._arrays, self._workspace, np.ascontiguousarray(values), flat_nodes)
         return nodes, is_solved
 
-    def solve_nodes(self, guesses: FloatArray, values: FloatArray) -> FloatArray:
+    def solve_nodes(
+        self,
+        guesses: FloatArray,  # poses near the solutions; shape (n, bodies, 3)
+        values: FloatArray,  # values of the leading coordinate, SI; shape (n,)
+    ) -> FloatArray:
         """Return poses at values (n,) of the coordinate and their two derivatives by it, on the branches of guesses (n, bodies, 3).
 
-        Parameters
-        ----------
-        guesses
-            Poses near the solutions; shape (n, bodies, 3).
-        values
-            Values of the leading coordinate, SI; shape (n,).
-
-        Returns
-        -------
-        FloatArray
-            Poses, first and second derivatives; shape (n, 3, bodies, 3).
-
-        Raises
-        ------
-        MechanismError
-            Where the mechanism cannot be assembled (the message names the joint that stays open), or where the coordinate is at a
-            turning point and does not determine the poses.
+        Result: poses, first and second derivatives; shape (n, 3, bodies, 3). Raises MechanismError where the
+        mechanism cannot be assembled (the message names the joint that stays open), or where the coordinate
+        is at a turning point and does not determine the poses.
         """
         nodes, is_solved = self.try_solve_nodes(guesses, values)
         for k in np.flatnonzero(~is_solved):

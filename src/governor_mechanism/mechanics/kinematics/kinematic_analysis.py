@@ -115,35 +115,19 @@ class Kinematics(ExportedResult):
 
 
 def solve_kinematics(
-    scene: Scene, over: str, values: Sequence[float] | FloatArray, rate: float = 1.0, acceleration: float = 0.0
+    scene: Scene,
+    over: str,
+    values: Sequence[float] | FloatArray,  # values of the reading, SI, or times, s; shape (n,)
+    rate: float = 1.0,  # first time derivative of the reading at each value, SI/s
+    acceleration: float = 0.0,  # second time derivative of the reading at each value, SI/s2
 ) -> Kinematics:
     """Return positions, velocities and accelerations over values of a reading or over time.
 
     Over a reading, it drives the mechanism in place of the drivers that move it in the scene; others stand still where they start. Over
     "time", the drivers move the mechanism.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    over
-        Name of a reading, or "time".
-    values
-        Values of the reading, SI, or times, s; shape (n,).
-    rate
-        First time derivative of the reading at each value, SI/s.
-    acceleration
-        Second time derivative of the reading at each value, SI/s2.
-
-    Returns
-    -------
-    Kinematics
-        The motion.
-
-    Raises
-    ------
-    MechanismError
-        If degrees of freedom remain, if the mechanism cannot be assembled, or at a singular configuration.
+    Raises MechanismError if degrees of freedom remain, if the mechanism cannot be assembled, or at a singular
+    configuration.
     """
     samples = validate_samples(over, values, rate, acceleration)
     # Alone, a part is studied without the shaft of a free spindle.

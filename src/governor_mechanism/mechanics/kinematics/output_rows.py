@@ -87,23 +87,13 @@ def _follower_height_row(reading: FollowerHeight) -> OutputRow:
     return OutputRow(RowKind.FOLLOWER_HEIGHT, base_point, reading.knee, parameters)
 
 
-def make_output_rows(mechanism: Mechanism, names: Sequence[str], origins: Origins) -> ConstraintRows:
-    """Return the output rows of some readings.
-
-    Parameters
-    ----------
-    mechanism
-        Mechanism with its readings.
-    names
-        Names of the readings.
-    origins
-        Origin of each body by name, in body axes (m), to which the poses refer; the mass centre if left out.
-
-    Returns
-    -------
-    ConstraintRows
-        One row for each name.
-    """
+def make_output_rows(
+    mechanism: Mechanism,
+    names: Sequence[str],
+    # origin of each body by name, in body axes (m), to which the poses refer; the mass centre if left out
+    origins: Origins,
+) -> ConstraintRows:
+    """Return the output rows of some readings."""
     return rows_of_readings(mechanism, [mechanism.reading(name) for name in names], origins)
 
 

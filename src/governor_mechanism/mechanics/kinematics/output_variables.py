@@ -70,71 +70,42 @@ class OutputDerivatives:
         return self.rate(accelerations) + self.quadratic_velocity_term
 
 
-def evaluate_output(mechanism: Mechanism, name: str, poses: FloatArray, velocities: FloatArray | None = None) -> OutputDerivatives:
+def evaluate_output(
+    mechanism: Mechanism,
+    name: str,
+    poses: FloatArray,  # poses; shape (..., bodies, 3)
+    velocities: FloatArray | None = None,  # velocities; same shape. Default: zero
+) -> OutputDerivatives:
     """Evaluate a reading and its derivatives.
 
-    Parameters
-    ----------
-    mechanism
-        The mechanism with that reading.
-    name
-        Name of the reading.
-    poses
-        Poses; shape (..., bodies, 3).
-    velocities
-        Velocities; same shape. Default: zero.
-
-    Returns
-    -------
-    OutputDerivatives
-        Value, gradient and quadratic velocity term.
+    Result: value, gradient and quadratic velocity term.
     """
     return OutputDerivatives(_output_row(mechanism, name), poses, velocities)
 
 
-def evaluate_readings(mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+def evaluate_readings(
+    mechanism: Mechanism,
+    poses: FloatArray,  # poses; shape (n, bodies, 3)
+    velocities: FloatArray,  # velocities; same shape
+) -> tuple[FloatArray, FloatArray]:
     """Evaluate all readings that a mechanism lists, and their rates.
 
-    Parameters
-    ----------
-    mechanism
-        The mechanism.
-    poses
-        Poses; shape (n, bodies, 3).
-    velocities
-        Velocities; same shape.
-
-    Returns
-    -------
-    values : FloatArray
-        Values, SI; shape (readings, n). Angles of lines lie within half a turn.
-    rates : FloatArray
-        Rates, SI/s; same shape.
+    Results: values, values, SI; shape (readings, n). Angles of lines lie within half a turn; rates, rates,
+    SI/s; same shape.
     """
     values, rates = evaluate_values_and_rates(_reading_rows(mechanism), poses, velocities)
     return values.T, rates.T
 
 
 def evaluate_reading_motions(
-    mechanism: Mechanism, poses: FloatArray, velocities: FloatArray, accelerations: FloatArray
+    mechanism: Mechanism,
+    poses: FloatArray,  # poses; shape (n, bodies, 3)
+    velocities: FloatArray,  # their derivatives by time, or by a coordinate; same shape
+    accelerations: FloatArray,  # their second derivatives; same shape
 ) -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
     """Return all readings that a mechanism lists with their first two derivatives, by name.
 
-    Parameters
-    ----------
-    mechanism
-        The mechanism.
-    poses
-        Poses; shape (n, bodies, 3).
-    velocities
-        Their derivatives by time, or by a coordinate; same shape.
-    accelerations
-        Their second derivatives; same shape.
-
-    Returns
-    -------
-    dict
-        Values and derivatives, SI; shape (n,). Angles of lines lie within half a turn.
+    Result: values and derivatives, SI; shape (n,). Angles of lines lie within half a turn.
     """
     rows = _reading_rows(mechanism)
     values, rates, second = evaluate_values_and_derivatives(rows, poses, velocities, accelerations)
@@ -172,22 +143,14 @@ def _output_row(mechanism: Mechanism, name: str) -> ConstraintRows:
     return rows_of_readings(mechanism, [mechanism.reading(name)], {}) if row is None else row
 
 
-def evaluate_output_value(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatArray:
+def evaluate_output_value(
+    mechanism: Mechanism,
+    name: str,
+    poses: FloatArray,  # poses; shape (..., bodies, 3)
+) -> FloatArray:
     """Return the value of a reading.
 
-    Parameters
-    ----------
-    mechanism
-        The mechanism with that reading.
-    name
-        Name of the reading.
-    poses
-        Poses; shape (..., bodies, 3).
-
-    Returns
-    -------
-    FloatArray
-        Value, SI; shape (...).
+    Result: value, SI; shape (...).
     """
     return evaluate_output(mechanism, name, poses).value
 

@@ -17,18 +17,7 @@ MOVED_RATE_RATIO = 1e-9
 
 
 def hold_driver(joint: Joint) -> Joint:
-    """Return a joint as it is; instead of a driver, a joint that keeps its value at 0 s.
-
-    Parameters
-    ----------
-    joint
-        Any joint.
-
-    Returns
-    -------
-    Joint
-        A joint that is no driver.
-    """
+    """Return a joint as it is; instead of a driver, a joint that keeps its value at 0 s."""
     if not isinstance(joint, RotationalDriver | TranslationalDriver):
         return joint
     value = float(CubicTimeFunction(joint.motion)(np.zeros(1))[0])
@@ -39,23 +28,12 @@ def hold_driver(joint: Joint) -> Joint:
     return Slider(name=joint.name, first=start, second=joint.second, angle=joint.angle + math.pi / 2)
 
 
-def release_drivers(mechanism: Mechanism, reading: str, start_values: dict[str, float]) -> Mechanism:
-    """Return a mechanism whose drivers do not move a reading: those that did are left out, the others stand still.
-
-    Parameters
-    ----------
-    mechanism
-        Mechanism with its drivers.
-    reading
-        Name of the reading.
-    start_values
-        Values of readings at the start, SI.
-
-    Returns
-    -------
-    Mechanism
-        Mechanism without drivers.
-    """
+def release_drivers(
+    mechanism: Mechanism,
+    reading: str,
+    start_values: dict[str, float],  # values of readings at the start, SI
+) -> Mechanism:
+    """Return a mechanism whose drivers do not move a reading: those that did are left out, the others stand still."""
     drivers = [joint for joint in mechanism.joints if isinstance(joint, RotationalDriver | TranslationalDriver)]
     if len(drivers) < 2:
         return replace(mechanism, joints=tuple(joint for joint in mechanism.joints if joint not in drivers))

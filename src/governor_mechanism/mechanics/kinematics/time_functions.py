@@ -142,20 +142,14 @@ def _interpolate(times: FloatArray, values: FloatArray, is_spline: bool) -> Floa
     return coefficients
 
 
-def stack_local_cubics(functions: Sequence[CubicTimeFunction], times: FloatArray) -> FloatArray:
+def stack_local_cubics(
+    functions: Sequence[CubicTimeFunction],
+    times: FloatArray,  # times, s; shape (n,)
+) -> FloatArray:
     """Return the local cubics of several functions after each time.
 
-    Parameters
-    ----------
-    functions
-        Functions of time.
-    times
-        Times, s; shape (n,).
-
-    Returns
-    -------
-    FloatArray
-        Rows as in `input_kernels`; harmonics that a function does not have are zero; shape (n, functions, columns).
+    Result: rows as in `input_kernels`; harmonics that a function does not have are zero; shape (n, functions,
+    columns).
     """
     cubics = [function.local_cubics(times) for function in functions]
     result = np.zeros((len(times), len(cubics), max((one.shape[1] for one in cubics), default=N_CUBIC_COLUMNS)))

@@ -18,28 +18,19 @@ from governor_mechanism.model.part import Part
 from governor_mechanism.model.scene import Scene
 
 
-def lower_lagrangian(scene: Scene, prefix: str, part: Part, outputs: Sequence[str], effects: Sequence[OutputForce]) -> ReductionArrays:
+def lower_lagrangian(
+    scene: Scene,
+    prefix: str,
+    part: Part,
+    # readings of the part that are evaluated with the coefficients, among them those of the effects
+    outputs: Sequence[str],
+    effects: Sequence[OutputForce],
+) -> ReductionArrays:
     """Lower a part with one degree of freedom to the arrays of its Lagrangian coefficients; gas is left out: its force has kinks.
 
     The coordinate has no bounds, outputs have no limits, and the spindle speed may change.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    prefix
-        Start of the names of the part.
-    part
-        The part; its mechanism has no drives.
-    outputs
-        Readings of the part that are evaluated with the coefficients, among them those of the effects.
-    effects
-        Effects with a potential.
-
-    Returns
-    -------
-    ReductionArrays
-        What determines the coefficients.
+    Result: what determines the coefficients.
     """
     mechanism, plane = part.mechanism, next(iter(scene.system.planes), None)
     has_centrifugal_forces = plane is not None and plane.is_loaded

@@ -39,15 +39,7 @@ class ShaftTrain:
 def parts_with_coordinate(scene: Scene) -> list[tuple[str, Part]]:
     """Return prefix and part of all parts that are more than a shaft.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    list[tuple[str, Part]]
-        Start of the names of the part, and the part.
+    Result: start of the names of the part, and the part.
     """
     if len(scene.parts) == 1:
         return [("", scene.part)]
@@ -67,18 +59,7 @@ def _is_shaft(part: Part) -> bool:
 
 
 def find_shaft_train(scene: Scene) -> ShaftTrain:
-    """Return the shaft of a scene, which the spindle turns with unless its speed is given.
-
-    Parameters
-    ----------
-    scene
-        Scene with one part that has a coordinate.
-
-    Returns
-    -------
-    ShaftTrain
-        The bodies that turn with it.
-    """
+    """Return the shaft of a scene, which the spindle turns with unless its speed is given."""
     mechanism, (prefix, part) = scene.mechanism, parts_with_coordinate(scene)[0]
     moving = {prefix + body.name for body in part.mechanism.bodies}
     rotors = tuple(body.name for body in mechanism.bodies if body.name not in moving)
@@ -102,17 +83,7 @@ def find_shaft_train(scene: Scene) -> ShaftTrain:
 def shaft_readings(scene: Scene, train: ShaftTrain) -> set[str]:
     """Return the names of the readings that are functions of the angle of the shaft.
 
-    Parameters
-    ----------
-    scene
-        Scene with one part that has a coordinate.
-    train
-        Its shaft.
-
-    Returns
-    -------
-    set[str]
-        Names of angles, travels and so on of the bodies that turn with it.
+    Result: names of angles, travels and so on of the bodies that turn with it.
     """
     mechanism, (prefix, part) = scene.mechanism, parts_with_coordinate(scene)[0]
     own = {prefix + reading.name for reading in part.mechanism.readings}

@@ -50,23 +50,12 @@ class ShaftOutputs(NamedTuple):
         return ShaftOutputs(self.rows, self.poses, self.tangents, *results)
 
 
-def lower_shaft_outputs(scene: Scene, train: ShaftTrain, names: Sequence[str]) -> ShaftOutputs:
-    """Return the outputs of bodies on the shaft.
-
-    Parameters
-    ----------
-    scene
-        Scene with one part that has a coordinate.
-    train
-        Its shaft.
-    names
-        Names of the readings, in the order of the outputs.
-
-    Returns
-    -------
-    ShaftOutputs
-        The outputs.
-    """
+def lower_shaft_outputs(
+    scene: Scene,
+    train: ShaftTrain,
+    names: Sequence[str],  # names of the readings, in the order of the outputs
+) -> ShaftOutputs:
+    """Return the outputs of bodies on the shaft."""
     mechanism = scene.mechanism
     poses, tangents = np.zeros((2, len(mechanism.bodies) if names else 0, 3))
     for joint in mechanism.joints:
@@ -82,16 +71,11 @@ def lower_shaft_outputs(scene: Scene, train: ShaftTrain, names: Sequence[str]) -
 
 
 @jit_in_place
-def evaluate_shaft_outputs(outputs: ShaftOutputs, angle: float) -> None:
-    """Evaluate the outputs at an angle of the shaft (rad) into their arrays.
-
-    Parameters
-    ----------
-    outputs
-        The outputs.
-    angle
-        Angle of the shaft, rad.
-    """
+def evaluate_shaft_outputs(
+    outputs: ShaftOutputs,
+    angle: float,  # angle of the shaft, rad
+) -> None:
+    """Evaluate the outputs at an angle of the shaft (rad) into their arrays."""
     if outputs.rows.table.size == 0:
         return
     for k in range(outputs.poses.shape[0]):

@@ -90,25 +90,13 @@ class PiecewiseTable(NamedTuple):
     initial_node: FloatArray
 
 
-def allocate_table(arrays: ReductionArrays, capacity: int, q: float, poses: FloatArray) -> PiecewiseTable:
-    """Allocate an empty table.
-
-    Parameters
-    ----------
-    arrays
-        The lowered mechanism.
-    capacity
-        Number of pieces.
-    q
-        Leading coordinate at which the table starts, SI.
-    poses
-        Poses near that start; shape (bodies, 3).
-
-    Returns
-    -------
-    PiecewiseTable
-        A table without pieces.
-    """
+def allocate_table(
+    arrays: ReductionArrays,
+    capacity: int,
+    q: float,  # leading coordinate at which the table starts, SI
+    poses: FloatArray,  # poses near that start; shape (bodies, 3)
+) -> PiecewiseTable:
+    """Allocate an empty table."""
     n_columns, n_bodies = count_columns(arrays), len(arrays.bodies)
     width = INITIAL_PIECE_WIDTH * arrays.assembly.coordinate_scale
     table = PiecewiseTable(
@@ -146,30 +134,17 @@ def count_columns(arrays: ReductionArrays) -> int:
 
 
 @jit_in_place
-def find_piece(intervals: FloatArray, neighbours: IntArray, periodicity: FloatArray, q: float, piece_guess: int) -> tuple[int, float, int]:
+def find_piece(
+    intervals: FloatArray,
+    neighbours: IntArray,
+    periodicity: FloatArray,
+    q: float,  # leading coordinate, SI
+    piece_guess: int,
+) -> tuple[int, float, int]:
     """Find the piece that contains a value of the coordinate.
 
-    Parameters
-    ----------
-    intervals
-        As in `PiecewiseTable`.
-    neighbours
-        As in `PiecewiseTable`.
-    periodicity
-        As in `PiecewiseTable`.
-    q
-        Leading coordinate, SI.
-    piece_guess
-        Index of the piece at which the search starts.
-
-    Returns
-    -------
-    piece : int
-        Index of the piece, or of the nearest one.
-    t : float
-        Local coordinate in that piece, -1 to 1.
-    side : int
-        -1, or the side on which the table must be extended: 0 below, 1 above.
+    Results: piece, index of the piece, or of the nearest one; t, local coordinate in that piece, -1 to 1;
+    side, -1, or the side on which the table must be extended: 0 below, 1 above.
     """
     piece, wrapped, side = piece_guess, q, -1
     if periodicity[0] > 0.0:
@@ -187,20 +162,13 @@ def find_piece(intervals: FloatArray, neighbours: IntArray, periodicity: FloatAr
 
 
 @jit
-def evaluate_poses(table: PiecewiseTable, values: FloatArray) -> FloatArray:
+def evaluate_poses(
+    table: PiecewiseTable,
+    values: FloatArray,  # leading coordinate, SI; shape (n,)
+) -> FloatArray:
     """Return poses and their derivative by the coordinate, by barycentric interpolation.
 
-    Parameters
-    ----------
-    table
-        The table; it must cover the values.
-    values
-        Leading coordinate, SI; shape (n,).
-
-    Returns
-    -------
-    FloatArray
-        Poses, then derivatives; shape (2, n, bodies, 3).
+    Result: poses, then derivatives; shape (2, n, bodies, 3).
     """
     weights, piece, result = np.empty(N_CHEBYSHEV_NODES), 0, np.empty((2, values.size, table.pose_increment.size))
     for i in range(values.size):
@@ -209,26 +177,16 @@ def evaluate_poses(table: PiecewiseTable, values: FloatArray) -> FloatArray:
 
 
 @jit_in_place
-def evaluate_node(table: PiecewiseTable, q: float, piece_guess: int, weights: FloatArray, node: FloatArray) -> int:
+def evaluate_node(
+    table: PiecewiseTable,
+    q: float,  # leading coordinate, SI
+    piece_guess: int,
+    weights: FloatArray,  # buffer; shape (N_CHEBYSHEV_NODES,)
+    node: FloatArray,  # result; shape (2, 3 bodies)
+) -> int:
     """Fill poses and their derivative by the coordinate into a node (2, 3 bodies); return the index of the piece.
 
-    Parameters
-    ----------
-    table
-        The table; it must cover the coordinate.
-    q
-        Leading coordinate, SI.
-    piece_guess
-        Index of the piece at which the search starts.
-    weights
-        Buffer; shape (N_CHEBYSHEV_NODES,).
-    node
-        Result; shape (2, 3 bodies).
-
-    Returns
-    -------
-    int
-        Index of the piece.
+    Result: index of the piece.
     """
     piece, t, _ = find_piece(table.intervals, table.neighbours, table.periodicity, q, piece_guess)
     barycentric_weights(t, weights)

@@ -57,21 +57,7 @@ TABLE_CLOSURE_TOLERANCE = 1e-8
 def extend_table(arrays: ReductionArrays, workspace: ReductionWorkspace, table: PiecewiseTable, side: int) -> ExtensionStatus:
     """Add the next piece to a table; before the first one, find the node at which the table starts.
 
-    Parameters
-    ----------
-    arrays
-        The lowered mechanism.
-    workspace
-        Buffers of the node evaluation.
-    table
-        The table; changed in place.
-    side
-        Side of the new piece: 0 below, 1 above.
-
-    Returns
-    -------
-    ExtensionStatus
-        Whether a piece was added.
+    Result: whether a piece was added.
     """
     if table.n_pieces[0] == 0 and not _start_table(arrays, workspace, table):
         return ExtensionStatus.TABLE_ENDED

@@ -62,18 +62,7 @@ def _refusal(scene: Scene) -> str:
 
 
 def build_air_engine(scene: Scene) -> closed.AirEngine:
-    """Return the closed form's engine.
-
-    Parameters
-    ----------
-    scene
-        A scene of an engine with pump and flywheel.
-
-    Returns
-    -------
-    AirEngine
-        The engine under the load of the scene.
-    """
+    """Return the closed form's engine."""
     return closed.AirEngine(**{field.name: scene.part.dimensions[field.name] for field in fields(closed.AirEngine)})
 
 

@@ -32,20 +32,8 @@ CHECKS = {
 def check_against_closed_forms(scene: Scene) -> CheckReport:
     """Compare the simulation of a scene with every closed form that applies to its machine.
 
-    Parameters
-    ----------
-    scene
-        The scene to simulate.
-
-    Returns
-    -------
-    CheckReport
-        Comparison rows, and notes on what is not checked.
-
-    Raises
-    ------
-    MechanismError
-        If there is no closed form for the machine.
+    Result: comparison rows, and notes on what is not checked. Raises MechanismError if there is no closed
+    form for the machine.
     """
     machine = scene.part.machine
     if machine not in CHECKS:

@@ -46,15 +46,7 @@ def check_slider_crank(scene: Scene) -> comparisons.Checks:
 def build_crank_train(scene: Scene) -> closed.CrankTrain:
     """Return the closed form's crank train with the masses of the scene.
 
-    Parameters
-    ----------
-    scene
-        A scene of a slider crank.
-
-    Returns
-    -------
-    CrankTrain
-        Crank, rod and masses; a rod without rod_centre and rod_inertia is uniform.
+    Result: crank, rod and masses; a rod without rod_centre and rod_inertia is uniform.
     """
     dimensions = scene.part.dimensions
     masses = next((effect for effect in scene.effects if isinstance(effect, CrankMasses)), None)

@@ -34,37 +34,16 @@ def check_stephenson_gear(scene: Scene) -> comparisons.Checks:
         yield from _check_motion(scene, run, link_gear)
 
 
-def scene_in_gear(scene: Scene, gear: float) -> Scene:
-    """Return the scene with the reversing lever at rest.
-
-    Parameters
-    ----------
-    scene
-        A scene of a link motion.
-    gear
-        Position of the lever, from 1, full forward, to -1.
-
-    Returns
-    -------
-    Scene
-        The scene in that gear.
-    """
+def scene_in_gear(
+    scene: Scene,
+    gear: float,  # position of the lever, from 1, full forward, to -1
+) -> Scene:
+    """Return the scene with the reversing lever at rest."""
     return parse_scene_with(scene.document, [("dimensions.reverser", gear)])
 
 
 def gears_of(scene: Scene) -> list[float]:
-    """Return the gears between which the reversing lever moves, the most forward one first, or the only one.
-
-    Parameters
-    ----------
-    scene
-        A scene of a link motion.
-
-    Returns
-    -------
-    list of float
-        Two positions of the lever, or one.
-    """
+    """Return the gears between which the reversing lever moves, the most forward one first, or the only one (or one)."""
     mechanism = scene.part.mechanism
     motion = next((joint.motion for joint in mechanism.joints if isinstance(joint, TranslationalDriver)), None)
     if motion is None:

@@ -30,18 +30,12 @@ MAX_REFUSALS = 3
 """Largest number of samples that cannot be simulated whose reasons are named."""
 
 
-def kernel_quantities(scene: Scene) -> Iterator[Quantity]:
+def kernel_quantities(
+    scene: Scene,  # any scene. Quantities of statics are those of the part that turns with a spindle, alone
+) -> Iterator[Quantity]:
     """Yield all quantities of a scene that a kernel may compute.
 
-    Parameters
-    ----------
-    scene
-        Any scene. Quantities of statics are those of the part that turns with a spindle, alone.
-
-    Yields
-    ------
-    Quantity
-        First those at given positions, then those of the whole scene, at last those over time.
+    Result: first those at given positions, then those of the whole scene, at last those over time.
     """
     for quantity, _ in _quantities_with_scenes(scene):
         yield quantity
@@ -69,51 +63,29 @@ def _part_alone(scene: Scene) -> Scene | None:
 
 def check_kernel(
     scene: Scene,
+    # function of numbers or arrays. Its parameters are matched by name: dimensions, `gravity`, the inputs and
+    # arguments of the quantity
     kernel: Kernel,
     quantity: str,
+    # values of the inputs of the quantity by name: SI, or text with units, also a range such as "15 deg:45
+    # deg:25"
     over: Mapping[str, Any] | None = None,
+    # tolerance relative to the simulated value; for readings, which may pass zero, relative to their scale
     allowed: float = KERNEL_RELATIVE_TOLERANCE,
     *,
+    # our name by the kernel's name where they differ, with a unit if it is not SI, as {"alpha": "arm_angle in
+    # deg"}
     names: Mapping[str, str] | None = None,
-    unit: str | None = None,
+    unit: str | None = None,  # unit of the kernel's result; SI if None
     varied: Sequence[VariedKey] = (),
+    # number of random samples between the limits of all inputs and keys; None for the grid of all values
     random: int | None = None,
     seed: int = 0,
 ) -> KernelReport:
     """Compare a function with the simulation.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    kernel
-        Function of numbers or arrays. Its parameters are matched by name: dimensions, `gravity`, the inputs and arguments of the quantity.
-    quantity
-        Name of what the kernel returns.
-    over
-        Values of the inputs of the quantity by name: SI, or text with units, also a range such as "15 deg:45 deg:25".
-    allowed
-        Tolerance relative to the simulated value; for readings, which may pass zero, relative to their scale.
-    names
-        Our name by the kernel's name where they differ, with a unit if it is not SI, as {"alpha": "arm_angle in deg"}.
-    unit
-        Unit of the kernel's result; SI if None.
-    varied
-        Keys of the scene that vary.
-    random
-        Number of random samples between the limits of all inputs and keys; None for the grid of all values.
-    seed
-        Seed of the random samples.
-
-    Returns
-    -------
-    KernelReport
-        One row per comparison.
-
-    Raises
-    ------
-    MechanismError
-        If an argument is wrong, nothing can be simulated, or the kernel gives no number anywhere.
+    Result: one row per comparison. Raises MechanismError if an argument is wrong, nothing can be simulated,
+    or the kernel gives no number anywhere.
     """
     if not allowed > 0:
         raise MechanismError(f"allowed is a relative tolerance above 0, such as 1e-6; got {allowed:g}")

@@ -18,20 +18,7 @@ def load_kernel(name: str) -> Callable[..., Any]:
 
     The file is executed. It may import what lies beside it.
 
-    Parameters
-    ----------
-    name
-        Name of the function.
-
-    Returns
-    -------
-    Callable
-        The function.
-
-    Raises
-    ------
-    MechanismError
-        If there is no such file or function, or the file cannot be executed.
+    Raises MechanismError if there is no such file or function, or the file cannot be executed.
     """
     place, separator, function = name.rpartition(":")
     if not separator or not place.strip() or not function.strip():

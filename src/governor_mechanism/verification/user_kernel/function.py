@@ -51,27 +51,15 @@ def name_of_kernel(kernel: Kernel) -> str:
     return str(getattr(inner, "__name__", "kernel"))
 
 
-def match_arguments(kernel: Kernel, available: Mapping[str, Column], names: Mapping[str, str]) -> dict[str, Column]:
+def match_arguments(
+    kernel: Kernel,
+    available: Mapping[str, Column],  # what it may take, by our names, SI
+    # our name by its name, with a unit if it is not SI, as {"alpha": "arm_angle in deg"}
+    names: Mapping[str, str],
+) -> dict[str, Column]:
     """Return the arguments of a kernel by its own names, in the units that it wants.
 
-    Parameters
-    ----------
-    kernel
-        The function.
-    available
-        What it may take, by our names, SI.
-    names
-        Our name by its name, with a unit if it is not SI, as {"alpha": "arm_angle in deg"}.
-
-    Returns
-    -------
-    dict[str, Column]
-        Its arguments.
-
-    Raises
-    ------
-    MechanismError
-        If a parameter without a default has no value, or a name or unit is wrong.
+    Raises MechanismError if a parameter without a default has no value, or a name or unit is wrong.
     """
     parameters = _parameters_of(kernel)
     for theirs in names:
@@ -107,25 +95,18 @@ def _parameters_of(kernel: Kernel) -> Mapping[str, inspect.Parameter]:
         ) from None
 
 
-def call_kernel(kernel: Kernel, arguments: Mapping[str, Column], count: int, *, is_history: bool = False) -> KernelResults:
+def call_kernel(
+    kernel: Kernel,
+    arguments: Mapping[str, Column],
+    count: int,
+    *,
+    # whether the points are times, so that a result may depend on those before; otherwise a result in an
+    # array must be that of its point alone
+    is_history: bool = False,
+) -> KernelResults:
     """Call a kernel at all points, with arrays if it takes them.
 
-    Parameters
-    ----------
-    kernel
-        The function.
-    arguments
-        Its arguments by name, of n values each.
-    count
-        Number n of points.
-    is_history
-        Whether the points are times, so that a result may depend on those before; otherwise a result in an array must be that of
-        its point alone.
-
-    Returns
-    -------
-    KernelResults
-        Results and problems.
+    Result: results and problems.
     """
     defects: list[str] = []
     values = _call_with_arrays(kernel, arguments, count, defects) if count > 1 else None

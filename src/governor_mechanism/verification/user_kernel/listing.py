@@ -67,14 +67,6 @@ def _format_inputs(quantity: Quantity) -> str:
 def list_quantities(scene: Scene) -> QuantityListing:
     """Return the quantities of a scene that a kernel may compute.
 
-    Parameters
-    ----------
-    scene
-        Any scene.
-
-    Returns
-    -------
-    QuantityListing
-        The quantities; it prints as a table.
+    Result: the quantities; it prints as a table.
     """
     return QuantityListing(title=scene.title, quantities=tuple(kernel_quantities(scene)), constants=constant_units(scene))

@@ -19,29 +19,16 @@ def kind_of_unit(si_unit: str) -> str:
     return KINDS_BY_UNIT.get(si_unit, "ratio")
 
 
-def unit_factor(unit: str, si_unit: str, what: str, *, is_frequency: bool = False) -> float:
+def unit_factor(
+    unit: str,  # a unit such as "rpm"
+    si_unit: str,  # SI unit of the same kind
+    what: str,
+    *,
+    is_frequency: bool = False,  # whether the unit counts cycles of a frequency in rad/s: 1 Hz is 2 pi rad/s
+) -> float:
     """Return the SI value of one `unit`.
 
-    Parameters
-    ----------
-    unit
-        A unit such as "rpm".
-    si_unit
-        SI unit of the same kind.
-    what
-        Name of the quantity for messages.
-    is_frequency
-        Whether the unit counts cycles of a frequency in rad/s: 1 Hz is 2 pi rad/s.
-
-    Returns
-    -------
-    float
-        Factor.
-
-    Raises
-    ------
-    MechanismError
-        If the unit is unknown or of another kind.
+    Raises MechanismError if the unit is unknown or of another kind.
     """
     if unit == si_unit:
         return 1.0

@@ -19,25 +19,14 @@ weight_jit = jit_in_place(force_laws.weight)
 
 @jit_in_place
 def evaluate_plane_motion(
-    system: System, workspace: SystemWorkspace, poses: FloatArray, velocities: FloatArray, input_cubics: FloatArray, local_time: float
+    system: System,
+    workspace: SystemWorkspace,
+    poses: FloatArray,  # poses of the body origins, m and rad; shape (bodies, 3)
+    velocities: FloatArray,  # their time derivatives; shape (bodies, 3)
+    input_cubics: FloatArray,  # local cubics of all inputs; shape (inputs, 5)
+    local_time: float,  # time since the start of these cubics, s
 ) -> None:
-    """Evaluate speed, acceleration and inertia of the planes, and with them the inverse masses, into the workspace.
-
-    Parameters
-    ----------
-    system
-        Arrays of the multibody model.
-    workspace
-        Work arrays, which hold the results.
-    poses
-        Poses of the body origins, m and rad; shape (bodies, 3).
-    velocities
-        Their time derivatives; shape (bodies, 3).
-    input_cubics
-        Local cubics of all inputs; shape (inputs, 5).
-    local_time
-        Time since the start of these cubics, s.
-    """
+    """Evaluate speed, acceleration and inertia of the planes, and with them the inverse masses, into the workspace."""
     for p in range(system.planes.size):
         plane, motion = system.planes[p], workspace.plane_motion[p]
         if plane.shaft != NO_INDEX:
@@ -62,20 +51,13 @@ def update_inverse_mass(system: System, workspace: SystemWorkspace) -> None:
 
 
 @jit_in_place
-def evaluate_body_forces(bodies: RecordArray, plane_motion: FloatArray, poses: FloatArray, result: FloatArray) -> None:
-    """Evaluate gravity and centrifugal forces on the bodies, reduced to their origins.
-
-    Parameters
-    ----------
-    bodies
-        Records of `BODY_DTYPE`; shape (bodies,).
-    plane_motion
-        Motion of each plane, by `PlaneColumn`; shape (planes, 4).
-    poses
-        Poses of the body origins, m and rad; shape (bodies, 3).
-    result
-        Result: forces along x and y, N, and moments, N m; shape (bodies, 3).
-    """
+def evaluate_body_forces(
+    bodies: RecordArray,  # records of `BODY_DTYPE`; shape (bodies,)
+    plane_motion: FloatArray,  # motion of each plane, by `PlaneColumn`; shape (planes, 4)
+    poses: FloatArray,  # poses of the body origins, m and rad; shape (bodies, 3)
+    result: FloatArray,  # result: forces along x and y, N, and moments, N m; shape (bodies, 3)
+) -> None:
+    """Evaluate gravity and centrifugal forces on the bodies, reduced to their origins."""
     for k in range(bodies.size):
         body, angle = bodies[k], poses[k, 2]
         arm_x = arm_y = 0.0
@@ -93,26 +75,15 @@ def evaluate_body_forces(bodies: RecordArray, plane_motion: FloatArray, poses: F
 
 
 @jit_in_place
-def inertia_of_plane(bodies: RecordArray, plane: int, poses: FloatArray, velocities: FloatArray) -> tuple[float, float]:
+def inertia_of_plane(
+    bodies: RecordArray,  # records of `BODY_DTYPE`; shape (bodies,)
+    plane: int,
+    poses: FloatArray,  # poses of the body origins, m and rad; shape (bodies, 3)
+    velocities: FloatArray,  # their time derivatives; shape (bodies, 3)
+) -> tuple[float, float]:
     """Return the moment of inertia of the bodies of a plane about its spindle, and its rate.
 
-    Parameters
-    ----------
-    bodies
-        Records of `BODY_DTYPE`; shape (bodies,).
-    plane
-        Index of the plane.
-    poses
-        Poses of the body origins, m and rad; shape (bodies, 3).
-    velocities
-        Their time derivatives; shape (bodies, 3).
-
-    Returns
-    -------
-    inertia : float
-        Moment of inertia, kg m2.
-    rate : float
-        Its time derivative, kg m2/s.
+    Results: inertia, moment of inertia, kg m2; rate, its time derivative, kg m2/s.
     """
     total = rate = 0.0
     for k in range(bodies.size):

@@ -37,27 +37,16 @@ def equal_mass_pivot_ratio(system: System, workspace: SystemWorkspace) -> float:
 
 @jit_in_place
 def solve_constrained_system(
-    system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray
+    system: System,
+    # work arrays with J, gamma, the band of J M^-1 J^T and the inverse masses; the multipliers remain in them
+    workspace: SystemWorkspace,
+    forces: FloatArray,  # applied forces, N and N m; may be changed; shape (bodies, 3)
+    gamma_factor: float,  # 1 for accelerations under forces; 0 for changes of velocities under impulses
+    result: FloatArray,  # result: accelerations, m/s2 and rad/s2; shape (bodies, 3)
 ) -> float:
     """Solve M result + J^T multipliers = forces, J result = gamma_factor * gamma.
 
-    Parameters
-    ----------
-    system
-        Arrays of the multibody model.
-    workspace
-        Work arrays with J, gamma, the band of J M^-1 J^T and the inverse masses; the multipliers remain in them.
-    forces
-        Applied forces, N and N m; may be changed; shape (bodies, 3).
-    gamma_factor
-        1 for accelerations under forces; 0 for changes of velocities under impulses.
-    result
-        Result: accelerations, m/s2 and rad/s2; shape (bodies, 3).
-
-    Returns
-    -------
-    float
-        Smallest pivot ratio of J M^-1 J^T (see `solve_band_system`).
+    Result: smallest pivot ratio of J M^-1 J^T (see `solve_band_system`).
     """
     pivot_ratio = _solve_with_stand_ins(system, workspace, forces, gamma_factor, result)
     if system.has_stand_in_inertia:

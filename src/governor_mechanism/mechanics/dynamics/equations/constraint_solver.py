@@ -26,22 +26,14 @@ def assemble_schur_band(
 
 
 @jit_in_place
-def subtract_minv_jt(row_bodies: IntArray, jacobian: FloatArray, inverse_mass: FloatArray, vector: FloatArray, target: FloatArray) -> None:
-    """Subtract M^-1 J^T vector from target, in place.
-
-    Parameters
-    ----------
-    row_bodies
-        First and second body of each row; shape (rows, 2).
-    jacobian
-        Jacobian of each row with respect to both poses; shape (rows, 2, 3).
-    inverse_mass
-        Inverse masses and moments of inertia; shape (bodies, 3).
-    vector
-        Multipliers of the rows; shape (rows,).
-    target
-        Accelerations, velocities or poses; shape (bodies, 3).
-    """
+def subtract_minv_jt(
+    row_bodies: IntArray,  # first and second body of each row; shape (rows, 2)
+    jacobian: FloatArray,  # Jacobian of each row with respect to both poses; shape (rows, 2, 3)
+    inverse_mass: FloatArray,  # inverse masses and moments of inertia; shape (bodies, 3)
+    vector: FloatArray,  # multipliers of the rows; shape (rows,)
+    target: FloatArray,  # accelerations, velocities or poses; shape (bodies, 3)
+) -> None:
+    """Subtract M^-1 J^T vector from target, in place."""
     for i in range(vector.size):
         for side in range(2):
             k = row_bodies[i, side]
@@ -51,20 +43,13 @@ def subtract_minv_jt(row_bodies: IntArray, jacobian: FloatArray, inverse_mass: F
 
 
 @jit_in_place
-def apply_jacobian(row_bodies: IntArray, jacobian: FloatArray, body_vectors: FloatArray, result: FloatArray) -> None:
-    """Evaluate the product of the Jacobian and a vector.
-
-    Parameters
-    ----------
-    row_bodies
-        First and second body of each row; shape (rows, 2).
-    jacobian
-        Jacobian of each row with respect to both poses; shape (rows, 2, 3).
-    body_vectors
-        Accelerations or velocities of the body origins; shape (bodies, 3).
-    result
-        Result: the product; shape (rows,).
-    """
+def apply_jacobian(
+    row_bodies: IntArray,  # first and second body of each row; shape (rows, 2)
+    jacobian: FloatArray,  # Jacobian of each row with respect to both poses; shape (rows, 2, 3)
+    body_vectors: FloatArray,  # accelerations or velocities of the body origins; shape (bodies, 3)
+    result: FloatArray,  # result: the product; shape (rows,)
+) -> None:
+    """Evaluate the product of the Jacobian and a vector."""
     for i in range(result.size):
         total = 0.0
         for side in range(2):

@@ -23,44 +23,20 @@ from governor_mechanism.types import NO_INDEX, FloatArray
 def evaluate_accelerations(
     system: System,
     workspace: SystemWorkspace,
-    poses: FloatArray,
-    velocities: FloatArray,
-    input_cubics: FloatArray,
-    local_time: float,
-    lag_states: FloatArray,
-    result: FloatArray,
+    poses: FloatArray,  # poses of the body origins, m and rad; shape (bodies, 3)
+    velocities: FloatArray,  # their time derivatives; shape (bodies, 3)
+    input_cubics: FloatArray,  # local cubics of all inputs; shape (inputs, 5)
+    local_time: float,  # time since the start of these cubics, s
+    lag_states: FloatArray,  # states of the lags; shape (lags,)
+    result: FloatArray,  # result: accelerations, m/s2 and rad/s2; shape (bodies, 3)
 ) -> tuple[float, float, float]:
     """Evaluate the accelerations of the body origins.
 
     The Lagrange multipliers remain in `workspace.multipliers`, with the Jacobian of the rows in `workspace.jacobian`.
 
-    Parameters
-    ----------
-    system
-        Arrays of the multibody model.
-    workspace
-        Work arrays, which hold the results.
-    poses
-        Poses of the body origins, m and rad; shape (bodies, 3).
-    velocities
-        Their time derivatives; shape (bodies, 3).
-    input_cubics
-        Local cubics of all inputs; shape (inputs, 5).
-    local_time
-        Time since the start of these cubics, s.
-    lag_states
-        States of the lags; shape (lags,).
-    result
-        Result: accelerations, m/s2 and rad/s2; shape (bodies, 3).
-
-    Returns
-    -------
-    pivot_ratio : float
-        Smallest pivot ratio (see `solve_band_system`), in the metric of the masses or of equal masses.
-    power : float
-        Power of drives and of forces without a potential, dissipation subtracted, W.
-    dissipated_power : float
-        Power that dashpots and friction dissipate, W.
+    Results: pivot_ratio, smallest pivot ratio (see `solve_band_system`), in the metric of the masses or of
+    equal masses; power, power of drives and of forces without a potential, dissipation subtracted, W;
+    dissipated_power, power that dashpots and friction dissipate, W.
     """
     rows, forces = system.constraint_rows, workspace.generalised_forces
     evaluate_drives(rows, input_cubics, local_time, workspace.row_values)
@@ -92,31 +68,13 @@ def evaluate_accelerations(
 def evaluate_inputs_at(
     system: System,
     workspace: SystemWorkspace,
-    poses: FloatArray,
-    velocities: FloatArray,
-    input_cubics: FloatArray,
-    local_time: float,
-    lag_states: FloatArray,
+    poses: FloatArray,  # poses of the body origins, m and rad; shape (bodies, 3)
+    velocities: FloatArray,  # their time derivatives; shape (bodies, 3)
+    input_cubics: FloatArray,  # local cubics of all inputs; shape (inputs, 5)
+    local_time: float,  # time since the start of these cubics, s
+    lag_states: FloatArray,  # states of the lags; shape (lags,)
 ) -> None:
-    """Evaluate the output rows and then the inputs into the workspace.
-
-    Parameters
-    ----------
-    system
-        Arrays of the multibody model.
-    workspace
-        Work arrays, which hold the results.
-    poses
-        Poses of the body origins, m and rad; shape (bodies, 3).
-    velocities
-        Their time derivatives; shape (bodies, 3).
-    input_cubics
-        Local cubics of all inputs; shape (inputs, 5).
-    local_time
-        Time since the start of these cubics, s.
-    lag_states
-        States of the lags; shape (lags,).
-    """
+    """Evaluate the output rows and then the inputs into the workspace."""
     row_values, jacobian = workspace.output_row_values, workspace.output_jacobian
     if system.output_rows.table.size > 0:
         evaluate_rows(system.output_rows, poses, velocities, row_values, jacobian)
@@ -127,31 +85,20 @@ def evaluate_inputs_at(
 
 @jit_in_place
 def evaluate_state_derivative(
-    system: System, workspace: SystemWorkspace, input_cubics: FloatArray, local_time: float, state: FloatArray, result: FloatArray
+    system: System,
+    workspace: SystemWorkspace,
+    input_cubics: FloatArray,  # local cubics of all inputs; shape (inputs, 5)
+    local_time: float,  # time since the start of these cubics, s
+    # poses and velocities of the body origins, the energy states and the lags; shape (6 * bodies +
+    # N_ENERGY_STATES + lags,)
+    state: FloatArray,
+    result: FloatArray,  # result: the time derivative, with the shape of `state`
 ) -> float:
     """Evaluate the time derivative of a state.
 
     The work state is the work put in by changes of given spindle speeds, less the work of drives and of forces without a potential.
 
-    Parameters
-    ----------
-    system
-        Arrays of the multibody model.
-    workspace
-        Work arrays.
-    input_cubics
-        Local cubics of all inputs; shape (inputs, 5).
-    local_time
-        Time since the start of these cubics, s.
-    state
-        Poses and velocities of the body origins, the energy states and the lags; shape (6 * bodies + N_ENERGY_STATES + lags,).
-    result
-        Result: the time derivative, with the shape of `state`.
-
-    Returns
-    -------
-    float
-        Smallest pivot ratio of J M^-1 J^T; 0 where rows are linearly dependent.
+    Result: smallest pivot ratio of J M^-1 J^T; 0 where rows are linearly dependent.
     """
     layout = system.state_layout
     poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)

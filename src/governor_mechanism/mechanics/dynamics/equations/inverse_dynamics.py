@@ -43,29 +43,17 @@ class InverseDynamics:
 
 
 def compute_inverse_dynamics(
-    scene: Scene, times: FloatArray, poses: FloatArray, velocities: FloatArray, lags: FloatArray, modes: Sequence[ContactMode] = ()
+    scene: Scene,
+    times: FloatArray,  # times, s; shape (n,)
+    poses: FloatArray,  # poses of the mass centres, m and rad; shape (n, bodies, 3)
+    velocities: FloatArray,  # their time derivatives; shape (n, bodies, 3)
+    lags: FloatArray,  # states of first-order lags; shape (n, lags)
+    # contact mode at each time; if empty, no output is held and no friction acts
+    modes: Sequence[ContactMode] = (),
 ) -> InverseDynamics:
     """Return the accelerations and joint forces of a known motion.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    times
-        Times, s; shape (n,).
-    poses
-        Poses of the mass centres, m and rad; shape (n, bodies, 3).
-    velocities
-        Their time derivatives; shape (n, bodies, 3).
-    lags
-        States of first-order lags; shape (n, lags).
-    modes
-        Contact mode at each time; if empty, no output is held and no friction acts.
-
-    Returns
-    -------
-    InverseDynamics
-        Accelerations, joint forces, pivot ratios and power.
+    Result: accelerations, joint forces, pivot ratios and power.
     """
     if not modes:
         return _compute_in_mode(scene, None, times, poses, velocities, lags)

@@ -25,37 +25,17 @@ CLOSURE_TOLERANCE_RATIO = 1e-14
 def project_state(
     system: System,
     workspace: SystemWorkspace,
-    input_cubics: FloatArray,
-    local_time: float,
-    poses: FloatArray,
-    velocities: FloatArray,
-    closure_tolerance: float,
+    input_cubics: FloatArray,  # local cubics of all inputs; shape (inputs, 5)
+    local_time: float,  # time since the start of these cubics, s
+    poses: FloatArray,  # poses of the body origins, m and rad; shape (bodies, 3)
+    velocities: FloatArray,  # their time derivatives; shape (bodies, 3)
+    closure_tolerance: float,  # residual below which a joint is closed, m
 ) -> float:
     """Project positions and velocities to the constraint manifold, in place.
 
     Corrections are weighted by the inverse masses: a coordinate whose inverse mass is 0 keeps its value.
 
-    Parameters
-    ----------
-    system
-        Arrays of the multibody model.
-    workspace
-        Work arrays.
-    input_cubics
-        Local cubics of all inputs; shape (inputs, 5).
-    local_time
-        Time since the start of these cubics, s.
-    poses
-        Poses of the body origins, m and rad; shape (bodies, 3).
-    velocities
-        Their time derivatives; shape (bodies, 3).
-    closure_tolerance
-        Residual below which a joint is closed, m.
-
-    Returns
-    -------
-    float
-        Largest residual at the last evaluation, m.
+    Result: largest residual at the last evaluation, m.
     """
     rows = system.constraint_rows
     evaluate_drives(rows, input_cubics, local_time, workspace.row_values)
@@ -95,27 +75,18 @@ class StateProjector:
         self._closure_tolerance = CLOSURE_TOLERANCE_RATIO * scene.mechanism.length_scale
 
     def project(
-        self, times: FloatArray, poses: FloatArray, velocities: FloatArray, *, closes_joints: bool = True
+        self,
+        times: FloatArray,  # times at which the drives are evaluated, s; shape (n,)
+        # poses of the mass centres, m and rad, with those of free shafts or without; shape (n, bodies, 3)
+        poses: FloatArray,
+        velocities: FloatArray,  # their time derivatives; shape (n, bodies, 3)
+        *,
+        closes_joints: bool = True,  # whether poses are projected as well; else they are kept
     ) -> tuple[FloatArray, FloatArray]:
         """Return the nearest admissible states; velocities are those that impulses of the joints bring about.
 
-        Parameters
-        ----------
-        times
-            Times at which the drives are evaluated, s; shape (n,).
-        poses
-            Poses of the mass centres, m and rad, with those of free shafts or without; shape (n, bodies, 3).
-        velocities
-            Their time derivatives; shape (n, bodies, 3).
-        closes_joints
-            Whether poses are projected as well; else they are kept.
-
-        Returns
-        -------
-        poses : FloatArray
-            Poses with closed joints; shape (n, bodies, 3).
-        velocities : FloatArray
-            Velocities that satisfy joints and drives; shape (n, bodies, 3).
+        Results: poses, poses with closed joints; shape (n, bodies, 3); velocities, velocities that satisfy
+        joints and drives; shape (n, bodies, 3).
         """
         system = self._model[0]
         n_bodies = poses.shape[1]

@@ -41,17 +41,7 @@ class ContactMode:
 def active_forces_of(scene: Scene, mode: ContactMode) -> tuple[OutputForce, ...]:
     """Return the effects with a force law that are not slack in a mode.
 
-    Parameters
-    ----------
-    scene
-        Scene with its output effects.
-    mode
-        Contact mode.
-
-    Returns
-    -------
-    tuple[OutputForce, ...]
-        Effects in the order of `output_forces_of`.
+    Result: effects in the order of `output_forces_of`.
     """
     is_taut = iter(mode.taut)
     return tuple(effect for effect in output_forces_of(scene) if effect.slack_below == -math.inf or next(is_taut))
@@ -62,16 +52,6 @@ def initial_mode(scene: Scene) -> ContactMode:
     """Return the mode in which nothing is held, nothing slides and every one-sided spring is slack.
 
     The search for the consistent mode at the start begins with it.
-
-    Parameters
-    ----------
-    scene
-        Scene with its output effects.
-
-    Returns
-    -------
-    ContactMode
-        The mode.
     """
     n_contacts, n_one_sided, n_tables = len(contacts_of(scene)), len(one_sided_forces_of(scene)), len(reading_tables_of(scene))
     return ContactMode((None,) * n_contacts, (0,) * n_contacts, (False,) * n_one_sided, False, (0,) * n_tables)
@@ -80,14 +60,6 @@ def initial_mode(scene: Scene) -> ContactMode:
 def has_contacts(scene: Scene) -> bool:
     """Return whether a scene has contacts or one-sided springs.
 
-    Parameters
-    ----------
-    scene
-        Scene with its output effects.
-
-    Returns
-    -------
-    bool
-        True if its mode can change during a run.
+    Result: true if its mode can change during a run.
     """
     return initial_mode(scene) != ContactMode() or bool(scene.system.breaking_gears)

@@ -59,15 +59,7 @@ CONTACT_DTYPE = record_dtype(
 def contacts_of(scene: Scene) -> tuple[Contact, ...]:
     """Return the contacts of a scene.
 
-    Parameters
-    ----------
-    scene
-        Scene with its output effects.
-
-    Returns
-    -------
-    tuple[Contact, ...]
-        One contact for each reading with dry friction or stops.
+    Result: one contact for each reading with dry friction or stops.
     """
     properties: defaultdict[str, dict[str, Any]] = defaultdict(dict)
     for effect in sorted(scene.output_effects, key=lambda effect: "friction" not in effect.contact):
@@ -76,22 +68,14 @@ def contacts_of(scene: Scene) -> tuple[Contact, ...]:
     return tuple(Contact(name, **given) for name, given in properties.items())
 
 
-def make_contact_table(scene: Scene, output_names: Sequence[str], friction_inputs: Sequence[int]) -> RecordArray:
+def make_contact_table(
+    scene: Scene,
+    output_names: Sequence[str],  # names of the outputs in the order of their indices
+    friction_inputs: Sequence[int],  # input of the friction limit of each contact, see `InputLayout`
+) -> RecordArray:
     """Return the contacts of a scene for compiled functions.
 
-    Parameters
-    ----------
-    scene
-        Scene with its output effects.
-    output_names
-        Names of the outputs in the order of their indices.
-    friction_inputs
-        Input of the friction limit of each contact, see `InputLayout`.
-
-    Returns
-    -------
-    RecordArray
-        Records of `CONTACT_DTYPE`; shape (contacts,).
+    Result: records of `CONTACT_DTYPE`; shape (contacts,).
     """
     rows = []
     for contact, friction_input in zip(contacts_of(scene), friction_inputs, strict=True):
@@ -105,31 +89,13 @@ def make_contact_table(scene: Scene, output_names: Sequence[str], friction_input
 def output_forces_of(scene: Scene) -> tuple[OutputForce, ...]:
     """Return the effects of a scene that act along readings with a force law.
 
-    Parameters
-    ----------
-    scene
-        Scene with its output effects.
-
-    Returns
-    -------
-    tuple[OutputForce, ...]
-        The effects; those with a potential come first, so that sums do not depend on the order in the scene.
+    Result: the effects; those with a potential come first, so that sums do not depend on the order in the
+    scene.
     """
     forces = [effect for effect in scene.output_effects if isinstance(effect, OutputForce)]
     return tuple(sorted(forces, key=lambda effect: effect.dissipates))
 
 
 def one_sided_forces_of(scene: Scene) -> tuple[OutputForce, ...]:
-    """Return the effects with a force law that go slack.
-
-    Parameters
-    ----------
-    scene
-        Scene with its output effects.
-
-    Returns
-    -------
-    tuple[OutputForce, ...]
-        One-sided springs and the like.
-    """
+    """Return the effects with a force law that go slack."""
     return tuple(effect for effect in output_forces_of(scene) if effect.slack_below > -math.inf)

@@ -34,34 +34,18 @@ CONSERVATIVE_TYPES = Spring | TorsionSpring | CylinderGas
 
 
 def lower_outputs(
-    mechanism: Mechanism, names: Sequence[str], elements: Sequence[ForceElement], origins: Origins, first_input: int
+    mechanism: Mechanism,
+    names: Sequence[str],
+    elements: Sequence[ForceElement],
+    # origin of each body by name, in body axes (m), to which the poses refer; the mass centre if left out
+    origins: Origins,
+    first_input: int,  # index of the first load of the force elements among the inputs
 ) -> tuple[ConstraintRows, RecordArray]:
     """Return the rows of the outputs along which effects and force elements act, and the forces of the force elements.
 
-    Parameters
-    ----------
-    mechanism
-        Mechanism with its readings and bodies.
-    names
-        Names of the readings.
-    elements
-        Force elements of the mechanism.
-    origins
-        Origin of each body by name, in body axes (m), to which the poses refer; the mass centre if left out.
-    first_input
-        Index of the first load of the force elements among the inputs.
-
-    Returns
-    -------
-    rows : ConstraintRows
-        A row for each name, then one for each displacement and each different argument of the force elements.
-    forces : RecordArray
-        Records of `OUTPUT_FORCE_DTYPE`, one for each displacement.
-
-    Raises
-    ------
-    TypeError
-        If no law is defined for a type of element.
+    Results: rows, a row for each name, then one for each displacement and each different argument of the
+    force elements; forces, records of `OUTPUT_FORCE_DTYPE`, one for each displacement. Raises TypeError if no
+    law is defined for a type of element.
     """
     records, readings = list[OutputForceRecord](), [*map(mechanism.reading, names)]
     for element in elements:
@@ -105,20 +89,13 @@ def element_law(element: ForceElement) -> tuple[type[ForceLaw], tuple[float, ...
     return law, element.coefficients if isinstance(element, CylinderGas) else tuple(getattr(element, name) for name in names)
 
 
-def element_potential_energy(mechanism: Mechanism, poses: FloatArray) -> FloatArray:
+def element_potential_energy(
+    mechanism: Mechanism,
+    poses: FloatArray,  # poses of the mass centres, m and rad; shape (..., bodies, 3)
+) -> FloatArray:
     """Return the potential energy of all springs of a mechanism, less the work of its gas since the crank angle zero.
 
-    Parameters
-    ----------
-    mechanism
-        Mechanism with its force elements.
-    poses
-        Poses of the mass centres, m and rad; shape (..., bodies, 3).
-
-    Returns
-    -------
-    FloatArray
-        Energy, J; shape (...).
+    Result: energy, J; shape (...).
     """
     total = np.zeros(poses.shape[:-2])
     for element in mechanism.force_elements:

@@ -11,145 +11,73 @@ import numpy as np
 # Any: the same law takes floats in the loops of the impulse engine and arrays elsewhere.
 
 
-def weight(mass: float, gravity: float) -> float:
-    """Return the force of gravity on a body.
-
-    Parameters
-    ----------
-    mass
-        Mass, kg.
-    gravity
-        Gravitational acceleration, m/s2.
-
-    Returns
-    -------
-    float
-        Force along y, N.
-    """
+def weight(
+    mass: float,  # mass, kg
+    gravity: float,  # gravitational acceleration, m/s2
+) -> float:
+    """Return the force of gravity on a body (N)."""
     return -mass * gravity
 
 
-def gravitational_energy(mass: Any, gravity: Any, y: Any) -> Any:
+def gravitational_energy(
+    mass: Any,  # mass, kg
+    gravity: Any,  # gravitational acceleration, m/s2
+    y: Any,  # height of the mass centre, m
+) -> Any:
     """Return the gravitational potential energy of a body.
 
-    Parameters
-    ----------
-    mass
-        Mass, kg.
-    gravity
-        Gravitational acceleration, m/s2.
-    y
-        Height of the mass centre, m.
-
-    Returns
-    -------
-    Any
-        Energy, J; zero at y = 0.
+    Result: energy, J; zero at y = 0.
     """
     return mass * gravity * y
 
 
-def centrifugal_force(mass: float, x: Any, speed_squared: Any) -> Any:
-    """Return the centrifugal force on a body.
-
-    Parameters
-    ----------
-    mass
-        Mass, kg.
-    x
-        Distance of the mass centre from the spindle axis, m.
-    speed_squared
-        Square of the spindle speed, rad2/s2.
-
-    Returns
-    -------
-    Any
-        Force along x, N.
-    """
+def centrifugal_force(
+    mass: float,  # mass, kg
+    x: Any,  # distance of the mass centre from the spindle axis, m
+    speed_squared: Any,
+) -> Any:
+    """Return the centrifugal force on a body (N)."""
     return mass * speed_squared * x
 
 
-def centrifugal_moment(xx: float, yy: float, xy: float, angle: Any, speed_squared: Any) -> Any:
+def centrifugal_moment(
+    xx: float,  # second moment of mass along the body's x axis, kg m2
+    yy: float,  # second moment of mass along the body's y axis, kg m2
+    xy: float,  # mixed second moment of mass in body axes, kg m2
+    angle: Any,  # angle of the body axes, rad
+    speed_squared: Any,
+) -> Any:
     """Return the centrifugal moment on a body about its mass centre.
 
     The moment turns the longer principal axis of the body toward the horizontal.
-
-    Parameters
-    ----------
-    xx
-        Second moment of mass along the body's x axis, kg m2.
-    yy
-        Second moment of mass along the body's y axis, kg m2.
-    xy
-        Mixed second moment of mass in body axes, kg m2.
-    angle
-        Angle of the body axes, rad.
-    speed_squared
-        Square of the spindle speed, rad2/s2.
-
-    Returns
-    -------
-    Any
-        Moment, N m.
     """
     return -0.5 * speed_squared * ((xx - yy) * np.sin(2 * angle) + 2 * xy * np.cos(2 * angle))
 
 
-def spindle_inertia(mass: Any, xx: Any, yy: Any, xy: Any, zz: Any, x: Any, angle: Any) -> Any:
-    """Return the moment of inertia of a body about the spindle axis.
-
-    Parameters
-    ----------
-    mass
-        Mass, kg.
-    xx
-        Second moment of mass along the body's x axis, kg m2.
-    yy
-        Second moment of mass along the body's y axis, kg m2.
-    xy
-        Mixed second moment of mass in body axes, kg m2.
-    zz
-        Second moment of mass out of the plane, kg m2.
-    x
-        Distance of the mass centre from the spindle axis, m.
-    angle
-        Angle of the body axes, rad.
-
-    Returns
-    -------
-    Any
-        Moment of inertia, kg m2.
-    """
+def spindle_inertia(
+    mass: Any,  # mass, kg
+    xx: Any,  # second moment of mass along the body's x axis, kg m2
+    yy: Any,  # second moment of mass along the body's y axis, kg m2
+    xy: Any,  # mixed second moment of mass in body axes, kg m2
+    zz: Any,  # second moment of mass out of the plane, kg m2
+    x: Any,  # distance of the mass centre from the spindle axis, m
+    angle: Any,  # angle of the body axes, rad
+) -> Any:
+    """Return the moment of inertia of a body about the spindle axis (kg m2)."""
     return mass * x * x + xx * np.cos(angle) ** 2 + yy * np.sin(angle) ** 2 - xy * np.sin(2 * angle) + zz
 
 
-def spindle_inertia_rate(mass: Any, xx: Any, yy: Any, xy: Any, x: Any, angle: Any, x_rate: Any, angular_velocity: Any) -> Any:
-    """Return the time derivative of the moment of inertia of a body about the spindle axis.
-
-    Parameters
-    ----------
-    mass
-        Mass, kg.
-    xx
-        Second moment of mass along the body's x axis, kg m2.
-    yy
-        Second moment of mass along the body's y axis, kg m2.
-    xy
-        Mixed second moment of mass in body axes, kg m2.
-    x
-        Distance of the mass centre from the spindle axis, m.
-    angle
-        Angle of the body axes, rad.
-    x_rate
-        Rate of x, m/s.
-    angular_velocity
-        Rate of the angle, rad/s.
-
-    Returns
-    -------
-    Any
-        Rate of the moment of inertia, kg m2/s.
-    """
+def spindle_inertia_rate(
+    mass: Any,  # mass, kg
+    xx: Any,  # second moment of mass along the body's x axis, kg m2
+    yy: Any,  # second moment of mass along the body's y axis, kg m2
+    xy: Any,  # mixed second moment of mass in body axes, kg m2
+    x: Any,  # distance of the mass centre from the spindle axis, m
+    angle: Any,  # angle of the body axes, rad
+    x_rate: Any,  # rate of x, m/s
+    angular_velocity: Any,  # rate of the angle, rad/s
+) -> Any:
+    """Return the time derivative of the moment of inertia of a body about the spindle axis (kg m2/s)."""
     return 2 * mass * x * x_rate + ((yy - xx) * np.sin(2 * angle) - 2 * xy * np.cos(2 * angle)) * angular_velocity
 
 

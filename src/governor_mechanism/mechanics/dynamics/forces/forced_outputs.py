@@ -17,36 +17,20 @@ from governor_mechanism.types import RecordArray
 def forced_output_names(scene: Scene) -> list[str]:
     """Return the readings along which effects act or on which loads depend.
 
-    Parameters
-    ----------
-    scene
-        Scene with its output effects.
-
-    Returns
-    -------
-    list[str]
-        Names in the order of the output rows of a system.
+    Result: names in the order of the output rows of a system.
     """
     functions = reading_functions_of(scene)
     return list(dict.fromkeys([effect.reading for effect in scene.output_effects] + [one.source for one in functions]))
 
 
-def make_output_forces(scene: Scene, mode: ContactMode, friction_inputs: Sequence[int]) -> RecordArray:
+def make_output_forces(
+    scene: Scene,
+    mode: ContactMode,
+    friction_inputs: Sequence[int],  # input of the friction limit of each contact, see `InputLayout`
+) -> RecordArray:
     """Return the output forces in a contact mode: effects with a force law, then friction of sliding contacts.
 
-    Parameters
-    ----------
-    scene
-        Scene with its output effects.
-    mode
-        Contact mode.
-    friction_inputs
-        Input of the friction limit of each contact, see `InputLayout`.
-
-    Returns
-    -------
-    RecordArray
-        Records of `OUTPUT_FORCE_DTYPE`; shape (forces,).
+    Result: records of `OUTPUT_FORCE_DTYPE`; shape (forces,).
     """
     output_names = forced_output_names(scene)
     records = [output_forces.output_force_record(effect, output_names.index(effect.reading)) for effect in active_forces_of(scene, mode)]

@@ -82,27 +82,15 @@ TABLE_SEGMENT_DTYPE = record_dtype(
 
 
 def make_input_terms(
-    output_names: Sequence[str], segments: Sequence[int], layout: InputLayout, loads: Sequence[InputFunction]
+    output_names: Sequence[str],
+    segments: Sequence[int],  # segment of each table of a reading, in the order in which the tables are met
+    layout: InputLayout,
+    loads: Sequence[InputFunction],
 ) -> tuple[RecordArray, RecordArray]:
     """Return the terms of loads that depend on readings, and their lags.
 
-    Parameters
-    ----------
-    output_names
-        Names of the outputs of the system.
-    segments
-        Segment of each table of a reading, in the order in which the tables are met.
-    layout
-        Layout of the inputs.
-    loads
-        Loads; friction limits are never negative.
-
-    Returns
-    -------
-    terms : RecordArray
-        Records of `INPUT_TERM_DTYPE`, in the order of their evaluation.
-    lags : RecordArray
-        Records of `LAG_DTYPE`.
+    Results: terms, records of `INPUT_TERM_DTYPE`, in the order of their evaluation; lags, records of
+    `LAG_DTYPE`.
     """
     terms, products, last_terms = (list[tuple[int, int, int, float, float, float]]() for _ in range(3))
     lags, table_segments = list[tuple[int, int, float]](), iter(segments)
@@ -128,24 +116,16 @@ def make_input_terms(
     return records, np.array(lags, dtype=LAG_DTYPE)
 
 
-def make_table_segments(output_names: Sequence[str], scales: Sequence[float], time: float, loads: Sequence[InputFunction]) -> RecordArray:
+def make_table_segments(
+    output_names: Sequence[str],
+    scales: Sequence[float],  # their scales, m or rad
+    time: float,  # characteristic time, s
+    loads: Sequence[InputFunction],
+) -> RecordArray:
     """Return the segments of all tables of readings, which have no lags.
 
-    Parameters
-    ----------
-    output_names
-        Names of the outputs of the system.
-    scales
-        Their scales, m or rad.
-    time
-        Characteristic time, s.
-    loads
-        Loads, as for `make_input_terms`.
-
-    Returns
-    -------
-    RecordArray
-        Records of `TABLE_SEGMENT_DTYPE`, those of each table in the order of its positions; the lowest one of a table begins at -inf.
+    Result: records of `TABLE_SEGMENT_DTYPE`, those of each table in the order of its positions; the lowest
+    one of a table begins at -inf.
     """
     records, term_index = [], 0
     for function in (one for load in loads for one in (*load.functions, *load.factors)):
@@ -188,48 +168,24 @@ def _table_segment(table: TableFunction, segment: int) -> tuple[float, float, fl
     return (values[segment] - value) / (positions[segment] - low), low, value
 
 
-def evaluate_reading_function(function: ReadingFunction, value: float) -> float:
+def evaluate_reading_function(
+    function: ReadingFunction,
+    value: float,  # value of the reading, SI
+) -> float:
     """Return a function of a reading at a value of it, SI.
 
-    Parameters
-    ----------
-    function
-        The function.
-    value
-        Value of the reading, SI.
-
-    Returns
-    -------
-    float
-        Value of the function, SI.
-
-    Raises
-    ------
-    TypeError
-        If the type of the function is unknown.
+    Raises TypeError if the type of the function is unknown.
     """
     return float(evaluate_reading_function_along(function, np.array([value]))[0])
 
 
-def evaluate_reading_function_along(function: ReadingFunction, values: FloatArray) -> FloatArray:
+def evaluate_reading_function_along(
+    function: ReadingFunction,
+    values: FloatArray,  # values of the reading, SI; shape (n,)
+) -> FloatArray:
     """Return a function of a reading at many values of it, SI.
 
-    Parameters
-    ----------
-    function
-        The function.
-    values
-        Values of the reading, SI; shape (n,).
-
-    Returns
-    -------
-    FloatArray
-        Values of the function, SI; shape (n,).
-
-    Raises
-    ------
-    TypeError
-        If the type of the function is unknown.
+    Result: values of the function, SI; shape (n,). Raises TypeError if the type of the function is unknown.
     """
     match function:
         case LinearFunction():

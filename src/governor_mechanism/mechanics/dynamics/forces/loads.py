@@ -21,15 +21,7 @@ from governor_mechanism.types import FloatArray
 def loads_of(scene: Scene) -> tuple[InputFunction, ...]:
     """Return the loads of a scene: those of force elements with their factors, then the friction forces.
 
-    Parameters
-    ----------
-    scene
-        Scene with its effects.
-
-    Returns
-    -------
-    tuple[InputFunction, ...]
-        Loads in the order of the inputs of a system.
+    Result: loads in the order of the inputs of a system.
     """
     element_loads = [load for element in scene.mechanism.force_elements for load in element.inputs]
     return (*element_loads, *(contact.friction for contact in contacts_of(scene) if contact.friction is not None))
@@ -39,15 +31,7 @@ def loads_of(scene: Scene) -> tuple[InputFunction, ...]:
 def reading_functions_of(scene: Scene) -> tuple[ReadingFunction, ...]:
     """Return the functions of readings in the loads of a scene.
 
-    Parameters
-    ----------
-    scene
-        Scene with its effects.
-
-    Returns
-    -------
-    tuple[ReadingFunction, ...]
-        Functions in the order of the loads.
+    Result: functions in the order of the loads.
     """
     return tuple(function for load in loads_of(scene) for function in (*load.functions, *load.factors))
 
@@ -56,15 +40,7 @@ def reading_functions_of(scene: Scene) -> tuple[ReadingFunction, ...]:
 def lagged_functions_of(scene: Scene) -> tuple[ReadingFunction | InputFunction, ...]:
     """Return the functions of readings with a lag and the loads that are held.
 
-    Parameters
-    ----------
-    scene
-        Scene with its effects.
-
-    Returns
-    -------
-    tuple[ReadingFunction | InputFunction, ...]
-        They in the order of their states.
+    Result: they in the order of their states.
     """
     found = list[ReadingFunction | InputFunction]()
     for load in loads_of(scene):
@@ -76,15 +52,7 @@ def lagged_functions_of(scene: Scene) -> tuple[ReadingFunction | InputFunction, 
 def reading_tables_of(scene: Scene) -> tuple[TableFunction, ...]:
     """Return the tables of readings in the loads of a scene; their kinks are events.
 
-    Parameters
-    ----------
-    scene
-        Scene with its effects.
-
-    Returns
-    -------
-    tuple[TableFunction, ...]
-        Tables in the order of the loads.
+    Result: tables in the order of the loads.
     """
     return tuple(function for function in reading_functions_of(scene) if isinstance(function, TableFunction))
 
@@ -94,22 +62,14 @@ def has_kinks(scene: Scene) -> bool:
     return any(isinstance(element, CylinderGas) for element in scene.mechanism.force_elements)
 
 
-def initial_lags(scene: Scene, poses: FloatArray, velocities: FloatArray) -> FloatArray:
+def initial_lags(
+    scene: Scene,
+    poses: FloatArray,  # poses of the mass centres at the start, m and rad; shape (bodies, 3)
+    velocities: FloatArray,  # their time derivatives; shape (bodies, 3)
+) -> FloatArray:
     """Return the states of the lags and holds at the start: each begins at the value that it follows, unless its cut-off is still ahead.
 
-    Parameters
-    ----------
-    scene
-        Scene with its loads.
-    poses
-        Poses of the mass centres at the start, m and rad; shape (bodies, 3).
-    velocities
-        Their time derivatives; shape (bodies, 3).
-
-    Returns
-    -------
-    FloatArray
-        Values in the order of the lags; shape (lags,).
+    Result: values in the order of the lags; shape (lags,).
     """
 
     def evaluate(function: ReadingFunction) -> float:

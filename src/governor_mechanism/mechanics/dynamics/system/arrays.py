@@ -183,32 +183,14 @@ class SystemWorkspace(NamedTuple):
 def count_output_forces(system: System) -> IntArray:
     """Return how many output forces of each kind a system has.
 
-    Parameters
-    ----------
-    system
-        Arrays of the multibody model.
-
-    Returns
-    -------
-    IntArray
-        Number of forces by law, in the order of `FORCE_LAWS`, then of sliding frictions; shape (laws + 1,).
+    Result: number of forces by law, in the order of `FORCE_LAWS`, then of sliding frictions; shape (laws +
+    1,).
     """
     return np.bincount(system.output_forces["law"], minlength=output_forces.SLIDING_FRICTION + 1)
 
 
 def make_system_workspace(system: System) -> SystemWorkspace:
-    """Return work arrays for the evaluation of a system.
-
-    Parameters
-    ----------
-    system
-        Arrays of the multibody model.
-
-    Returns
-    -------
-    SystemWorkspace
-        Arrays of zeros.
-    """
+    """Return work arrays for the evaluation of a system."""
     rows, bodies = len(system.constraint_rows.table), len(system.bodies)
     band = (rows, system.bandwidth + 1)
     return SystemWorkspace(

@@ -43,25 +43,13 @@ joint equations worse.
 """
 
 
-def make_body_record(body: Body, gravity: float, plane: int, origin: tuple[float, float] = (0.0, 0.0)) -> tuple[float, ...]:
-    """Return a body as a record of `BODY_DTYPE`.
-
-    Parameters
-    ----------
-    body
-        The body.
-    gravity
-        Gravitational acceleration, m/s2.
-    plane
-        Index of the plane whose centrifugal forces it carries, or NO_INDEX.
-    origin
-        Its origin in body axes from the mass centre, m.
-
-    Returns
-    -------
-    tuple[float, ...]
-        The record.
-    """
+def make_body_record(
+    body: Body,
+    gravity: float,  # gravitational acceleration, m/s2
+    plane: int,  # index of the plane whose centrifugal forces it carries, or NO_INDEX
+    origin: tuple[float, float] = (0.0, 0.0),  # its origin in body axes from the mass centre, m
+) -> tuple[float, ...]:
+    """Return a body as a record of `BODY_DTYPE`."""
     moments = body.second_moments
     return (body.mass, -origin[0], -origin[1], moments.xx, moments.yy, moments.xy, moments.zz, gravity, plane)
 

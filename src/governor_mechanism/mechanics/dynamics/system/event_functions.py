@@ -75,28 +75,16 @@ class EventTolerances(NamedTuple):
 
 
 def make_event_functions(
-    scene: Scene, mode: ContactMode, friction_inputs: Sequence[int], held_rows: IntArray, force_elements: RecordArray
+    scene: Scene,
+    mode: ContactMode,
+    friction_inputs: Sequence[int],  # input of the friction limit of each contact, see `InputLayout`
+    held_rows: IntArray,  # constraint rows of the held outputs; shape (held outputs,)
+    force_elements: RecordArray,
 ) -> RecordArray:
     """Return the event functions of a mode.
 
-    Parameters
-    ----------
-    scene
-        Scene with its effects.
-    mode
-        Contact mode.
-    friction_inputs
-        Input of the friction limit of each contact, see `InputLayout`.
-    held_rows
-        Constraint rows of the held outputs; shape (held outputs,).
-    force_elements
-        Forces of the force elements, records of `OUTPUT_FORCE_DTYPE`.
-
-    Returns
-    -------
-    RecordArray
-        Records of `EVENT_FUNCTION_DTYPE`. Their contact index counts the contacts, then the one-sided springs, the tables of readings, and
-        last all gases together.
+    Result: records of `EVENT_FUNCTION_DTYPE`. Their contact index counts the contacts, then the one-sided
+    springs, the tables of readings, and last all gases together.
     """
     tolerances = _event_tolerances(scene)
     first_table = len(mode.held_values) + len(mode.taut)
@@ -170,17 +158,7 @@ def _table_event_functions(scene: Scene, mode: ContactMode, first_index: int, to
 def make_gas_event_functions(force_elements: RecordArray, contact_index: int) -> list[EventFunctionRecord]:
     """Return the event functions of the kinks of gas in cylinders; gases that share a kink share its function.
 
-    Parameters
-    ----------
-    force_elements
-        Records of `OUTPUT_FORCE_DTYPE`.
-    contact_index
-        What they have as index of a contact.
-
-    Returns
-    -------
-    list[EventFunctionRecord]
-        Records of `EVENT_FUNCTION_DTYPE`: the switch of each gas, then both dead centres of each crank.
+    Result: records of `EVENT_FUNCTION_DTYPE`: the switch of each gas, then both dead centres of each crank.
     """
     gases = [force for force in force_elements if force["law"] == FORCE_LAWS.index(GasPressure)]
     return list(dict.fromkeys(_gas_event_functions(gases, contact_index)))
@@ -201,26 +179,17 @@ def _gas_event_functions(gases: Sequence[Any], contact_index: int) -> Iterator[E
 
 
 @jit_in_place
-def evaluate_event_function(event_functions: RecordArray, i: int, value: float, argument: float, limit: float) -> float:
+def evaluate_event_function(
+    event_functions: RecordArray,  # records of `EVENT_FUNCTION_DTYPE`; shape (event functions,)
+    i: int,
+    # its quantity, SI: value or rate of an output, or force of a constraint row; for a switch the travel, m
+    value: float,
+    argument: float,  # for a switch the crank angle, rad
+    limit: float,
+) -> float:
     """Return the value of an event function.
 
-    Parameters
-    ----------
-    event_functions
-        Records of `EVENT_FUNCTION_DTYPE`; shape (event functions,).
-    i
-        Index of the event function.
-    value
-        Its quantity, SI: value or rate of an output, or force of a constraint row; for a switch the travel, m.
-    argument
-        For a switch the crank angle, rad.
-    limit
-        Value of the input that is subtracted.
-
-    Returns
-    -------
-    float
-        The event function; positive after its event.
+    Result: the event function; positive after its event.
     """
     event_function = event_functions[i]
     if event_function.kind == EventFunctionKind.SWITCH:
@@ -231,20 +200,17 @@ def evaluate_event_function(event_functions: RecordArray, i: int, value: float, 
 
 
 @jit_in_place
-def evaluate_event_functions(system: System, workspace: SystemWorkspace, state: FloatArray, event_values: FloatArray) -> None:
-    """Evaluate the event functions at the state whose derivative was evaluated last.
-
-    Parameters
-    ----------
-    system
-        Arrays of the multibody model.
-    workspace
-        Work arrays, with the inputs and Lagrange multipliers that `evaluate_accelerations` leaves in them.
-    state
-        Poses and velocities of the body origins, the energy states and the lags; shape (6 * bodies + N_ENERGY_STATES + lags,).
-    event_values
-        Result: values of the event functions, -1 for one that is not armed; shape (event functions,).
-    """
+def evaluate_event_functions(
+    system: System,
+    # work arrays, with the inputs and Lagrange multipliers that `evaluate_accelerations` leaves in them
+    workspace: SystemWorkspace,
+    # poses and velocities of the body origins, the energy states and the lags; shape (6 * bodies +
+    # N_ENERGY_STATES + lags,)
+    state: FloatArray,
+    # result: values of the event functions, -1 for one that is not armed; shape (event functions,)
+    event_values: FloatArray,
+) -> None:
+    """Evaluate the event functions at the state whose derivative was evaluated last."""
     layout = system.state_layout
     poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
     row_values, jacobian = workspace.output_row_values, workspace.output_jacobian

@@ -30,17 +30,7 @@ def disable_rows(constraint_table: ConstraintTable, joints: Sequence[int]) -> Re
 def constraint_row_order(scene: Scene, mode: ContactMode | None = None) -> IntArray:
     """Return the order of the constraint rows of a system.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    mode
-        Contact mode; the initial mode if left out.
-
-    Returns
-    -------
-    IntArray
-        Index of each row in the list of the joints' rows, then the holding rows; shape (rows,).
+    Result: index of each row in the list of the joints' rows, then the holding rows; shape (rows,).
     """
     return _initial_row_order(scene) if mode is None else _row_order_in_mode(scene, mode)
 
@@ -71,24 +61,16 @@ def make_holding_rows(scene: Scene, mode: ContactMode, output_rows: ConstraintRo
     return rows
 
 
-def with_held_values(system: System, output_indices: Sequence[int], mode: ContactMode) -> System:
+def with_held_values(
+    system: System,
+    output_indices: Sequence[int],
+    mode: ContactMode,  # mode that holds the same outputs as the system, at its own values
+) -> System:
     """Return a system with other values of the held outputs.
 
     The values are set, not incremented, so that rounding does not accumulate.
 
-    Parameters
-    ----------
-    system
-        Arrays of the multibody model.
-    output_indices
-        Output row of each contact.
-    mode
-        Mode that holds the same outputs as the system, at its own values.
-
-    Returns
-    -------
-    System
-        The system with the constants of the holding rows replaced.
+    Result: the system with the constants of the holding rows replaced.
     """
     table = system.constraint_rows.table.copy()
     for k, value in enumerate(mode.held_values):

@@ -25,22 +25,15 @@ from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import NO_INDEX
 
 
-def make_system(scene: Scene, mode: ContactMode | None = None) -> tuple[System, tuple[CubicTimeFunction, ...]]:
+def make_system(
+    scene: Scene,
+    # contact mode; the initial mode if left out, in which nothing is held and no friction acts
+    mode: ContactMode | None = None,
+) -> tuple[System, tuple[CubicTimeFunction, ...]]:
     """Lower a scene to arrays.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    mode
-        Contact mode; the initial mode if left out, in which nothing is held and no friction acts.
-
-    Returns
-    -------
-    system : System
-        The arrays.
-    inputs : tuple[CubicTimeFunction, ...]
-        Inputs as functions of time: given spindle speeds, drives, loads of force elements, friction forces, inputs of factors and lags.
+    Results: system, the arrays; inputs, inputs as functions of time: given spindle speeds, drives, loads of
+    force elements, friction forces, inputs of factors and lags.
     """
     return _make_initial_system(scene) if mode is None else _make_system_in_mode(scene, mode)
 

@@ -7,46 +7,28 @@ from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.types import FloatArray
 
 
-def to_mass_centres(system: System, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+def to_mass_centres(
+    system: System,
+    poses: FloatArray,  # poses of the body origins, m and rad; shape (..., bodies, 3)
+    velocities: FloatArray,  # their time derivatives; shape (..., bodies, 3)
+) -> tuple[FloatArray, FloatArray]:
     """Convert poses and velocities of the body origins to those of the mass centres.
 
-    Parameters
-    ----------
-    system
-        Arrays of the multibody model.
-    poses
-        Poses of the body origins, m and rad; shape (..., bodies, 3).
-    velocities
-        Their time derivatives; shape (..., bodies, 3).
-
-    Returns
-    -------
-    poses : FloatArray
-        Poses of the mass centres; shape (..., bodies, 3).
-    velocities : FloatArray
-        Their time derivatives; shape (..., bodies, 3).
+    Results: poses, poses of the mass centres; shape (..., bodies, 3); velocities, their time derivatives;
+    shape (..., bodies, 3).
     """
     return _shift_reference_points(system, 1.0, poses, velocities)
 
 
-def from_mass_centres(system: System, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+def from_mass_centres(
+    system: System,
+    poses: FloatArray,  # poses of the mass centres, m and rad; shape (..., bodies, 3)
+    velocities: FloatArray,  # their time derivatives; shape (..., bodies, 3)
+) -> tuple[FloatArray, FloatArray]:
     """Convert poses and velocities of the mass centres to those of the body origins.
 
-    Parameters
-    ----------
-    system
-        Arrays of the multibody model.
-    poses
-        Poses of the mass centres, m and rad; shape (..., bodies, 3).
-    velocities
-        Their time derivatives; shape (..., bodies, 3).
-
-    Returns
-    -------
-    poses : FloatArray
-        Poses of the body origins; shape (..., bodies, 3).
-    velocities : FloatArray
-        Their time derivatives; shape (..., bodies, 3).
+    Results: poses, poses of the body origins; shape (..., bodies, 3); velocities, their time derivatives;
+    shape (..., bodies, 3).
     """
     return _shift_reference_points(system, -1.0, poses, velocities)
 
@@ -77,17 +59,8 @@ def ground_pin_of_point_mass(mechanism: Mechanism, body: Body) -> Pin | None:
     About a pin that joins it to the ground, a point mass has a moment of inertia. The pin does not move, so the coupling of
     rotation and translation in its mass matrix never acts on the motion.
 
-    Parameters
-    ----------
-    mechanism
-        Mechanism with its bodies and joints.
-    body
-        Body of the mechanism.
-
-    Returns
-    -------
-    Pin or None
-        The pin; None if there is none, or if the body cannot rotate, has no mass, or has a moment of inertia of its own.
+    Result: the pin; None if there is none, or if the body cannot rotate, has no mass, or has a moment of
+    inertia of its own.
     """
     if not body.can_rotate or body.mass == 0 or body.planar_inertia > 0:
         return None
