@@ -7,13 +7,14 @@
 # make package builds wheel and sdist and tries them in fresh environments of every Python found
 # make lock     writes constraints.txt, the versions that `make run` and `make test` install
 # make gallery-page writes the interactive pages of all shipped scenes, with an index, into renders/pages/
-# make gallery  renders every shipped scene into renders/ (tracked files)
-# make contact-sheet shows all films and figures of renders/ at once, in renders/contact_sheet_*.png
+# make gallery  makes films and figures of every shipped scene and study into renders/gallery/, which is not tracked (many minutes)
+# make pictures brings what README and documentation show from there into renders/, small enough to be tracked
+# make contact-sheet shows all films and figures of renders/gallery/ at once, in contact_sheet_*.png there
 # make errata   writes the page of the papers' errata and its pictures, docs/errata/, from what the package recomputes
 # make certificates compares the error estimates of every engine with true errors over 10,000 runs, and states the result (40 minutes)
 # make kernel-coverage runs the kernels without a compiler and prints which of their lines a set of short runs reaches (minutes)
 # make mutants  counts how many small faults in the program the tests notice (hours)
-# make benchmark measures speed and accuracy, as ratios within one run
+# make benchmark measures speed and accuracy, as ratios within one run, and writes the tables of benchmarks/RESULTS.md
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -21,7 +22,7 @@ CANDIDATES := python3 python3.14 python3.13 python3.12 python3.11
 
 unexport PYTHONDONTWRITEBYTECODE # tests start many processes, each of which would translate all sources again
 
-.PHONY: run test test-all test-docs docs test-browser check package lock gallery gallery-page contact-sheet errata certificates kernel-coverage mutants benchmark clean
+.PHONY: run test test-all test-docs docs test-browser check package lock gallery gallery-page pictures contact-sheet errata certificates kernel-coverage mutants benchmark clean
 
 run: $(VENV)/installed
 	$(BIN)/governor-mechanism run porter --out renders/latest
@@ -60,13 +61,16 @@ lock: $(VENV)/installed-test
 	  --no-header --no-annotate --no-emit-index-url --output-file constraints.txt
 
 gallery: $(VENV)/installed gallery-page
-	$(BIN)/python renders/gallery.py
+	$(BIN)/python docs/pictures/gallery.py
 
 gallery-page: $(VENV)/installed
-	$(BIN)/python renders/gallery_page.py
+	$(BIN)/python docs/pictures/gallery_page.py
+
+pictures: $(VENV)/installed
+	$(BIN)/python docs/pictures/shown.py
 
 contact-sheet: $(VENV)/installed
-	$(BIN)/python renders/contact_sheet.py
+	$(BIN)/python docs/pictures/contact_sheet.py
 
 errata: $(VENV)/installed
 	$(BIN)/python docs/errata/generate.py
@@ -81,18 +85,7 @@ mutants: $(VENV)/installed-test
 	$(BIN)/python benchmarks/mutants.py
 
 benchmark: $(VENV)/installed-test
-	$(BIN)/python benchmarks/impulse.py
-	$(BIN)/python benchmarks/multibody.py
-	$(BIN)/python benchmarks/reduced.py
-	$(BIN)/python benchmarks/sweep.py
-	$(BIN)/python benchmarks/statics.py
-	$(BIN)/python benchmarks/effects.py
-	$(BIN)/python benchmarks/film.py
-	$(BIN)/python benchmarks/calls.py
-	$(BIN)/python benchmarks/kinematics.py
-	$(BIN)/python benchmarks/commands.py
-	$(BIN)/python benchmarks/growth.py
-	$(BIN)/python benchmarks/peers.py
+	$(BIN)/python benchmarks/write_results.py
 
 $(VENV)/python:
 	@found=; for python in $(PYTHON) $(CANDIDATES); do \
@@ -118,4 +111,4 @@ $(VENV)/installed-docs: $(VENV)/python pyproject.toml constraints.txt
 	@touch $@ $(VENV)/installed
 
 clean:
-	rm -rf $(VENV) renders/latest renders/pages docs/_build docs/_generated
+	rm -rf $(VENV) renders/latest renders/gallery renders/pages docs/_build docs/_generated

@@ -8,9 +8,10 @@ Usage: python benchmarks/certificates.py
        python benchmarks/certificates.py --resume
        python benchmarks/certificates.py --print
 
-Every run is a row of certificates.csv, written as it ends: --resume makes only the runs that are missing there, --print none. Without them
-the rows of the chosen groups are replaced. --state writes the last sentence into the README, and it and the table of groups into the page
-on certificates.
+Every run is a row of certificates.csv.gz, written as it ends: --resume makes only the runs that are missing there,
+--print none. Without them the rows of the chosen groups are replaced. Another table (--table) is compressed if its
+name ends in .gz; `gzip -9n certificates.csv` packs a plain one, `gzip -dk certificates.csv.gz` unpacks it. --state
+writes the last sentence into the README, and it and the table of groups into the page on certificates.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ RUN_TIME_LIMIT, REFERENCE_TIME_LIMIT = 20.0, 60.0
 """Largest times of the processor for one certified run and for the references of a scene, s."""
 
 FIGURE_PATH = Path(__file__).with_name("certificates.png")
-TABLE_PATH = FIGURE_PATH.with_suffix(".csv")
+TABLE_PATH = FIGURE_PATH.with_suffix(".csv.gz")
 ROOT = Path(__file__).resolve().parents[1]
 README_PATH, PAGE_PATH = ROOT / "README.md", ROOT / "docs" / "theory" / "certificates.md"
 TOO_LONG = "took too long"
@@ -85,6 +86,7 @@ def main() -> int:
             kept = [one for one in kept if (one.machine, one.engine) not in chosen]
         run_study(arguments, kept)
         kept = load_checks(arguments.table)  # with the digits that are stated, and that --print sees
+        save_checks(kept, arguments.table)  # in one stream instead of one for each scene
     checks = sorted(kept, key=lambda one: (list(STUDY_MACHINES).index(one.machine), one.engine, one.number, one.accuracy))
     groups = group_checks(checks)
     print(format_groups(groups), end="\n\n")

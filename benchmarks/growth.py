@@ -173,7 +173,7 @@ def print_growth(growth: Growth, found: Found) -> None:
         print(f"| {size} | {' | '.join(cells)} |")
     fitted = {name: fit_exponent(list_times(found[name])) for name in shown if len(found[name]) >= MIN_FIT_POINTS}
     powers = "; ".join(f"{name} {one.value:.2f} ± {max(one.standard_error, 0.005):.2f}" for name, one in fitted.items())
-    print(f"\nExponents of the time: {powers}\n")
+    print(f"\nTime grows as the power: {powers}.\n")
 
 
 def format_milliseconds(milliseconds: float) -> str:

@@ -60,7 +60,7 @@ def compare_with_c(scene: Scene) -> None:
     reduced_run = prepare_reduced_run(scene)
     # The first run builds the tables, which are not timed.
     reduced_run.integrate(TIMES, 1e-14)
-    print("| Porter governor, 10 s, 201 times | C, µs | reduced, µs | ratio (target 2.5) |\n|---|---|---|---|")
+    print("| Porter governor, 10 s, 201 times | C, µs | reduced, µs | ratio (target 1.5) |\n|---|---|---|---|")
     for target in (1e-6, 1e-8, 1e-10):
         one = next(t for t in TOLERANCES if np.max(np.abs(run_c_code(t) - true)) < target)
         other = next(t for t in TOLERANCES if np.max(np.abs(reduced_run.integrate(TIMES, t).states[:, 0] - true)) < target)
@@ -116,7 +116,7 @@ def print_whole_runs(scene: Scene) -> None:
             seconds = shortest_time(run, 20)
             setup_time = min(one.cost.setup_time for one in runs)
             description = "certified" if certify else "one run"
-            print(f"| accuracy {accuracy:g}, {description} | {seconds * 1e3:.1f} | {setup_time * 1e3:.1f} (target 5) |")
+            print(f"| accuracy {accuracy:g}, {description} | {seconds * 1e3:.1f} | {setup_time * 1e3:.1f} |")
     print()
 
 
@@ -129,7 +129,7 @@ def print_new_process_time() -> None:
     """Print the time of a run in a new process with cached kernels."""
     code = "import governor_mechanism as gm; gm.run('porter', 'reduced', accuracy=1e-10)"
     seconds = shortest_time(lambda: subprocess.run([sys.executable, "-c", code], check=True), 5)
-    print(f"a new process with one run: {seconds:.2f} s (target 1)\n")
+    print(f"A new process with one run: {seconds:.1f} s (target 1).\n")
 
 
 def shortest_time(work: Callable[[], Any], repeats: int) -> float:

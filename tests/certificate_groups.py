@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import csv
+import gzip
+import io
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
@@ -36,18 +40,39 @@ MAX_MEDIANS = {"smooth": 20.0, "events": 60.0}
 # --- file of the runs --------------------------------------------------------------------------------------------------------
 
 
+@contextmanager
+def open_table(path: Path, mode: str) -> Iterator[TextIO]:
+    """Open a CSV, compressed if its name ends in .gz, to be read ("r"), written ("w") or continued ("a")."""
+    if path.suffix != ".gz":
+        with path.open(mode, encoding="utf-8", newline="") as file:
+            yield file
+        return
+    # Without name and time: equal rows make equal bytes. What is appended is a stream of its own, which readers join.
+    with (
+        path.open(f"{mode}b") as compressed,
+        gzip.GzipFile(filename="", mode=f"{mode}b", fileobj=compressed, mtime=0) as binary,
+        io.TextIOWrapper(binary, encoding="utf-8", newline="") as file,
+    ):
+        yield file
+
+
 def save_checks(checks: Iterable[CertificateCheck], path: Path) -> None:
     """Write a file with a row for each check."""
-    with path.open("w", encoding="utf-8", newline="") as file:
+    with open_table(path, "w") as file:
         csv.writer(file, lineterminator="\n").writerow(COLUMNS)
-    append_checks(checks, path)
+        write_rows(checks, file)
 
 
 def append_checks(checks: Iterable[CertificateCheck], path: Path) -> None:
     """Add rows to a file."""
-    with path.open("a", encoding="utf-8", newline="") as file:
-        rows = ({name: format_cell(value) for name, value in asdict(one).items()} for one in checks)
-        csv.DictWriter(file, COLUMNS, lineterminator="\n").writerows(rows)
+    with open_table(path, "a") as file:
+        write_rows(checks, file)
+
+
+def write_rows(checks: Iterable[CertificateCheck], file: TextIO) -> None:
+    """Write a row for each check."""
+    rows = ({name: format_cell(value) for name, value in asdict(one).items()} for one in checks)
+    csv.DictWriter(file, COLUMNS, lineterminator="\n").writerows(rows)
 
 
 def format_cell(value: object) -> object:
@@ -59,7 +84,7 @@ def load_checks(path: Path) -> list[CertificateCheck]:
     """Return the checks in a file."""
     convert = {"int": int, "float": float, "str": str}
     types = {field.name: convert[str(field.type)] for field in fields(CertificateCheck)}
-    with path.open(encoding="utf-8", newline="") as file:
+    with open_table(path, "r") as file:
         return [CertificateCheck(**{name: types[name](row[name]) for name in COLUMNS}) for row in csv.DictReader(file)]
 
 

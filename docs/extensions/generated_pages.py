@@ -1,8 +1,8 @@
 """Sphinx extension: writes the pages that follow from the code before Sphinx reads its sources.
 
 Tables of the reference and the gallery go into docs/_generated/, from where the pages of docs/reference/ and docs/gallery.md include
-them. The interactive pages of all scenes go into docs/_generated/site/pages/; they are made only where they are missing, because their
-runs take a minute: `make clean` removes them.
+them. The interactive pages of all scenes, and a picture of each, go into docs/_generated/site/pages/; they are made only where they are
+missing, because their runs take a minute: `make clean` removes them.
 """
 
 from __future__ import annotations
@@ -17,6 +17,9 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 
 logger = logging.getLogger(__name__)
+
+STILL_SIZE = 480
+"""Height of the picture of a scene, pixels, as of a film."""
 
 
 def generated_texts() -> dict[str, str]:
@@ -65,7 +68,7 @@ def write_texts(folder: Path) -> None:
 
 
 def make_interactive_pages(folder: Path) -> None:
-    """Make the interactive page of every shipped scene that has none.
+    """Make the interactive page and the picture of every shipped scene that has none.
 
     Parameters
     ----------
@@ -75,7 +78,8 @@ def make_interactive_pages(folder: Path) -> None:
     from governor_mechanism.scenes.library import shipped_scenes
 
     folder.mkdir(parents=True, exist_ok=True)
-    missing = [(name, folder / f"{name}.html") for name in shipped_scenes() if not (folder / f"{name}.html").is_file()]
+    suffixes = ".html", ".png"
+    missing = [(name, folder) for name in shipped_scenes() if not all((folder / f"{name}{suffix}").is_file() for suffix in suffixes)]
     if missing:
         logger.info("making %d interactive pages", len(missing))
         _make_pages(missing)
@@ -89,10 +93,14 @@ def _make_pages(scenes: Sequence[tuple[str, Path]]) -> None:
         list(pool.map(_make_page, *zip(*others, strict=True)) if others else ())
 
 
-def _make_page(name: str, path: Path) -> None:
+def _make_page(name: str, folder: Path) -> None:
+    """Make the page of a scene, and the last frame of its film, which the gallery shows where there is no film."""
     import governor_mechanism as gm
+    from governor_mechanism.render.film.still import write_still
 
-    gm.film(gm.run(name), path)
+    run = gm.run(name)
+    gm.film(run, folder / f"{name}.html")
+    write_still(run, folder / f"{name}.png", size=STILL_SIZE)
 
 
 def _generate(app: Sphinx) -> None:

@@ -1,4 +1,4 @@
-"""Sphinx extension: a picture is loaded when it comes into view, because the films of the gallery are 25 MB together."""
+"""Sphinx extension: a picture is loaded when it comes into view, because the films of the gallery are some 25 MB together."""
 
 from __future__ import annotations
 

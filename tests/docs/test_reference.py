@@ -11,6 +11,7 @@ import pytest
 
 import governor_mechanism as gm
 from documentation_pages import PAGES, ROOT
+from generators import gallery
 from generators.api import api_files, api_page
 from generators.commands import commands_page, list_commands
 from generators.effects_and_engines import effects_and_engines_page
@@ -149,6 +150,18 @@ def test_the_gallery_has_every_scene():
         assert f'"pages/{name}.html"' in text
 
 
+def test_the_gallery_shows_the_best_film_there_is_or_else_a_picture(tmp_path, monkeypatch):
+    monkeypatch.setattr(gallery, "DOCS", tmp_path / "docs")
+    for path in ("renders/porter.gif", "renders/watt.gif", "renders/gallery/watt.gif"):
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).touch()
+    (tmp_path / "docs").mkdir()
+    shown = {name: gallery.show_scene(name, "A & B") for name in ("porter", "watt", "proell")}
+    assert "](../renders/porter.gif)" in shown["porter"]
+    assert "](../renders/gallery/watt.gif)" in shown["watt"]
+    assert shown["proell"] == '<img src="pages/proell.png" alt="The end of the scene proell: A &amp; B">'
+
+
 def headings(path):
     """Anchors of a page, with those of the text that it includes."""
     text = path.read_text(encoding="utf-8")
@@ -163,7 +176,7 @@ def links(page, text):
     return [target for target in re.findall(r"\]\(([^)\s]+)\)", text) if not re.match(r"https?:|mailto:", target)]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "CONTRIBUTING.md"], ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_links_lead_somewhere(page):
     text = page.read_text(encoding="utf-8")
     text += text_of(page.stem) if "```{include}" in text else ""
