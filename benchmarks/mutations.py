@@ -19,7 +19,7 @@ KERNEL_CONSTANTS = (
     "mechanics/dynamics/system/arrays.py",
     "mechanics/reduction/layouts.py",
     "mechanics/reduction/reduced_model.py",
-    "integrators/step_attempt.py",
+    "integrators/dop853.py",
     "engines/reduced/table_end.py",
 )
 """Files without kernels whose functions and constants are parts of kernels."""

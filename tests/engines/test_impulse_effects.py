@@ -16,7 +16,7 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.engines.impulse.event_extrapolation import extrapolate_events
+from governor_mechanism.engines.impulse.richardson import extrapolate_events
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.events import Event

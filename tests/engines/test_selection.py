@@ -11,9 +11,9 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.engines import ENGINES, ImpulseEngine, ReducedEngine, select_engine
 from governor_mechanism.engines.base import RunRequest
-from governor_mechanism.engines.expected_time import estimate_run_time
 from governor_mechanism.engines.expected_work import ExpectedWork, state_reason
 from governor_mechanism.engines.reduced.engine import ReducedRunner
+from governor_mechanism.engines.selection import estimate_run_time
 from governor_mechanism.model.part import Start
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.scenes.library import shipped_scenes

@@ -12,8 +12,7 @@ from scipy.integrate._ivp import radau
 
 from governor_mechanism.integrators.radau import RadauLimits, StiffEquationFunctions, make_radau
 from governor_mechanism.integrators.radau_stages import finish_increments, interpolate_state, make_newton_iteration
-from governor_mechanism.integrators.radau_systems import RadauBuffers, factorise_matrices, make_radau_buffers
-from governor_mechanism.integrators.radau_tableau import make_radau_tableau
+from governor_mechanism.integrators.radau_systems import RadauBuffers, factorise_matrices, make_radau_buffers, make_radau_tableau
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.numerics.jit import jit_in_place

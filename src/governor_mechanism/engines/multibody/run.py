@@ -9,9 +9,9 @@ import numpy as np
 
 from governor_mechanism.engines.certificate import StepPlan, speed_jump_work
 from governor_mechanism.engines.initial_state import Motion
+from governor_mechanism.engines.multibody.implicit import ImplicitIntegrator
 from governor_mechanism.engines.multibody.integration import MultibodyEquation, integrate_multibody
 from governor_mechanism.engines.multibody.limit_rows import make_limit_rows
-from governor_mechanism.engines.multibody.partition import ImplicitIntegrator
 from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits
 from governor_mechanism.integrators.equation import make_step_buffers
