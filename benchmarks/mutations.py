@@ -20,7 +20,7 @@ KERNEL_CONSTANTS = (
     "mechanics/reduction/layouts.py",
     "mechanics/reduction/reduced_model.py",
     "integrators/dop853.py",
-    "engines/reduced/table_end.py",
+    "engines/reduced/passage.py",
 )
 """Files without kernels whose functions and constants are parts of kernels."""
 
