@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import inspect
 import pickle
@@ -12,7 +13,6 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism import public_types
 from governor_mechanism.errors import UnknownName
 from governor_mechanism.units.short_repr import MAX_REPR_LENGTH
 
@@ -29,8 +29,18 @@ def test_the_types_are_marked_as_typed():
     assert resources.files("governor_mechanism").joinpath("py.typed").is_file()
 
 
-def test_the_package_hands_on_every_public_type():
-    assert set(public_types.list_types()) <= set(gm.__all__) <= set(dir(gm))
+def test_the_stub_has_every_public_name_and_nothing_else():
+    """The package reads it as text; a type checker reads it as Python does."""
+    *imports, version = ast.parse(resources.files("governor_mechanism").joinpath("__init__.pyi").read_text(encoding="utf-8")).body
+    names = [alias for one in imports for alias in typing.cast(ast.ImportFrom, one).names]
+    assert [alias.name for alias in names] == [alias.asname for alias in names]  # so a type checker takes it for public
+    assert sorted(alias.name for alias in names) == gm.__all__
+    assert ast.unparse(version) == "__version__: str"
+
+
+def test_what_is_public_has_a_name_of_its_own():
+    """Also where an editor reads the names from the source, which has those of its imports too."""
+    assert all(name in gm.__all__ or name.startswith("_") or inspect.ismodule(one) for name, one in vars(gm).items())
     assert {"Scene", "Trajectory", "Outcome", "Equilibrium", "SpeedCurve", "Sweep", "CheckReport", "Mechanism"} <= set(CLASSES)
 
 

@@ -41,7 +41,7 @@ def find_public_name(target: str) -> str | None:
     import governor_mechanism as gm
 
     name = target.rpartition(".")[2]
-    if name in gm.__all__ and target in (name, f"gm.{name}", f"{PACKAGE}.public_types.{name}"):
+    if name in gm.__all__ and target in (name, f"gm.{name}"):
         return name
     if not target.startswith(f"{PACKAGE}."):
         return ""

@@ -10,175 +10,27 @@ Examples
 True
 """
 
-from typing import TYPE_CHECKING, Any
-
-from governor_mechanism import public_types
-from governor_mechanism.api import (
-    accuracy_study,
-    compare,
-    compile_kernels,
-    controlling_force,
-    crosscheck,
-    design_flywheel,
-    design_governed_engine,
-    design_hartnell,
-    design_pendulum,
-    effects_study,
-    equilibria,
-    errata,
-    explore,
-    film,
-    hard_cases,
-    insensitivity_band,
-    kinematics,
-    linearise,
-    list_models,
-    load,
-    load_change_study,
-    open_run,
-    paper_rules,
-    run,
-    speed_curve,
-    stability_limit,
-    stability_map,
-    sweep,
-    valve_gears,
-    valve_timing,
-)
-from governor_mechanism.errors import GovernorMechanismError, MechanismError, RunFailed, UnsupportedEffect, did_you_mean
-
-if TYPE_CHECKING:
-    from governor_mechanism.public_types import (
-        AccuracyStudy,
-        CheckReport,
-        ClusterClient,
-        Comparison,
-        ControllingForce,
-        EffectsStudy,
-        Energy,
-        Engine,
-        Equilibrium,
-        Errata,
-        Exploration,
-        FloatArray,
-        FlywheelDesign,
-        GovernedEngineDesign,
-        HardCasesReport,
-        HartnellDesign,
-        InputValues,
-        InsensitivityBand,
-        KernelCompilation,
-        KernelReport,
-        Kinematics,
-        Linearisation,
-        LoadChangeStudy,
-        Mechanism,
-        MechanismBuilder,
-        Outcome,
-        PaperRules,
-        PendulumDesign,
-        Progress,
-        QuantityValues,
-        Reaction,
-        Scene,
-        SceneDescription,
-        SceneSource,
-        SpeedCurve,
-        StabilityLimit,
-        StabilityMap,
-        Sweep,
-        Trajectory,
-        ValveGears,
-        ValveTiming,
-    )
+import re as _re
+from importlib import import_module as _import_module
+from pkgutil import get_data as _get_data
 
 __version__ = "0.1.0"
 
-__all__ = [
-    "AccuracyStudy",
-    "CheckReport",
-    "ClusterClient",
-    "Comparison",
-    "ControllingForce",
-    "EffectsStudy",
-    "Energy",
-    "Engine",
-    "Equilibrium",
-    "Errata",
-    "Exploration",
-    "FloatArray",
-    "FlywheelDesign",
-    "GovernedEngineDesign",
-    "GovernorMechanismError",
-    "HardCasesReport",
-    "HartnellDesign",
-    "InputValues",
-    "InsensitivityBand",
-    "KernelCompilation",
-    "KernelReport",
-    "Kinematics",
-    "Linearisation",
-    "LoadChangeStudy",
-    "Mechanism",
-    "MechanismBuilder",
-    "MechanismError",
-    "Outcome",
-    "PaperRules",
-    "PendulumDesign",
-    "Progress",
-    "QuantityValues",
-    "Reaction",
-    "RunFailed",
-    "Scene",
-    "SceneDescription",
-    "SceneSource",
-    "SpeedCurve",
-    "StabilityLimit",
-    "StabilityMap",
-    "Sweep",
-    "Trajectory",
-    "UnsupportedEffect",
-    "ValveGears",
-    "ValveTiming",
-    "accuracy_study",
-    "compare",
-    "compile_kernels",
-    "controlling_force",
-    "crosscheck",
-    "design_flywheel",
-    "design_governed_engine",
-    "design_hartnell",
-    "design_pendulum",
-    "effects_study",
-    "equilibria",
-    "errata",
-    "explore",
-    "film",
-    "hard_cases",
-    "insensitivity_band",
-    "kinematics",
-    "linearise",
-    "list_models",
-    "load",
-    "load_change_study",
-    "open_run",
-    "paper_rules",
-    "run",
-    "speed_curve",
-    "stability_limit",
-    "stability_map",
-    "sweep",
-    "valve_gears",
-    "valve_timing",
-]
+_PUBLIC_NAMES = (_get_data(__name__, "__init__.pyi") or b"").decode()
+_MODULES = {name: module for module, name in _re.findall(r"^from (\S+) import (\w+) as \2$", _PUBLIC_NAMES, _re.MULTILINE)}
+"""Modules of the public names, which `__init__.pyi` lists once for type checkers and for this package."""
+
+__all__ = sorted(_MODULES)
 
 
-def __getattr__(name: str) -> Any:
-    """Return a type of the public functions; it is imported when it is first asked for."""
-    if name not in __all__:
+def __getattr__(name: str) -> object:
+    """Import a public name when it is first asked for, so that the package itself is imported quickly."""
+    if name not in _MODULES:
+        from governor_mechanism.errors import did_you_mean  # not before: it is slow to import
+
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}.{did_you_mean(name, __all__)}")
-    return getattr(public_types, name)
+    return globals().setdefault(name, getattr(_import_module(_MODULES[name]), name))
 
 
 def __dir__() -> list[str]:
-    return sorted([*__all__, "__version__"])
+    return [*__all__, "__version__"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from governor_mechanism import public_types as gm  # annotations read as users write them
+import governor_mechanism as gm
 
 
 def design_flywheel(**inputs: float | str) -> gm.FlywheelDesign:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from governor_mechanism import public_types as gm  # annotations read as users write them
+import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_scene
 from governor_mechanism.units.arguments import FUNCTION, TEXT, TEXTS, check_arguments, whole_number
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from governor_mechanism import public_types as gm  # annotations read as users write them
+import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_scene
 from governor_mechanism.units.arguments import FLAG, PATH, check_arguments
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from governor_mechanism import public_types as gm  # annotations read as users write them
+import governor_mechanism as gm
 
 
 def list_models() -> dict[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from governor_mechanism import public_types as gm  # annotations read as users write them
+import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_rotating_part, as_scene
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.units.arguments import TEXT, check_arguments

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from governor_mechanism import public_types as gm  # annotations read as users write them
+import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_scene
 from governor_mechanism.units.arguments import BY_NAME, FLAG, FUNCTION, NUMBER, PATH, QUANTITY, TEXT, TEXTS, check_arguments
 

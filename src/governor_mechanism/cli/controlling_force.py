@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from governor_mechanism import api
+import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.model.scene import Scene
@@ -90,8 +90,8 @@ def report_controlling_force(
     }
     places = [point.coordinate for point in equilibria]
     try:
-        curve = api.controlling_force(scene, **options)
-        points = api.controlling_force(scene, places, **options) if places else None
+        curve = gm.controlling_force(scene, **options)
+        points = gm.controlling_force(scene, places, **options) if places else None
     except MechanismError as error:
         if is_wanted:
             raise

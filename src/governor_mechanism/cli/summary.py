@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import ParamSpec, TypeVar
 
-from governor_mechanism import api
+import governor_mechanism as gm
 from governor_mechanism.cli.console import CommandResult
 from governor_mechanism.cli.controlling_force import ControllingForceReport, report_controlling_force
 from governor_mechanism.engines.rotating_part import rotating_part_alone
@@ -77,13 +77,13 @@ def report_equilibria(
     scene = rotating_part_alone(scene)
     sleeve = DEFAULT_SLEEVE if against is None else against
     force = None if resistance is None else _parse_resistance(scene, resistance, sleeve)
-    points = api.equilibria(scene, spindle_speed)
+    points = gm.equilibria(scene, spindle_speed)
     curve, controlling_force = None, None
     is_force_wanted = working_range is not None or speed_change is not None or (against is not None and resistance is None)
     if is_force_wanted:
         require_equilibrium_speed(scene)
     if has_equilibrium_speed(scene):
-        curve = api.speed_curve(scene, resistance=force, against=sleeve)
+        curve = gm.speed_curve(scene, resistance=force, against=sleeve)
         controlling_force = report_controlling_force(
             scene,
             points,
@@ -94,7 +94,7 @@ def report_equilibria(
             is_wanted=is_force_wanted,
         )
     bands = [
-        None if force is None else _result_or_reason(api.insensitivity_band, scene, [point.coordinate], force, sleeve) for point in points
+        None if force is None else _result_or_reason(gm.insensitivity_band, scene, [point.coordinate], force, sleeve) for point in points
     ]
     rows = list(zip(points, bands, strict=True))
     return EquilibriaReport(scene=scene, points=rows, curve=curve, controlling_force=controlling_force)
@@ -198,7 +198,7 @@ def report_linearisation(scene: Scene, spindle_speed: float | None, limit: str |
     """
     if limit is not None:
         key, low, high = _parse_limit(limit)
-        result = api.stability_limit(scene, key, low, high)
+        result = gm.stability_limit(scene, key, low, high)
         values = {"limit": plain_record(result, "linearisation"), "linearisations": [_values_of(result.linearisation)]}
         return CommandResult(text=[scene.title, _format_limit(result), result.linearisation], values=values)
     linearisations = _linearise_all(scene, spindle_speed)
@@ -208,11 +208,11 @@ def report_linearisation(scene: Scene, spindle_speed: float | None, limit: str |
 def _linearise_all(scene: Scene, spindle_speed: float | None) -> Sequence[Linearisation | str]:
     """Linearise about each equilibrium, or give the reason why not; about the state nearest to the start if no equilibria are known."""
     if len(scene.parts) > 1 or not isinstance(scene.spindle, Spindle):
-        return [api.linearise(scene, spindle_speed)]
-    points = _result_or_reason(api.equilibria, scene, last_spindle_speed(scene) if spindle_speed is None else spindle_speed)
+        return [gm.linearise(scene, spindle_speed)]
+    points = _result_or_reason(gm.equilibria, scene, last_spindle_speed(scene) if spindle_speed is None else spindle_speed)
     if isinstance(points, str):
-        return [api.linearise(scene, spindle_speed)]
-    results = [_result_or_reason(api.linearise, scene, spindle_speed, at=point) for point in points]
+        return [gm.linearise(scene, spindle_speed)]
+    results = [_result_or_reason(gm.linearise, scene, spindle_speed, at=point) for point in points]
     if all(isinstance(one, str) for one in results):
         raise MechanismError(*dict.fromkeys(map(str, results)))
     return results
