@@ -14,11 +14,11 @@ from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.artist import Artist
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+import governor_mechanism as gm
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.frame_schedules import schedule_frames
-from governor_mechanism.render.film.writer import write_film
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 
@@ -45,7 +45,7 @@ def main() -> None:
         for name, dimensions in GOVERNOR_DIMENSIONS.items():
             run = fake_run(dimensions, duration=seconds)
             start = perf_counter()
-            write_film(run, ours, stop=seconds, frames_per_second=25)
+            gm.film(run, ours, stop=seconds, frames_per_second=25)
             middle = perf_counter()
             count = with_func_animation(run, usual)
             slow, fast = (perf_counter() - middle) / count * 1e3, (middle - start) / count * 1e3

@@ -132,6 +132,7 @@ def test_a_number_out_of_range_is_refused_on_entry(call, sentence):
 
 RESULT_METHODS = {
     "save figures": (lambda run: lambda wrong: run.save("folder", figure_formats=wrong), "the formats of figures must be a list"),
+    "save a film": (lambda run: lambda wrong: run.save("folder", film_options=wrong), "film_options must be a record, as gm.FilmOptions("),
     "body": (lambda run: run.scene.mechanism.body_index, "no body"),
     "joint": (lambda run: run.scene.mechanism.joint_index, "no joint"),
     "reading": (lambda run: run.scene.mechanism.reading, "no reading"),

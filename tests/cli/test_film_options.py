@@ -2,68 +2,50 @@
 
 from __future__ import annotations
 
-import inspect
 import re
 
 import pytest
 from typer.testing import CliRunner
 
 import governor_mechanism as gm
-from governor_mechanism.cli.film_options import COMMAND_WORDS, gather_film_options, in_command_words
+from governor_mechanism.cli.film_options import COMMAND_WORDS, FILM_PARAMETERS, gather_film_options, in_command_words
 from governor_mechanism.cli.main import app
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.render.figure_files import Theme
-from governor_mechanism.render.film.options import FilmLayout, FilmView
+from governor_mechanism.model.results.film_options import PYTHON_WORDS, FilmLayout, FilmOptionError, FilmOptions, FilmView
+from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.film.timing import select_time_span
-from governor_mechanism.render.film_option_error import PYTHON_WORDS, FilmOptionError
 
-DEFAULTS = dict(
-    layout=FilmLayout.MACHINE_AND_PLOTS,
-    readings=None,
-    no_footer=False,
-    labels=False,
-    forces=False,
-    traces=False,
-    start=None,
-    stop=None,
-    slow_down=None,
-    theme=Theme.LIGHT,
-)
+DEFAULTS = {one.name: one.default for one in FILM_PARAMETERS}
+OTHERS = dict(film="gif", no_film=False, theme=Theme.LIGHT)
 
 
 def gather(**changes):
-    return gather_film_options(**{**DEFAULTS, **changes})
+    return gather_film_options({**DEFAULTS, **OTHERS, **changes})
 
 
-def test_nothing_is_passed_on_by_default():
-    assert gather() == {}
+def test_without_options_a_command_makes_the_film_of_the_function():
+    assert gather() == FilmOptions()
 
 
 def test_options_have_the_names_and_units_of_films():
     given = gather(
-        readings="arm_angle, rate of arm_angle,arm_angle", no_footer=True, forces=True, start="500 ms", stop="2", layout=FilmLayout.WIDE
+        readings="arm_angle, rate of arm_angle,arm_angle", footer=True, forces=True, start="500 ms", stop="2", layout=FilmLayout.WIDE
     )
-    expected = {
-        "readings": ["arm_angle", "rate of arm_angle"],
-        "footer": False,
-        "forces": True,
-        "start": 0.5,
-        "stop": 2.0,
-        "layout": "wide",
-    }
-    assert given == expected
+    readings = ("arm_angle", "rate of arm_angle")
+    assert given == FilmOptions(readings=readings, footer=False, forces=True, start=0.5, stop=2.0, layout="wide")
 
 
 def test_one_theme_is_for_figures_and_films():
-    assert gather(theme=Theme.DARK) == {"theme": "dark"}
+    assert gather(theme=Theme.DARK) == FilmOptions(theme="dark")
     # A film has a ground in any case, and a page follows the reader's screen.
-    assert gather(theme=Theme.TRANSPARENT) == {}
-    assert gather(theme=Theme.DARK, is_page=True) == {}
+    assert gather(theme=Theme.TRANSPARENT) == FilmOptions()
+    assert gather(theme=Theme.DARK, film="html") == FilmOptions()
 
 
-def test_a_time_in_another_unit_is_refused():
-    with pytest.raises(MechanismError, match="--start"):
-        gather(start="2 mm")
+def test_a_time_in_another_unit_is_refused(tmp_path):
+    result = CliRunner().invoke(app, ["run", "porter", "--out", str(tmp_path), "--start", "2 mm"])
+    assert result.exit_code == 2
+    assert '--start is a time; "2 mm" is a length' in " ".join(result.output.split())
 
 
 @pytest.mark.parametrize(
@@ -76,7 +58,8 @@ def test_a_time_in_another_unit_is_refused():
         (["--layout", "square"], "'--layout': .*'square' is not one of 'machine', 'machine.plots', 'wide'"),
         (["--theme", "blue"], "'--theme': .*'blue' is not one of 'light', 'dark'"),
         (["--film", "avi"], "'--film': .*'avi' is not one of 'gif', 'mp4'"),
-        (["--size", "100"], "--size must lie between 320 and 4320 pixels; found 100"),
+        (["--size", "100"], "--size must be 320 to 4320 pixels; got 100"),
+        (["--size", "99999x99999"], "--size must be 320 to 4320 pixels; got 99999"),
         (["--fps", "0.5"], "--fps must be 1 to 50; got 0.5"),
         (["--film", "html", "--fps", "30"], "takes no --fps; leave it out"),
         (["--film", "html", "--labels", "--no-footer"], "leave --no-footer and --labels out, or choose --film gif"),
@@ -126,26 +109,23 @@ def test_a_comparison_refuses_what_its_film_does_not_take_before_the_simulation(
     assert re.search(message, " ".join(result.output.split()))
 
 
-def test_every_word_of_a_message_stands_for_an_option_of_the_command():
-    """A name that the command line does not know would be one that its user cannot type."""
-    words = {PYTHON_WORDS[name]: word for name, word in COMMAND_WORDS.items() if name in inspect.signature(gm.film).parameters}
-    assert set(words) == set(PYTHON_WORDS) - {"use_gif"}
-    options = {name for command in app.registered_commands if command.callback.__name__ == "run" for name in find_option_names(command)}
-    assert set(words.values()) <= options
-
-
-def find_option_names(command):
-    help_text = CliRunner().invoke(app, [command.name or command.callback.__name__, "--help"], terminal_width=300).output
-    return set(re.findall(r"--[a-z][a-z-]*", help_text))
+@pytest.mark.parametrize("command", ["run", "compare"])
+def test_every_option_of_a_film_stands_for_one_of_the_command(command):
+    """A name in a message that the command line does not know would be one that its user cannot type."""
+    assert COMMAND_WORDS.keys() == PYTHON_WORDS.keys()
+    words = {COMMAND_WORDS[name] for name in PYTHON_WORDS if name != "use_gif"}
+    help_text = CliRunner().invoke(app, [command, "--help"], terminal_width=300).output
+    assert words <= set(re.findall(r"--[a-z][a-z-]*", help_text))
 
 
 def test_an_error_while_the_film_is_drawn_names_the_option_too():
-    with pytest.raises(MechanismError, match=r"^--size of a film must be 320 to 4320 pixels; got 7$"), in_command_words():
-        raise FilmOptionError("{size} of a film must be {least} to {most} pixels; got {found}", least=320, most=4320, found=7)
+    with pytest.raises(MechanismError, match=r"^--size must be 320 to 4320 pixels; got 7$"), in_command_words():
+        raise FilmOptionError("{size} must be {least} to {most} pixels; got {found}", least=320, most=4320, found=7)
 
 
 def test_the_film_of_one_part_of_a_scene_is_chosen():
-    assert gather(part="governor", view=FilmView.BOTH, exaggerate=2.0) == {"part": "governor", "view": "both", "exaggerate": 2.0}
+    chosen = gather(part="governor", view=FilmView.BOTH, exaggerate=2.0)
+    assert chosen == FilmOptions(part="governor", view="both", exaggerate=2.0)
 
 
 def test_a_refused_film_leaves_no_folder(tmp_path):

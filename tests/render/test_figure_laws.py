@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 
 import governor_mechanism as gm
-from governor_mechanism.render.figure_files import Theme
+from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.figures.hartung.design import sleeve_force_figure, spring_lines_figure
 from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, SERIES_MARKERS, Page
 from governor_mechanism.render.figures.parabolic.isochronous_plate import isochronous_figure

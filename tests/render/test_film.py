@@ -11,6 +11,7 @@ import pytest
 from numpy.testing import assert_array_equal
 from PIL import Image
 
+import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.render.film.frame_canvas import FRAME_CLOSING_LINE_LENGTH
@@ -19,7 +20,6 @@ from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.frame_schedules import schedule_frames
 from governor_mechanism.render.film.gif_encoder import Palette, pack_pixels
 from governor_mechanism.render.film.layout import ELEVATION_RECT
-from governor_mechanism.render.film.writer import write_film
 from governor_mechanism.render.number_format import format_closing_lines
 from governor_mechanism.render.style import FILM_COLOURS, PAPER, ROLE_STYLES, parse_rgb
 from render.decoding import decode_film, paint_frames, pixel_of
@@ -35,7 +35,7 @@ def porter():
 def porter_film(tmp_path_factory, porter):
     """A film of the run, and the calls of its progress."""
     calls = []
-    path = write_film(porter, tmp_path_factory.mktemp("film") / "a.gif", progress=lambda done, total: calls.append((done, total)))
+    path = gm.film(porter, tmp_path_factory.mktemp("film") / "a.gif", progress=lambda done, total: calls.append((done, total)))
     return path, calls
 
 
@@ -48,13 +48,13 @@ def shown_and_painted(porter, porter_film):
 @pytest.mark.parametrize(("duration", "rate"), [(0.53, 25), (0.53, 20), (0.07, 25), (0.3, 30), (0.02, 25)])
 def test_a_gif_in_true_time_lasts_as_long_as_the_run(tmp_path, duration, rate):
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=duration, output_interval=duration / 10)
-    _, durations = decode_film(write_film(run, tmp_path / "a.gif", frames_per_second=rate, slow_down=1))
+    _, durations = decode_film(gm.film(run, tmp_path / "a.gif", frames_per_second=rate, slow_down=1))
     assert sum(durations) == pytest.approx(duration, abs=1e-9)
 
 
 def test_a_run_at_rest_keeps_its_duration(tmp_path):
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=0.6, output_interval=0.1, amplitude=0.0, speed=0.0)
-    shown, durations = decode_film(write_film(run, tmp_path / "a.gif", slow_down=1))
+    shown, durations = decode_film(gm.film(run, tmp_path / "a.gif", slow_down=1))
     # Only the time and the curves change.
     assert sum(durations) == pytest.approx(0.6, abs=1e-9)
     assert len(shown) == len(durations)
@@ -127,7 +127,7 @@ def test_the_plan_turns_by_the_integral_of_the_speed(porter):
 
 
 def test_a_part_of_a_run_keeps_its_duration(tmp_path, porter):
-    _, durations = decode_film(write_film(porter, tmp_path / "a.gif", start=0.25, stop=0.65))
+    _, durations = decode_film(gm.film(porter, tmp_path / "a.gif", start=0.25, stop=0.65))
     assert sum(durations) == pytest.approx(0.4, abs=1e-9)
 
 
@@ -143,8 +143,8 @@ def test_a_gif_shows_the_frames(shown_and_painted):
 
 def test_equal_runs_give_equal_films(tmp_path):
     first, second = (fake_run(GOVERNOR_DIMENSIONS["crossed"], duration=0.2) for _ in range(2))
-    write_film(first, tmp_path / "first.gif", slow_down=1)
-    write_film(second, tmp_path / "second.gif", slow_down=1)
+    gm.film(first, tmp_path / "first.gif", slow_down=1)
+    gm.film(second, tmp_path / "second.gif", slow_down=1)
     assert (tmp_path / "first.gif").read_bytes() == (tmp_path / "second.gif").read_bytes()
 
 
@@ -158,7 +158,7 @@ def test_an_exception_leaves_no_file_and_keeps_the_old_one(tmp_path, porter, err
     if old:
         path.write_bytes(old)
     with pytest.raises(error):
-        write_film(porter, path, frames_per_second=5, progress=stop)
+        gm.film(porter, path, frames_per_second=5, progress=stop)
     assert [one.read_bytes() for one in tmp_path.iterdir()] == ([old] if old else [])
 
 
@@ -265,18 +265,18 @@ def test_the_footer_states_accuracy_or_early_end():
 )
 def test_wrong_options_are_refused(tmp_path, porter, options, message):
     with pytest.raises(MechanismError, match=message):
-        write_film(porter, tmp_path / "a.gif", **options)
+        gm.film(porter, tmp_path / "a.gif", **options)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_wrong_names_and_empty_runs_are_refused(tmp_path, porter):
     with pytest.raises(MechanismError, match=r"must end in \.gif or \.mp4"):
-        write_film(porter, tmp_path / "a.avi")
+        gm.film(porter, tmp_path / "a.avi")
     with pytest.raises(MechanismError, match="does not exist"):
-        write_film(porter, tmp_path / "nowhere" / "a.gif")
+        gm.film(porter, tmp_path / "nowhere" / "a.gif")
     nothing = dataclasses.replace(porter, times=porter.times[:0], outcome=Outcome.LEFT_RANGE)
     with pytest.raises(MechanismError, match="the range in which"):
-        write_film(nothing, tmp_path / "a.gif")
+        gm.film(nothing, tmp_path / "a.gif")
 
 
 def test_moving_shapes_leave_no_traces(shown_and_painted):

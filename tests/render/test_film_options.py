@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
+import re
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
 from matplotlib.text import Text
 
+import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.render.figure_files import Theme
+from governor_mechanism.model.results.film_options import FilmKeywords, FilmLayout, FilmOptions
+from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.moving_parts import CurvePanel
-from governor_mechanism.render.film.options import FilmLayout, FilmOptions
 from governor_mechanism.render.film.overlays import ForceArrows
 from governor_mechanism.render.film.periodic_motion import MIN_FRAMES_PER_TURN
 from governor_mechanism.render.film.svg_tracks import TOLERANCE, find_rigid_motion, key_frames
 from governor_mechanism.render.film.timing import select_timing
-from governor_mechanism.render.film.writer import write_film
 from governor_mechanism.render.geometry.primitives import Lines
 from governor_mechanism.render.page.forces import find_forces
 from governor_mechanism.render.style import PAPER, ROLE_STYLES, parse_rgb
@@ -66,7 +68,7 @@ def test_a_layout_has_its_width(porter, layout, width):
 
 
 def test_the_ground_of_a_dark_film_is_dark_and_exact(tmp_path, porter):
-    path = write_film(porter, tmp_path / "a.gif", stop=0.2, theme="dark")
+    path = gm.film(porter, tmp_path / "a.gif", stop=0.2, theme="dark")
     frames, _ = decode_film(path)
     # 31 colours keep the ground exactly, so that nothing stays behind a shape that has moved away.
     assert frames[-1][2, 2].tolist() == [round(255 * part) for part in themed_colour(PAPER, Theme.DARK)[:3]]
@@ -182,19 +184,48 @@ def test_a_fast_crank_is_slowed_and_closes_on_a_whole_turn(porter):
 )
 def test_wrong_options_are_refused(tmp_path, porter, options, message):
     with pytest.raises(MechanismError, match=message):
-        write_film(porter, tmp_path / "a.gif", **options)
+        gm.film(porter, tmp_path / "a.gif", **options)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_every_option_is_shown_where_films_are_made():
+    """The names stand twice: with the types that users write, and with what the record keeps."""
+    names = [one.name for one in dataclasses.fields(FilmOptions)]
+    assert list(FilmKeywords.__annotations__) == names
+    for function in (gm.film, gm.Trajectory.film, gm.FilmOptions):
+        parameters = inspect.signature(function).parameters
+        assert [name for name in parameters if name in names] == names
+        assert gm.FilmOptions(**{name: parameters[name].default for name in names}) == gm.FilmOptions()
+    documented = re.findall(r"^(\w+)\n    \S", inspect.getdoc(gm.film), flags=re.MULTILINE)
+    assert set(names) <= set(documented)
+
+
+def test_a_misspelt_option_is_answered_with_the_nearest(porter, tmp_path):
+    with pytest.raises(MechanismError, match=r"a film has no option 'labls'; its options are .*\. Did you mean 'labels'\?$"):
+        gm.film(porter, tmp_path / "a.gif", labls=True)
+
+
+def test_a_changed_record_is_checked_too():
+    assert dataclasses.replace(FilmOptions(start="500 ms"), stop="1 s") == FilmOptions(start=0.5, stop=1.0)
+    with pytest.raises(MechanismError, match="plots no readings"):
+        dataclasses.replace(FilmOptions(readings=["arm_angle"]), layout="machine")
+
+
+def test_a_run_is_saved_with_the_film_that_is_asked_for(porter, tmp_path):
+    film, *_ = porter.save(tmp_path, figures=False, film="gif", film_options=FilmOptions(size=320, stop=0.1, frames_per_second=5))
+    frames, _ = decode_film(film)
+    assert frames[0].shape[:2] == (320, 320)
 
 
 def test_a_page_and_several_drawings_are_refused(tmp_path, porter):
     with pytest.raises(MechanismError, match="leave labels and forces out"):
-        write_film(porter, tmp_path / "a.html", labels=True, forces=True)
+        gm.film(porter, tmp_path / "a.html", labels=True, forces=True)
     with pytest.raises(MechanismError, match="shows one run; got 2"):
-        write_film([porter, porter], tmp_path / "a.svg")
+        gm.film([porter, porter], tmp_path / "a.svg")
 
 
 def test_an_animated_drawing_has_true_time_and_no_scripts(tmp_path, porter):
-    path = write_film(porter, tmp_path / "a.svg", stop=1.0, labels=True)
+    path = gm.film(porter, tmp_path / "a.svg", stop=1.0, labels=True)
     assert path.stat().st_size < 400_000
     root = ElementTree.parse(path).getroot()
     name = root.tag.removesuffix("svg")

@@ -9,19 +9,19 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import governor_mechanism as gm
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.model.part import FreeSpindle
+from governor_mechanism.model.results.film_options import FilmOptions, FilmView
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.layout import REFERENCE_SIZE, fit_view, frame_layout
 from governor_mechanism.render.film.moving_parts import CurvePanel
-from governor_mechanism.render.film.options import FilmOptions, FilmView
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box
 from governor_mechanism.render.film.periodic_motion import MIN_FRAMES_PER_SPINDLE_TURN, SPINDLE_CLOSING_TOLERANCE
 from governor_mechanism.render.film.timing import find_loop_end, select_timing
-from governor_mechanism.render.film.writer import write_film
 from governor_mechanism.render.geometry.primitives import Circle, Polygon
 from governor_mechanism.render.geometry.projection import EYE_DISTANCE_RATIO
 from governor_mechanism.render.magnified_motion import magnify_motion
@@ -233,12 +233,12 @@ def test_a_stop_is_kept_by_a_reading_that_turns_back_within_the_motion(porter):
 )
 def test_views_and_magnifications_that_make_no_sense_are_refused(tmp_path, porter, options, message):
     with pytest.raises(MechanismError, match=message):
-        write_film(porter, tmp_path / "a.gif", **options)
+        gm.film(porter, tmp_path / "a.gif", **options)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_an_animated_drawing_and_a_free_spindle_are_refused(tmp_path, porter):
     with pytest.raises(MechanismError, match="turning plane only"):
-        write_film(porter, tmp_path / "a.svg", view="both")
+        gm.film(porter, tmp_path / "a.svg", view="both")
     with pytest.raises(MechanismError, match="its spindle is free"):
         magnify_motion(with_part(porter, spindle=FreeSpindle(inertia=1.0)), 2.0)

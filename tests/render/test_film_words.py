@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.render.film.broken_lines import break_lines, shares_within
 from governor_mechanism.render.film.elevation_overlay import ElevationOverlay
 from governor_mechanism.render.film.frame_canvas import FrameCanvas
@@ -12,7 +13,6 @@ from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.label_placement import LABEL_PITCH, place_labels
 from governor_mechanism.render.film.labels import find_labels
-from governor_mechanism.render.film.options import FilmOptions
 from governor_mechanism.render.film.plot_heading import MIN_NAME_HEIGHT, PlotHeading
 from governor_mechanism.render.geometry.primitives import Lines, TextShape, bounding_box
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run

@@ -9,6 +9,7 @@ import math
 import numpy as np
 import pytest
 
+import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.force_elements import Damper, Spring
 from governor_mechanism.model.joints import Distance, Pin, RotationalDriver, TranslationalDriver, Weld
@@ -16,7 +17,6 @@ from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.frame_schedules import schedule_frames
 from governor_mechanism.render.film.timing import choose_slow_down
-from governor_mechanism.render.film.writer import write_film
 from governor_mechanism.render.geometry.outlines import make_arrow, make_band, make_plate_outline
 from governor_mechanism.render.geometry.points import convex_hull, point_path, wheel_radii
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
@@ -240,16 +240,16 @@ def test_other_films_are_in_true_time(duration):
 
 def test_short_runs_are_slowed_unless_told_otherwise(tmp_path):
     run = fake_machine_run("four-bar", duration=0.03)
-    _, durations = decode_film(write_film(run, tmp_path / "a.gif", frames_per_second=2))
+    _, durations = decode_film(gm.film(run, tmp_path / "a.gif", frames_per_second=2))
     assert sum(durations) == pytest.approx(6.0)
-    _, durations = decode_film(write_film(run, tmp_path / "a.gif", slow_down=20))
+    _, durations = decode_film(gm.film(run, tmp_path / "a.gif", slow_down=20))
     assert len(durations) == 16
     assert sum(durations) == pytest.approx(0.6, abs=0.011)  # a frame is shown for whole hundredths of a second
-    _, durations = decode_film(write_film(run, tmp_path / "a.gif", slow_down=1))
+    _, durations = decode_film(gm.film(run, tmp_path / "a.gif", slow_down=1))
     assert sum(durations) == pytest.approx(0.03)
     for wrong in (0.0, -1.0, math.nan, 1e9):
         with pytest.raises(MechanismError, match="slow_down"):
-            write_film(run, tmp_path / "b.gif", slow_down=wrong)
+            gm.film(run, tmp_path / "b.gif", slow_down=wrong)
 
 
 def words_of(run, slow=1.0):

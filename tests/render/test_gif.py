@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from governor_mechanism.render.figure_files import Theme
+from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.film.encoders import FilmFrames
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
 from governor_mechanism.render.film.gif_frame_rate import FRAME_RATES, choose_gif_settings

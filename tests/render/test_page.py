@@ -18,7 +18,6 @@ from numpy.testing import assert_allclose
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.pictures import Film
-from governor_mechanism.render.film.writer import write_film
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon
 from governor_mechanism.render.page.colours import colour_rules, darken, role_rules, series_rules
 from governor_mechanism.render.page.forces import find_forces
@@ -367,20 +366,20 @@ def test_two_runs_or_a_frame_rate_are_refused(porter, tmp_path):
         ({"run": porter, "start": 3.0}, "must lie within the run"),
     ):
         with pytest.raises(MechanismError, match=message):
-            write_film(path=tmp_path / "a.html", **arguments)
+            gm.film(path=tmp_path / "a.html", **arguments)
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(("duration", "requested", "slow_down"), [(0.5, None, 10.0), (70.0, None, 1.0), (2.0, 5.0, 5.0)])
 def test_a_page_begins_in_true_time_or_as_asked(tmp_path, duration, requested, slow_down):
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=duration, output_interval=duration / 400)
-    text = write_film(run, tmp_path / "a.html", stop=0.5, slow_down=requested).read_text(encoding="utf-8")
+    text = gm.film(run, tmp_path / "a.html", stop=0.5, slow_down=requested).read_text(encoding="utf-8")
     assert json.loads(text.partition('id="run-data">')[2].partition("</script>")[0])["slowDown"] == slow_down
 
 
 def test_a_film_that_ends_in_html_is_a_page_and_a_notebook_shows_it(porter, tmp_path):
     calls = []
-    path = write_film(porter, tmp_path / "a.html", stop=0.1, progress=lambda *call: calls.append(call))
+    path = gm.film(porter, tmp_path / "a.html", stop=0.1, progress=lambda *call: calls.append(call))
     assert calls == [(1, 1)]
     frame = Film(path)._repr_html_()
     assert html.unescape(re.search('srcdoc="([^"]*)"', frame)[1]) == path.read_text(encoding="utf-8")

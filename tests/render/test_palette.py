@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from governor_mechanism.render.figure_files import Theme
+from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.page.colours import darken
 from governor_mechanism.render.style import INK, MUTED, PAPER, SERIES_COLOURS, parse_rgb
 from governor_mechanism.render.theme import themed_colour

@@ -33,7 +33,7 @@ def pair_film(tmp_path_factory, pair):
 
 def side_by_side(runs, titles=TITLES):
     data = [[FrameData(run, run.scene.part, (0.0, 1.3), np.linspace(0, 1.3, 26))] for run in runs]
-    return SideBySidePainter(runs, titles, data, 480)
+    return SideBySidePainter(runs, titles, data)
 
 
 @pytest.mark.long

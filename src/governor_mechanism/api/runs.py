@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Unpack
 
 import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_scene
+from governor_mechanism.model.results.film_options import FilmKeywords, FilmOptions, show_film_options
 from governor_mechanism.units.arguments import FLAG, PATH, check_arguments
 
 
@@ -119,27 +121,14 @@ def open_run(path: str | Path) -> gm.Trajectory:
     return open_saved_run(path)
 
 
+@show_film_options
 def film(
     run: gm.Trajectory | Sequence[gm.Trajectory],
     path: str | Path,
     *,
     titles: Sequence[str] | None = None,
-    size: int = 480,
-    frames_per_second: float | None = None,
-    part: str | None = None,
-    start: float | str | None = None,
-    stop: float | str | None = None,
-    slow_down: float | None = None,
-    layout: str = "machine+plots",
-    readings: Sequence[str] | None = None,
-    theme: str = "light",
-    footer: bool = True,
-    labels: bool = False,
-    forces: bool = False,
-    traces: bool = False,
-    view: str = "plane",
-    exaggerate: float = 1.0,
     progress: gm.Progress | None = None,
+    **options: Unpack[FilmKeywords],
 ) -> Path:
     """Write one run, or several side by side, as an animation.
 
@@ -155,50 +144,10 @@ def film(
         of one run, and .html an interactive page of one run.
     titles
         Titles of several runs; those of their scenes if None.
-    size
-        Height of the film in pixels, and its width per run of one part; at least 320. A page fits its window.
-    frames_per_second
-        Frames per second of film, 1 to 50. None is 25, and 12.5 for an engine room; a GIF that would exceed 700 kB (480 pixels high) takes
-        a lower rate, down to 10. A page has none of its own.
-    part
-        Name of the part to show. None shows all parts, each in a panel of its own; an engine and the governor that it drives, and that
-        controls it, are shown as one elevation of an engine room.
-    start
-        Start of the shown part of the runs, s, or text with a unit. None is the first reported time.
-    stop
-        End of the shown part of the runs, s, or text with a unit. None is the last reported time of any. By
-        default, the film of a run that is periodic to its end closes on its last whole turn or period, so that
-        it repeats without a jump; without a start, the film of an engine room ends soon after the governor has
-        settled, and says so. A page shows the whole run.
-    slow_down
-        Seconds of film per second of the run; 1 is true time. None is true time for runs of 1 to 60 s; shorter runs are slowed and longer
-        ones sped up to a film of 4 to 20 s. A crank that would make a turn in fewer than 20 frames is slowed further, and of a long run the
-        first turns are shown. The film of an engine room is sped up by a whole number to at most 10 s.
-        A page begins as its run is long, but in true time up to 100 s.
-    layout
-        "machine" alone, "machine+plots" in a square, or "wide": 16:9 with the plots beside.
-    readings
-        Names of up to 4 plotted readings, or "rate of ..."; None for those that suit the machine.
-    theme
-        Colours: "light" or "dark". A page follows the reader's screen.
-    footer
-        Whether the last line states accuracy and engine; an early end of the run is always stated.
-    labels
-        Whether the parts and the angle of the leading reading are named.
-    forces
-        Whether the forces on the bodies are drawn: weight, centrifugal force, springs and dampers.
-    traces
-        Whether the paths of the mass centres are drawn.
-    view
-        How parts that turn with a spindle are seen: "plane" for the turning plane, "outside" for the turning governor from the side, or
-        "both". A spindle that would make a turn in fewer than 10 frames is then slowed as a crank is. A film from outside closes on the
-        last period after which the spindle has made whole turns to 2 % of a turn; where there is none, it closes on the motion in the plane
-        alone, and the spindle jumps when the film repeats.
-    exaggerate
-        Magnification of the motion about its mean position, at least 1, for motions too small to be seen; the plots stay true. The scene
-        must have one part whose positions follow one free coordinate.
     progress
         Called as ``progress(done, total)`` after each frame; once for a page.
+    **options
+        Options of the film, as in `FilmOptions`.
 
     Returns
     -------
@@ -218,24 +167,4 @@ def film(
     """
     from governor_mechanism.render.film.writer import write_film
 
-    return write_film(
-        run,
-        path,
-        titles=titles,
-        size=size,
-        frames_per_second=frames_per_second,
-        part=part,
-        start=start,
-        stop=stop,
-        slow_down=slow_down,
-        layout=layout,
-        readings=readings,
-        theme=theme,
-        footer=footer,
-        labels=labels,
-        forces=forces,
-        traces=traces,
-        view=view,
-        exaggerate=exaggerate,
-        progress=progress,
-    )
+    return write_film(run, path, FilmOptions(**options), titles=titles, progress=progress)

@@ -9,17 +9,18 @@ import re
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import governor_mechanism as gm
-from governor_mechanism.cli import console, film_options
+from governor_mechanism.cli import console
 from governor_mechanism.cli.changed_scene import load_changed
 from governor_mechanism.cli.completion import complete_scene
+from governor_mechanism.cli.film_options import check_film, in_command_words
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.render.figure_files import FigureFiles
-from governor_mechanism.render.film.options import FilmLayout, FilmView
 from governor_mechanism.units.quantities import number_or_text
 
 if TYPE_CHECKING:
@@ -66,18 +67,8 @@ def compare(
         SideBySideFormat, typer.Option(help="File format of the film; mp4 and webm need the extra 'video'.")
     ] = SideBySideFormat.GIF,
     no_film: Annotated[bool, typer.Option("--no-film", help="Write no film.")] = False,
-    layout: film_options.LayoutOption = FilmLayout.MACHINE_AND_PLOTS,
-    readings: film_options.ReadingsOption = None,
-    no_footer: film_options.NoFooterOption = False,
-    labels: film_options.LabelsOption = False,
-    forces: film_options.ForcesOption = False,
-    traces: film_options.TracesOption = False,
-    view: film_options.ViewOption = FilmView.PLANE,
-    exaggerate: film_options.ExaggerateOption = 1.0,
-    start: film_options.StartOption = None,
-    stop: film_options.StopOption = None,
-    slow_down: film_options.SlowDownOption = None,
     *,
+    film_options: FilmOptions,
     figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
@@ -86,38 +77,19 @@ def compare(
     Of governors the table has the equilibrium at the speed of the spindle, its frequency and damping, effort, insensitivity, sensitiveness
     and work capacity; of all scenes, the last, lowest and highest values of the readings that at least two share.
     """
-    film_options.refuse_without_film(no_film=no_film, has_figure=bool(figures.formats))
-    chosen = film_options.gather_film_options(
-        layout=layout,
-        readings=readings,
-        no_footer=no_footer,
-        labels=labels,
-        forces=forces,
-        traces=traces,
-        start=start,
-        stop=stop,
-        slow_down=slow_down,
-        theme=figures.theme,
-        view=view,
-        exaggerate=exaggerate,
-    )
-    if film is not SideBySideFormat.GIF and not no_film:
-        from governor_mechanism.render.film.writer import require_video_writer
-
-        require_video_writer(f".{film}")
     duration = None if seconds is None else number_or_text(seconds)
     changes_of_each = split_changes(changes or (), len(scenes))
     loaded = [_load(scene, own, duration) for scene, own in zip(scenes, changes_of_each, strict=True)]
     if changes:
         _require_different(scenes, loaded)
     if not no_film:
-        film_options.check_film_options(loaded, chosen, file_format=film.value)
+        check_film(loaded, film_options, film.value)
     console.prepare_folder(figures.folder)
     between = None if working_range is None else _parse_range(working_range)
     with console.show_status("simulating"):
         comparison = gm.compare(*loaded, engine=engine, accuracy=accuracy, resistance=resistance, between=between)
     files = _write_figure(comparison, figures)
-    files += [] if no_film else _write_film(comparison, figures.folder / f"{STEM}.{film.value}", chosen)
+    files += [] if no_film else _write_film(comparison, figures.folder / f"{STEM}.{film.value}", film_options)
     is_ok = all(run.outcome.ok for run in comparison.runs)
     text = [comparison, *_describe_changes(comparison.names, changes_of_each)]
     return console.CommandResult(text=text, values=comparison.as_json(), files=files, ok=is_ok)
@@ -197,12 +169,14 @@ def _write_figure(comparison: Comparison, figures: FigureFiles) -> list[Path]:
         return figures.save(comparison_figure(comparison), STEM)
 
 
-def _write_film(comparison: Comparison, path: Path, options: Mapping[str, Any]) -> list[Path]:
+def _write_film(comparison: Comparison, path: Path, options: FilmOptions) -> list[Path]:
     """Write the film of the runs that have reported times; none if nothing moves in time."""
+    from governor_mechanism.render.film.writer import write_film
+
     shown = [(run, name) for run, name in zip(comparison.runs, comparison.names, strict=True) if len(run.times) > 1]
     if not shown:
         return []
     runs = [run for run, _ in shown]
     titles = [run.scene.title for run in runs] if len(runs) > 1 else None
-    with film_options.in_command_words(), console.show_progress_bar("film") as progress:
-        return [gm.film(runs, path, titles=titles, progress=progress, **options)]
+    with in_command_words(), console.show_progress_bar("film") as progress:
+        return [write_film(runs, path, options, titles=titles, progress=progress)]

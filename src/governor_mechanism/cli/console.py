@@ -16,19 +16,19 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from governor_mechanism.cli.completion import complete_scene
+from governor_mechanism.cli.film_options import FILM_PARAMETERS, gather_film_options
 from governor_mechanism.cli.given_options import in_typed_words, refuse_idle_options
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.files.plain_values import format_json
-from governor_mechanism.render.figure_files import FigureFiles, FigureFormat, Theme
+from governor_mechanism.model.results.film_options import FilmOptions
+from governor_mechanism.model.results.pictures import Theme
+from governor_mechanism.render.figure_files import FigureFiles, FigureFormat
 
 SceneName = Annotated[
     str, typer.Argument(metavar="SCENE", help="A scene file (TOML), or the name of a shipped scene.", autocompletion=complete_scene)
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object to standard output, and nothing else.")]
 Accuracy = Annotated[float | None, typer.Option(help="Accuracy relative to the scale of each reading; by default the one of the scene.")]
-_FIGURES = "figures"
-"""Name of the parameter of a command that stands for the options of figures."""
-
 RESULTS_FOLDER = Path("results")
 """Folder for all results without the option --out."""
 
@@ -38,13 +38,16 @@ INTERRUPT_REPEAT_INTERVAL = 1.0
 """Time after which a swallowed interrupt is raised again, s; long enough to delete a half-written file."""
 
 
-_FIGURE_OPTIONS = (
-    ("out", Path, typer.Option(help="Folder for the results."), RESULTS_FOLDER),
-    ("no_figure", bool, typer.Option("--no-figure", help="Draw no figure."), False),
-    ("figure_formats", list[FigureFormat] | None, typer.Option("--format", help="Format of the figures. Repeatable. [png]"), None),
-    ("theme", Theme, typer.Option(help="Colours of figures and films; a film always has a ground."), Theme.LIGHT),
+FIGURE_PARAMETERS = tuple(
+    inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, option])
+    for name, kind, option, default in (
+        ("out", Path, typer.Option(help="Folder for the results."), RESULTS_FOLDER),
+        ("no_figure", bool, typer.Option("--no-figure", help="Draw no figure."), False),
+        ("figure_formats", list[FigureFormat] | None, typer.Option("--format", help="Format of the figures. Repeatable. [png]"), None),
+        ("theme", Theme, typer.Option(help="Colours of figures and films; a film always has a ground."), Theme.LIGHT),
+    )
 )
-"""Options of a command with a parameter `figures`: name, type, option, default."""
+"""Parameters of a command with figures, from which its options are made."""
 
 
 class CommandExit(SystemExit):
@@ -79,8 +82,8 @@ def guarded_command(command: Callable[..., CommandResult]) -> Callable[..., None
     Parameters
     ----------
     command
-        Function that returns its result. An option `as_json` selects how it is printed. A parameter `figures` (FigureFiles) stands for
-        the options of folder, formats and theme.
+        Function that returns its result. An option `as_json` selects how it is printed. A parameter of the type FigureFiles stands for the
+        options of folder, formats and theme, and one of the type FilmOptions for those of films.
 
     Returns
     -------
@@ -95,45 +98,49 @@ def guarded_command(command: Callable[..., CommandResult]) -> Callable[..., None
         interrupt_handler = InterruptHandler()
         try:
             with interrupt_handler:
-                if has_figures:
-                    options = _gather_figure_options(options)
-                status = _print_result(command(*args, **options), as_json=as_json)
+                status = _print_result(command(*args, **_gather_records(options, records)), as_json=as_json)
         except (Exception, KeyboardInterrupt) as error:
             status = interrupt_handler.report() if interrupt_handler.was_interrupted else _report_failure(error, as_json=as_json)
         raise CommandExit(status)
 
     parameters = inspect.signature(command, eval_str=True).parameters
-    has_figures = _FIGURES in parameters
-    if has_figures:
-        _declare_figure_options(guarded, parameters)
+    records = {name: one.annotation for name, one in parameters.items() if one.annotation in (FigureFiles, FilmOptions)}
+    if records:
+        _declare_options(guarded, parameters)
     return guarded
 
 
-def _declare_figure_options(command: Any, parameters: Mapping[str, inspect.Parameter]) -> None:
-    """Give a command the options of figures in the place of its parameter `figures`."""
-    keyword = inspect.Parameter.KEYWORD_ONLY
+def _declare_options(command: Any, parameters: Mapping[str, inspect.Parameter]) -> None:
+    """Give a command the options of its records in the places of their parameters."""
     declared = list[inspect.Parameter]()
     for parameter in parameters.values():
-        if parameter.name == _FIGURES:
-            declared += [
-                inspect.Parameter(name, keyword, default=default, annotation=Annotated[kind, option])
-                for name, kind, option, default in _FIGURE_OPTIONS
-            ]
-        else:
-            declared.append(parameter.replace(kind=keyword))
+        options, _ = _RECORDS.get(parameter.annotation, ([parameter], None))
+        declared += [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for one in options]
     command.__signature__ = inspect.Signature(declared)
     command.__annotations__ = {parameter.name: parameter.annotation for parameter in declared}
 
 
-def _gather_figure_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options of a command with `figures` in the place of theirs."""
+def _gather_records(options: Mapping[str, Any], records: Mapping[str, type]) -> dict[str, Any]:
+    """Return the arguments of a command: its options, with records in the places of theirs."""
+    taken = {option.name for record in records.values() for option in _RECORDS[record][0]}
+    gathered = {name: _RECORDS[record][1](options) for name, record in records.items()}
+    return {**{name: value for name, value in options.items() if name not in taken}, **gathered}
+
+
+def _gather_figure_files(options: Mapping[str, Any]) -> FigureFiles:
+    """Return where and how a command writes its figures."""
     if options["no_figure"]:
         draws_film = "no_film" in options and not options["no_film"]
         refuse_idle_options("figure_formats", *(() if draws_film else ("theme",)), condition="with --no-figure")
     formats = () if options["no_figure"] else tuple(options["figure_formats"] or (FigureFormat.PNG,))
-    figures = FigureFiles(folder=options["out"], formats=formats, theme=options["theme"])
-    names = {name for name, *_ in _FIGURE_OPTIONS}
-    return {**{name: value for name, value in options.items() if name not in names}, _FIGURES: figures}
+    return FigureFiles(folder=options["out"], formats=formats, theme=options["theme"])
+
+
+_RECORDS: Mapping[Any, tuple[Sequence[inspect.Parameter], Callable[[Mapping[str, Any]], object]]] = {
+    FigureFiles: (FIGURE_PARAMETERS, _gather_figure_files),
+    FilmOptions: (FILM_PARAMETERS, gather_film_options),
+}
+"""Parameters that stand for a record, and the function that makes it of their values, by its type."""
 
 
 def _print_result(result: CommandResult, *, as_json: bool) -> int:

@@ -1,77 +1,94 @@
-"""Options of films on the command line, the same for every command that writes one. Nothing heavy is imported here."""
+"""Options of films on the command line, made from the fields of `FilmOptions`. Nothing heavy is imported here."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields
-from typing import TYPE_CHECKING, Annotated, Any
+from inspect import Parameter
+from typing import TYPE_CHECKING, Annotated, Any, Final, get_type_hints
 
 import typer
 
 from governor_mechanism.cli.given_options import refuse_idle_options
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.render.figure_files import Theme
-from governor_mechanism.render.film.options import (
-    FilmLayout,
-    FilmOptions,
-    FilmView,
-    make_film_options,
-    require_drawing_options,
-    require_page_options,
-    require_room_options,
-    require_view,
-)
-from governor_mechanism.render.film_option_error import PYTHON_WORDS, FilmOptionError
-from governor_mechanism.units.quantities import number_or_text, parse_quantity
+from governor_mechanism.model.results.film_options import OPTIONS, FilmOptionError, FilmOptions
+from governor_mechanism.model.results.pictures import Theme
+from governor_mechanism.units.quantities import number_or_text
 
 if TYPE_CHECKING:
     from governor_mechanism.model.scene import Scene
 
-LayoutOption = Annotated[FilmLayout, typer.Option(help="Layout of the film: the machine alone, or with plots in a square or in 16:9.")]
-ReadingsOption = Annotated[
-    str | None, typer.Option(help='Plotted readings, for example "arm_angle,rate of sleeve_lift"; by default those that suit the machine.')
-]
-NoFooterOption = Annotated[bool, typer.Option("--no-footer", help="Leave out the line on accuracy and engine at the bottom of the film.")]
-LabelsOption = Annotated[bool, typer.Option("--labels", help="Name the parts and the main angle on the film.")]
-ForcesOption = Annotated[
-    bool, typer.Option("--forces", help="Draw weights, centrifugal forces, springs and dampers as arrows on the film.")
-]
-ViewOption = Annotated[
-    FilmView, typer.Option(help="View of a governor on the film: in its turning plane, from outside while the spindle turns, or both.")
-]
-ExaggerateOption = Annotated[
-    float, typer.Option(help="Magnify the motion about its mean position on the film, for one that is too small to be seen.")
-]
-PartOption = Annotated[str | None, typer.Option(help="Show this part of the scene on the film; by default all parts.")]
-TracesOption = Annotated[bool, typer.Option("--traces", help="Draw the paths of the mass centres on the film.")]
-StartOption = Annotated[str | None, typer.Option(help='Start of the film, for example "2 s"; by default that of the run.')]
-StopOption = Annotated[str | None, typer.Option(help="End of the film; by default that of the run, or of its last whole turn or period.")]
-SlowDownOption = Annotated[
-    float | None, typer.Option(help="Seconds of film per second of the run; by default 1, and more for short runs and fast cranks.")
-]
-
-
-_OF_FILMS = (
-    *("film", "fps", "size", "layout", "readings", "no_footer", "labels", "forces", "traces", "view", "exaggerate", "part"),
-    *("start", "stop", "slow_down"),
-)
-"""Parameters of a command whose options say how its film looks."""
-
-
-def refuse_without_film(*, no_film: bool, has_figure: bool) -> None:
-    """Raise MechanismError if there is no film, and options of films are given; a figure has a theme too."""
-    if no_film:
-        refuse_idle_options(*_OF_FILMS, *(() if has_figure else ("theme",)), condition="with --no-film")
-
-
-COMMAND_WORDS: Mapping[str, str] = {
-    **{name: f"--{name.replace('_', '-')}" for name in PYTHON_WORDS},
-    "frames_per_second": "--fps",
-    "footer": "--no-footer",
+COMMAND_WORDS: Final[Mapping[str, str]] = {
+    **{name: option.flag or f"--{name.replace('_', '-')}" for name, option in OPTIONS.items()},
     "use_gif": "choose --film gif",
 }
 """Words of messages on the command line, by those of Python."""
+PAGE_FORMAT: Final = "html"
+"""Format of an interactive page."""
+
+
+def parse_film_size(text: str) -> int:
+    """Return the height of a film in pixels, written as 720, or as 720x720 for a square film.
+
+    Parameters
+    ----------
+    text
+        The text of the option.
+
+    Returns
+    -------
+    int
+        Height in pixels.
+
+    Raises
+    ------
+    MechanismError
+        If it is no number, or the width differs from the height.
+    """
+    width, cross, height = text.lower().partition("x")
+    if not all(word.strip().isdecimal() for word in ((width, height) if cross else (width,))):
+        raise MechanismError(f"--size {text!r} is not understood; write the height of the film in pixels, as --size 720")
+    if cross and int(width) != int(height):
+        hint = f"a film of one part is square, and one of several is as wide as they need; give the height, as --size {int(height)}"
+        raise MechanismError(f"--size {text!r} has a width of its own; {hint}")
+    return int(width)
+
+
+def _parse_names(text: str) -> list[str]:
+    """Return the names of readings in a text with commas between, each once."""
+    names = dict.fromkeys(name.strip() for name in text.split(",") if name.strip())
+    if not names:
+        raise MechanismError(f"--readings needs names with commas between, as in arm_angle,sleeve_lift; found {text!r}")
+    return list(names)
+
+
+_PARSERS: Final[Mapping[str, Callable[[str], object]]] = {
+    "size": parse_film_size,
+    "readings": _parse_names,
+    "start": number_or_text,
+    "stop": number_or_text,
+}
+"""Functions that read the options whose text is not simply their value."""
+
+
+def _declare_options() -> Iterator[Parameter]:
+    """Yield the parameters of a command that stand for the options of its film."""
+    types = get_type_hints(FilmOptions)
+    for one in fields(FilmOptions):
+        help_text = OPTIONS[one.name].help
+        if not help_text:
+            continue
+        is_text = one.name in _PARSERS
+        kind = str | None if is_text else types[one.name]
+        flags = [COMMAND_WORDS[one.name]] if kind is bool or OPTIONS[one.name].flag else []
+        # A switch that is on by default has an option that turns it off.
+        default = False if kind is bool else None if is_text else one.default
+        yield Parameter(one.name, Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, typer.Option(*flags, help=help_text)])
+
+
+FILM_PARAMETERS: Final = tuple(_declare_options())
+"""Parameters of a command with films, from which its options are made."""
 
 
 @contextmanager
@@ -95,67 +112,71 @@ def in_command_words() -> Iterator[None]:
 
 
 @in_command_words()
-def check_film_options(
-    scenes: Sequence[Scene], chosen: Mapping[str, Any], frames_per_second: float | None = None, *, file_format: str = "gif"
-) -> None:
+def gather_film_options(given: Mapping[str, Any]) -> FilmOptions:
+    """Return the options of the film of a command, in the colours of its figures if these are dark.
+
+    Parameters
+    ----------
+    given
+        Values of the parameters of the command by name; also `film`, its format, `no_film` and `theme`.
+
+    Returns
+    -------
+    FilmOptions
+        The options. A page follows the theme of the reader's screen.
+
+    Raises
+    ------
+    MechanismError
+        If an option is not valid, or there is no film that would take it.
+    """
+    names = [one.name for one in FILM_PARAMETERS]
+    if given["no_film"]:
+        refuse_idle_options("film", *names, condition="with --no-film")
+    chosen = {one.name: given[one.name] for one in FILM_PARAMETERS if given[one.name] != one.default}
+    chosen |= {name: _PARSERS[name](text) for name, text in chosen.items() if name in _PARSERS}
+    if "footer" in chosen:
+        chosen["footer"] = False
+    if given["theme"] is Theme.DARK and given["film"] != PAGE_FORMAT:
+        chosen["theme"] = Theme.DARK
+    return FilmOptions(**chosen)
+
+
+@in_command_words()
+def check_film(scenes: Sequence[Scene], options: FilmOptions, file_format: str) -> None:
     """Check before a simulation what its film will not take, so that no run is lost.
 
     Parameters
     ----------
     scenes
         The scenes whose runs the film shows.
-    chosen
-        The options by `gather_film_options`.
-    frames_per_second
-        The frame rate, or None.
+    options
+        The options.
     file_format
         Ending of the name of the file, without its dot.
 
     Raises
     ------
     MechanismError
-        If there is no such reading or part, a time is outside of the runs, or the scenes or the format do not take an option.
+        If there is no such reading or part, a time is outside of the runs, the scenes or the format do not take an option, or ffmpeg is
+        missing.
     """
-    timing = {name: chosen[name] for name in ("start", "stop", "slow_down") if name in chosen}
-    part = chosen.get("part")
-    frame_options = {name: value for name, value in chosen.items() if name not in (*timing, "part")}
-    options = make_film_options(**{**_FRAME_DEFAULTS, **frame_options})
-    if file_format == PAGE_FORMAT:
-        require_page_options(frames_per_second, options)
-    elif frames_per_second is not None:
-        _check_frame_rate(frames_per_second)
-    if file_format == DRAWING_FORMAT:
-        require_drawing_options(options)
+    from governor_mechanism.render.film.options import VIDEO_SUFFIXES, require_suitable_options, require_video_writer
+    from governor_mechanism.render.film.timing import select_slow_down, select_time_span
+
+    suffix = f".{file_format}"
+    if suffix in VIDEO_SUFFIXES:
+        require_video_writer(suffix)
     for scene in scenes:
-        _check_names(scene, part, options)
-    require_view([one for scene in scenes for one in scene.parts if part in (None, one.name)], options.view)
-    if len(scenes) == 1 and part is None and file_format != PAGE_FORMAT:
-        _check_room(scenes[0], options)
-    if options.exaggerate != 1.0:
-        from governor_mechanism.render.magnified_motion import require_one_coordinate
-
-        for scene in scenes:
-            require_one_coordinate(scene)
-    if timing:
-        _check_timing(max(scene.run.duration for scene in scenes), **timing)
+        _check_names(scene, options)
+    require_suitable_options(options, scenes, suffix)
+    limits = 0.0, max(scene.run.duration for scene in scenes)
+    select_slow_down(limits, select_time_span(limits, options.start, options.stop), options.slow_down)
 
 
-def _parse_names(text: str) -> list[str]:
-    """Return the names of readings in a text with commas between, each once."""
-    names = dict.fromkeys(name.strip() for name in text.split(",") if name.strip())
-    if not names:
-        raise MechanismError(f"--readings needs names with commas between, as in arm_angle,sleeve_lift; found {text!r}")
-    return list(names)
-
-
-_FRAME_DEFAULTS: Mapping[str, Any] = {"readings": None, **{one.name: one.default for one in fields(FilmOptions) if one.name != "readings"}}
-"""Options of the frames of a film by name, of which nothing is chosen."""
-PAGE_FORMAT, DRAWING_FORMAT = "html", "svg"
-"""Formats of an interactive page and of an animated drawing."""
-
-
-def _check_names(scene: Scene, part: str | None, options: FilmOptions) -> None:
+def _check_names(scene: Scene, options: FilmOptions) -> None:
     """Raise MechanismError if a scene has no such part, or no such reading."""
+    part = options.part
     parts = [one.name for one in scene.parts]
     if part is not None and part not in parts:
         raise MechanismError(f"--part: the scene has no part {part!r}; its parts are {', '.join(parts)}.{did_you_mean(part, parts)}")
@@ -171,106 +192,3 @@ def _check_names(scene: Scene, part: str | None, options: FilmOptions) -> None:
             raise MechanismError(
                 f"--readings: {scene.title!r} has no reading {name!r}; it has {', '.join(names)}.{did_you_mean(name, names)}"
             )
-
-
-def _check_room(scene: Scene, options: FilmOptions) -> None:
-    """Raise MechanismError if a scene is shown as an engine room, which does not take an option."""
-    from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
-
-    if find_governed_engine(scene):
-        require_room_options(options)
-
-
-def _check_frame_rate(frames_per_second: float) -> None:
-    """Raise MechanismError if a frame rate (1/s) is out of range."""
-    from governor_mechanism.render.film.frame_schedules import require_frame_rate
-
-    require_frame_rate(frames_per_second)
-
-
-def _check_timing(duration: float, start: float | None = None, stop: float | None = None, slow_down: float | None = None) -> None:
-    """Raise MechanismError if times (s) are outside of runs of a duration (s), or a slow-down is out of range."""
-    from governor_mechanism.render.film.timing import select_slow_down, select_time_span
-
-    limits = 0.0, duration
-    select_slow_down(limits, select_time_span(limits, start, stop), slow_down)
-
-
-def gather_film_options(
-    *,
-    layout: FilmLayout,
-    readings: str | None,
-    no_footer: bool,
-    labels: bool,
-    forces: bool,
-    traces: bool,
-    start: str | None,
-    stop: str | None,
-    slow_down: float | None,
-    theme: Theme,
-    view: FilmView = FilmView.PLANE,
-    exaggerate: float = 1.0,
-    part: str | None = None,
-    is_page: bool = False,
-) -> Mapping[str, Any]:
-    """Return the options of `write_film` by name, without those at their defaults.
-
-    Parameters
-    ----------
-    layout
-        Layout of the film.
-    readings
-        Names of readings with commas between; None for those that suit the machine.
-    no_footer
-        Whether to leave out the line on accuracy and engine.
-    labels
-        Whether to name the parts.
-    forces
-        Whether to draw the forces.
-    traces
-        Whether to draw the paths of the mass centres.
-    start
-        Start of the film as text with a unit, or None.
-    stop
-        End of the film as text with a unit, or None.
-    slow_down
-        Seconds of film per second of the run, or None.
-    theme
-        Theme of the figures; a film takes it if it is dark.
-    view
-        View of what turns with a spindle.
-    exaggerate
-        Magnification of the motion.
-    part
-        Name of the part to show, or None.
-    is_page
-        Whether the film is an interactive page, which follows the theme of the reader's screen.
-
-    Returns
-    -------
-    Mapping
-        The options.
-
-    Raises
-    ------
-    MechanismError
-        If a time is not understood, or no reading is named.
-    """
-    times = {
-        name: parse_quantity(number_or_text(text), "time", f"--{name}")
-        for name, text in (("start", start), ("stop", stop))
-        if text is not None
-    }
-    switches = {"labels": labels, "forces": forces, "traces": traces}
-    return {
-        **times,
-        **{name: True for name, is_on in switches.items() if is_on},
-        **({} if slow_down is None else {"slow_down": slow_down}),
-        **({} if readings is None else {"readings": _parse_names(readings)}),
-        **({"footer": False} if no_footer else {}),
-        **({} if layout is FilmLayout.MACHINE_AND_PLOTS else {"layout": layout.value}),
-        **({} if view is FilmView.PLANE else {"view": view.value}),
-        **({} if exaggerate == 1.0 else {"exaggerate": exaggerate}),
-        **({} if part is None else {"part": part}),
-        **({"theme": theme.value} if theme is Theme.DARK and not is_page else {}),
-    }

@@ -1,14 +1,16 @@
 """A film that a notebook shows."""
 
 import os
-from typing import Any
+from typing import Unpack
 
+from governor_mechanism.model.results.film_options import FilmKeywords, FilmOptions
 from governor_mechanism.model.results.pictures import Film
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film.writer import write_film
+from governor_mechanism.types import Progress
 
 
-def film_run(run: Trajectory, path: str | os.PathLike[str], **options: Any) -> Film:
+def film_run(run: Trajectory, path: str | os.PathLike[str], *, progress: Progress | None = None, **options: Unpack[FilmKeywords]) -> Film:
     """Write a run as a film and return its file, which a notebook shows.
 
     Parameters
@@ -17,6 +19,8 @@ def film_run(run: Trajectory, path: str | os.PathLike[str], **options: Any) -> F
         The run.
     path
         Path of the file: .gif or .mp4, or .html for an interactive page.
+    progress
+        Called with the number of frames done and in total.
 
     Returns
     -------
@@ -28,4 +32,4 @@ def film_run(run: Trajectory, path: str | os.PathLike[str], **options: Any) -> F
     MechanismError
         As `write_film`.
     """
-    return Film(write_film(run, path, **options))
+    return Film(write_film(run, path, FilmOptions(**options), progress=progress))

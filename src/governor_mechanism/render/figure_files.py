@@ -1,4 +1,4 @@
-"""Formats and themes of figures, and the files of a figure in the chosen ones. Nothing heavy is imported here."""
+"""Formats of figures, and the files of a figure in the chosen ones. Nothing heavy is imported here."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.results.pictures import Figure
+from governor_mechanism.model.results.pictures import Figure, Theme
 from governor_mechanism.units.quantities import format_value
 
 
@@ -16,14 +16,6 @@ class FigureFormat(StrEnum):
     PNG = "png"
     SVG = "svg"
     PDF = "pdf"
-
-
-class Theme(StrEnum):
-    """Colours of a figure: by day, on a dark ground, or without a ground, for slides and printed pages."""
-
-    LIGHT = "light"
-    DARK = "dark"
-    TRANSPARENT = "transparent"
 
 
 @dataclass(frozen=True, kw_only=True)

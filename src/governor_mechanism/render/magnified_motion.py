@@ -10,10 +10,10 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.mechanics.kinematics.range_of_motion import find_range_of_motion
 from governor_mechanism.model.part import FreeSpindle
+from governor_mechanism.model.results.film_options import FilmOptionError
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.kinematic_readings import analyse_kinematics
-from governor_mechanism.render.film_option_error import FilmOptionError
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.types import FloatArray
 

@@ -1,16 +1,17 @@
 """All files of a run in one folder."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import write_all_or_none
 from governor_mechanism.files.results import save_csv, save_netcdf, save_summary
+from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions
+from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.figure_files import FigureFormat, Theme, make_figure_files
-from governor_mechanism.units.arguments import FLAG, PATH, TEXT, check_arguments
+from governor_mechanism.render.figure_files import FigureFormat, make_figure_files
+from governor_mechanism.units.arguments import FLAG, PATH, TEXT, Requirement, check_arguments
 from governor_mechanism.units.quantities import format_value
 
 DEFAULT_STEM = "scene"
@@ -23,7 +24,11 @@ _SAVERS = {"csv": save_csv, "nc": save_netcdf, "json": save_summary}
 """Functions that write the files without a picture, by the endings of their names."""
 
 
-@check_arguments(folder=PATH, name=TEXT, figures=FLAG, theme=TEXT, film=TEXT)
+FILM_OPTIONS: Requirement = "a record, as gm.FilmOptions(size=720)", lambda value: isinstance(value, FilmOptions)
+"""Options of a film as an argument."""
+
+
+@check_arguments(folder=PATH, name=TEXT, figures=FLAG, theme=TEXT, film=TEXT, film_options=FILM_OPTIONS)
 def save_run(
     run: Trajectory,
     folder: str | os.PathLike[str],
@@ -33,7 +38,7 @@ def save_run(
     figure_formats: Sequence[str] = (FigureFormat.PNG,),
     theme: str = Theme.LIGHT,
     film: str | None = None,
-    film_options: Mapping[str, Any] | None = None,
+    film_options: FilmOptions = DEFAULT_OPTIONS,
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[Path, ...]:
     """Write all results of a run or none: if one cannot be written, the results of an earlier run stay unchanged.
@@ -55,7 +60,7 @@ def save_run(
     film
         "gif", "svg", "mp4" or "webm" for a film of a run with more than one reported time, "html" for an interactive page; none if None.
     film_options
-        Options of `write_film` by name; its defaults if None.
+        Options of the film.
     progress
         Called with the numbers of frames done and of all.
 
@@ -82,7 +87,7 @@ def save_run(
         if film is not None and len(run.times) > 1:
             from governor_mechanism.render.film.writer import write_film
 
-            written.append(write_film(run, target / f"{stem}.{film}", progress=progress, **(film_options or {})))
+            written.append(write_film(run, target / f"{stem}.{film}", film_options, progress=progress))
         if figures:
             from governor_mechanism.render.figures.registry import write_machine_figures
             from governor_mechanism.render.figures.time_series import readings_figure
@@ -106,6 +111,6 @@ def _check(run: Trajectory, stem: str, film: str | None) -> None:
     if film not in FILM_KINDS:
         raise MechanismError(f'film must be "gif", "svg", "mp4", "webm", "html" or None; got {format_value(film)}')
     if film in ("mp4", "webm"):
-        from governor_mechanism.render.film.writer import require_video_writer
+        from governor_mechanism.render.film.options import require_video_writer
 
         require_video_writer(f".{film}")

@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
 
-from governor_mechanism.render.figure_files import Theme
+from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.page.colours import DARK_COLOURS
 from governor_mechanism.render.style import PAPER
 

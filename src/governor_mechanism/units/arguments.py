@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 _Parameters = ParamSpec("_Parameters")
 _Result = TypeVar("_Result")
-_Requirement = tuple[str, Callable[[Any], bool]]
+Requirement = tuple[str, Callable[[Any], bool]]
+"""What an argument must be, in words and as a predicate."""
 
 
 def _is_numeric(value: Any) -> bool:
@@ -29,36 +30,36 @@ def _is_numeric(value: Any) -> bool:
         return False
 
 
-TEXT: Final[_Requirement] = "text", lambda value: isinstance(value, str)
-FLAG: Final[_Requirement] = "true or false", lambda value: isinstance(value, bool)
-NUMBER: Final[_Requirement] = (
+TEXT: Final[Requirement] = "text", lambda value: isinstance(value, str)
+FLAG: Final[Requirement] = "true or false", lambda value: isinstance(value, bool)
+NUMBER: Final[Requirement] = (
     "a finite number",
     lambda value: isinstance(value, Real) and not isinstance(value, bool) and bool(abs(value) <= sys.float_info.max),  # type: ignore[operator]
 )
-NUMBERS: Final[_Requirement] = "a list of finite numbers", _is_numeric
-QUANTITY: Final[_Requirement] = "a finite number, or text with a unit", lambda value: isinstance(value, str) or NUMBER[1](value)
-QUANTITIES: Final[_Requirement] = (
+NUMBERS: Final[Requirement] = "a list of finite numbers", _is_numeric
+QUANTITY: Final[Requirement] = "a finite number, or text with a unit", lambda value: isinstance(value, str) or NUMBER[1](value)
+QUANTITIES: Final[Requirement] = (
     "a list of finite numbers, or of texts with units",
     lambda value: _is_numeric([0.0 if isinstance(one, str) else one for one in value] if isinstance(value, list | tuple) else value),
 )
-TEXTS: Final[_Requirement] = (
+TEXTS: Final[Requirement] = (
     "a list of texts",
     lambda value: isinstance(value, list | tuple) and all(isinstance(one, str) for one in value),
 )
-VARIED: Final[_Requirement] = (
+VARIED: Final[Requirement] = (
     'values by key, as {"dimensions.arm": ["200 mm", "300 mm"]}, or a list of texts',
     lambda value: isinstance(value, Mapping | str) or TEXTS[1](value),
 )
-FUNCTION: Final[_Requirement] = "a function", callable
-PATH: Final[_Requirement] = "a path", lambda value: isinstance(value, str | os.PathLike)
-BY_NAME: Final[_Requirement] = "values by name, as a mapping", lambda value: isinstance(value, Mapping)
-TEXTS_BY_NAME: Final[_Requirement] = (
+FUNCTION: Final[Requirement] = "a function", callable
+PATH: Final[Requirement] = "a path", lambda value: isinstance(value, str | os.PathLike)
+BY_NAME: Final[Requirement] = "values by name, as a mapping", lambda value: isinstance(value, Mapping)
+TEXTS_BY_NAME: Final[Requirement] = (
     "texts by name, as a mapping",
     lambda value: isinstance(value, Mapping) and all(isinstance(text, str) for pair in value.items() for text in pair),
 )
 
 
-def whole_number(least: int) -> _Requirement:
+def whole_number(least: int) -> Requirement:
     """Return the requirement of a whole number of at least `least`."""
     return (
         f"a whole number of at least {least}",
@@ -66,7 +67,7 @@ def whole_number(least: int) -> _Requirement:
     )
 
 
-def check_arguments(**requirements: _Requirement) -> Callable[[Callable[_Parameters, _Result]], Callable[_Parameters, _Result]]:
+def check_arguments(**requirements: Requirement) -> Callable[[Callable[_Parameters, _Result]], Callable[_Parameters, _Result]]:
     """Return a decorator that checks arguments before each call; the default of an argument is always allowed.
 
     What each argument must be, in words and as a predicate, is given by its name.

@@ -3,12 +3,21 @@
 import os
 from base64 import b64encode
 from dataclasses import dataclass
+from enum import StrEnum
 from html import escape
 from pathlib import Path
 from typing import Protocol
 
 PAGE_HEIGHT = 760
 """Height of an interactive page in a notebook, CSS pixels: drawing, plots and controls without scrolling."""
+
+
+class Theme(StrEnum):
+    """Colours of a figure: by day, on a dark ground, or without a ground, for slides and printed pages."""
+
+    LIGHT = "light"
+    DARK = "dark"
+    TRANSPARENT = "transparent"
 
 
 class Figure(Protocol):

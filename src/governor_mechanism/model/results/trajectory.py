@@ -5,12 +5,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, Unpack
 
 from governor_mechanism.errors import RunFailed
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.results.cost import Cost
 from governor_mechanism.model.results.energy import Energy
+from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmKeywords, FilmOptions, show_film_options
 from governor_mechanism.model.results.named_values import name_values
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.pictures import Figure, Film
@@ -231,26 +232,9 @@ class Trajectory:
 
         return diagnostics_figure(self)
 
+    @show_film_options
     def film(
-        self,
-        path: str | os.PathLike[str],
-        *,
-        size: int = 480,
-        frames_per_second: float | None = None,
-        part: str | None = None,
-        start: float | str | None = None,
-        stop: float | str | None = None,
-        slow_down: float | None = None,
-        layout: str = "machine+plots",
-        readings: Sequence[str] | None = None,
-        theme: str = "light",
-        footer: bool = True,
-        labels: bool = False,
-        forces: bool = False,
-        traces: bool = False,
-        view: str = "plane",
-        exaggerate: float = 1.0,
-        progress: Callable[[int, int], None] | None = None,
+        self, path: str | os.PathLike[str], *, progress: Callable[[int, int], None] | None = None, **options: Unpack[FilmKeywords]
     ) -> Film:
         """Write the run as an animation and return its file, which a notebook shows.
 
@@ -258,26 +242,7 @@ class Trajectory:
         """
         from governor_mechanism.notebook.film import film_run
 
-        return film_run(
-            self,
-            path,
-            size=size,
-            frames_per_second=frames_per_second,
-            part=part,
-            start=start,
-            stop=stop,
-            slow_down=slow_down,
-            layout=layout,
-            readings=readings,
-            theme=theme,
-            footer=footer,
-            labels=labels,
-            forces=forces,
-            traces=traces,
-            view=view,
-            exaggerate=exaggerate,
-            progress=progress,
-        )
+        return film_run(self, path, progress=progress, **options)
 
     def save(
         self,
@@ -288,6 +253,7 @@ class Trajectory:
         figure_formats: Sequence[str] = ("png",),
         theme: str = "light",
         film: str | None = None,
+        film_options: FilmOptions = DEFAULT_OPTIONS,
         progress: Callable[[int, int], None] | None = None,
     ) -> tuple[Path, ...]:
         """Write readings (CSV), all arrays (netCDF), a record (JSON) and figures into a folder: all files or none.
@@ -308,6 +274,8 @@ class Trajectory:
             Colours of the figures: "light", "dark", or "transparent" (without the paper).
         film
             "gif", "svg", "mp4" or "webm" for a film, too, or "html" for an interactive page.
+        film_options
+            Options of the film: `gm.FilmOptions(size=720, stop="2 s")`.
         progress
             Called with the numbers of frames done and of all.
 
@@ -323,7 +291,17 @@ class Trajectory:
         """
         from governor_mechanism.render.results_folder import save_run
 
-        return save_run(self, folder, name=name, figures=figures, figure_formats=figure_formats, theme=theme, film=film, progress=progress)
+        return save_run(
+            self,
+            folder,
+            name=name,
+            figures=figures,
+            figure_formats=figure_formats,
+            theme=theme,
+            film=film,
+            film_options=film_options,
+            progress=progress,
+        )
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: outcome, accuracy, and a row for each reading."""

@@ -23,7 +23,8 @@ from numpy.typing import ArrayLike
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.render.figure_files import FigureFormat, Theme
+from governor_mechanism.model.results.pictures import Theme
+from governor_mechanism.render.figure_files import FigureFormat
 from governor_mechanism.render.style import INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT
 from governor_mechanism.render.theme import themed
 from governor_mechanism.types import FloatArray

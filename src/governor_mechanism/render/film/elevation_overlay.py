@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.model.part import TURNING_PLANE
+from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.label_placement import LABEL_HEIGHT, LETTER_WIDTH, PlacedLabel, place_labels
 from governor_mechanism.render.film.labels import AngleArc, find_labels
 from governor_mechanism.render.film.layout import PixelView
-from governor_mechanism.render.film.options import FilmOptions
 from governor_mechanism.render.film.overlays import ForceArrows, box_with_rotation_arrow, rotation_arrow, shows_bodies, trace_shapes
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Lines, TextShape
 from governor_mechanism.render.style import INK

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
 
-from governor_mechanism.render.figure_files import Theme
+from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
 from governor_mechanism.render.film.moving_parts import pale_colour
 from governor_mechanism.render.film.painters import Painter

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmLayout, FilmOptions
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
 from governor_mechanism.render.film import layout
@@ -14,7 +15,6 @@ from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import PixelView, shift_rect
 from governor_mechanism.render.film.moving_parts import Curve, CurvePanel, Panel, plot_curves
-from governor_mechanism.render.film.options import DEFAULT_OPTIONS, FilmLayout, FilmOptions
 from governor_mechanism.render.film.plot_heading import LINE_PITCH, PlotHeading
 from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2, round_step
 from governor_mechanism.render.machines.engine_room import proportions as room

@@ -14,6 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.lines import Line2D
 from matplotlib.text import Text as Words
 
+from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.film import layout
@@ -22,8 +23,6 @@ from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import PixelView
 from governor_mechanism.render.film.moving_artist import MovingArtist
 from governor_mechanism.render.film.moving_parts import CachedNumber, Panel, SortedPanel
-from governor_mechanism.render.film.options import DEFAULT_OPTIONS, FilmOptions
-from governor_mechanism.render.film_option_error import FilmOptionError
 from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
 from governor_mechanism.render.number_format import format_closing_lines
 from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION, Brush, artist_paths
@@ -32,8 +31,6 @@ from governor_mechanism.types import BoolArray, FloatArray
 
 FRAME_DPI = 64
 """A power of two, so that size / DPI * DPI is exactly the size."""
-MIN_FRAME_SIZE, MAX_FRAME_SIZE = 320, 4320
-"""Smallest frame (pixels) in which text is readable, and the largest that screens show."""
 FRAME_CLOSING_LINE_LENGTH = 94
 """Number of characters in the closing lines that fit at about their normal size."""
 
@@ -58,9 +55,6 @@ class FrameCanvas:
     """
 
     def __init__(self, size: int, shift: float, options: FilmOptions = DEFAULT_OPTIONS, width: float = layout.REFERENCE_SIZE) -> None:
-        if not MIN_FRAME_SIZE <= size <= MAX_FRAME_SIZE:
-            template = "{size} of a film must be {least} to {most} pixels; got {found}"
-            raise FilmOptionError(template, least=MIN_FRAME_SIZE, most=MAX_FRAME_SIZE, found=size)
         # The whole frame is a whole number of pixels wide.
         self._shift, self._right = (
             round(length * size / layout.REFERENCE_SIZE) * layout.REFERENCE_SIZE / size for length in (shift, width)

@@ -6,6 +6,7 @@ from itertools import zip_longest
 import numpy as np
 
 from governor_mechanism.model.part import TURNING_PLANE
+from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions, FilmView
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.elevation_overlay import ElevationOverlay
@@ -20,7 +21,6 @@ from governor_mechanism.render.film.frame_data import (
 )
 from governor_mechanism.render.film.layout import PixelView, fit_view, frame_layout, share_scale, shift_rect
 from governor_mechanism.render.film.moving_parts import Curve, Panel, plot_curves
-from governor_mechanism.render.film.options import DEFAULT_OPTIONS, FilmOptions, FilmView
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box
 from governor_mechanism.render.film.overlays import box_with_rotation_arrow, plan_shapes_at, rotation_arrow
 from governor_mechanism.render.film.plot_heading import LINE_PITCH, PlotHeading

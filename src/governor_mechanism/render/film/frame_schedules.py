@@ -5,34 +5,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.render.film_option_error import FilmOptionError
 from governor_mechanism.types import FloatArray
 
 FrameSchedule = tuple[FloatArray, list[int]]
 """Times of the frames (s) and the display time of each in hundredths of a second."""
 Schedule = Callable[[float, float, float, float], FrameSchedule]
 """Returns the frames from a start to a stop (s) at a frame rate (1/s) and a slow-down."""
-
-MAX_FRAME_RATE = 50
-"""Largest frame rate (1/s): viewers show a GIF frame of less than 2 hundredths of a second far too long."""
-
-
-def require_frame_rate(frames_per_second: float) -> None:
-    """Check a frame rate (1/s); call it before long work.
-
-    Parameters
-    ----------
-    frames_per_second
-        The frame rate.
-
-    Raises
-    ------
-    MechanismError
-        If it is out of range.
-    """
-    if not 1 <= frames_per_second <= MAX_FRAME_RATE:
-        template = "{frames_per_second} must be 1 to {most}; got {found:g}"
-        raise FilmOptionError(template, most=MAX_FRAME_RATE, found=frames_per_second)
 
 
 def schedule_frames(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> FrameSchedule:
@@ -41,7 +19,6 @@ def schedule_frames(start: float, stop: float, frames_per_second: float, slow_do
     The display times add up to `slow_down` times the shown duration. Each frame is shown from half a step before its time to half a step
     after it, so the first and the last frame are shown half as long as the others.
     """
-    require_frame_rate(frames_per_second)
     hundredths = max(round((stop - start) * slow_down * 100), 1)
     steps = round(hundredths / 100 * frames_per_second)
     if steps < 1:

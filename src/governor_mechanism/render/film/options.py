@@ -1,250 +1,116 @@
-"""What a film shows and how: its layout, plots, colours, and what is drawn beside the machine on demand. Nothing heavy is imported here."""
+"""Which options suit a film: its format, and the scenes that it shows. Call it before long work."""
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from enum import StrEnum
+from dataclasses import fields
+from importlib import import_module
 
-from governor_mechanism.errors import did_you_mean
-from governor_mechanism.model.part import Part
-from governor_mechanism.render.figure_files import Theme
-from governor_mechanism.render.film_option_error import FilmOptionError, list_options
-from governor_mechanism.units.quantities import format_value
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptionError, FilmOptions, FilmView, list_options
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts, find_governed_engine
+from governor_mechanism.render.magnified_motion import require_one_coordinate
 
-MAX_PLOTS = 4
-"""Largest number of plots: more would leave each less than an eighth of the frame's height for its curve."""
-
-
-class FilmLayout(StrEnum):
-    """Layout of a film: the machine alone, with plots in a square, or with plots beside it in 16:9."""
-
-    MACHINE = "machine"
-    MACHINE_AND_PLOTS = "machine+plots"
-    WIDE = "wide"
+PAGE_SUFFIX, DRAWING_SUFFIX = ".html", ".svg"
+"""Endings of the names of an interactive page and of an animated drawing, which show one run."""
+VIDEO_SUFFIXES = (".mp4", ".webm")
+"""Endings of the names of videos, which need ffmpeg."""
+_OF_PAGES = ("size", "part", "start", "stop", "slow_down")
+"""Options that a page takes too."""
+_OF_PARTS = ("labels", "forces", "traces", "view", "exaggerate")
+"""Options of the film of a part, which an engine room does not take."""
 
 
-class FilmView(StrEnum):
-    """View of a part that turns with a spindle: its plane, from outside, or both side by side."""
-
-    PLANE = "plane"
-    OUTSIDE = "outside"
-    BOTH = "both"
-
-
-@dataclass(frozen=True, kw_only=True)
-class FilmOptions:
-    """What the frames of a film show.
-
-    Attributes
-    ----------
-    layout
-        The layout.
-    readings
-        Names of the plotted readings, as in `Trajectory.readings`, or "rate of ..."; none for those that the drawing chooses.
-    theme
-        Light or dark.
-    footer
-        Whether the last line states accuracy and engine. An early end of the run is stated in any case.
-    labels
-        Whether the parts are named, and the angle of the leading reading is marked.
-    forces
-        Whether the forces on the bodies are drawn as arrows.
-    traces
-        Whether the paths of the mass centres are drawn.
-    view
-        How parts that turn with a spindle are seen.
-    exaggerate
-        Magnification of the motion about its mean position; 1 is the true motion.
-    """
-
-    layout: FilmLayout = FilmLayout.MACHINE_AND_PLOTS
-    readings: tuple[str, ...] = ()
-    theme: Theme = Theme.LIGHT
-    footer: bool = True
-    labels: bool = False
-    forces: bool = False
-    traces: bool = False
-    view: FilmView = FilmView.PLANE
-    exaggerate: float = 1.0
-
-
-DEFAULT_OPTIONS = FilmOptions()
-"""Options of a film of which nothing is requested."""
-
-
-def make_film_options(
-    layout: str,
-    readings: Sequence[str] | None,
-    theme: str,
-    *,
-    footer: bool,
-    labels: bool,
-    forces: bool,
-    traces: bool,
-    view: str = FilmView.PLANE,
-    exaggerate: float = 1.0,
-) -> FilmOptions:
-    """Return the checked options of a film.
+def require_suitable_options(options: FilmOptions, scenes: Sequence[Scene], suffix: str) -> None:
+    """Check that a film can show what is requested.
 
     Parameters
     ----------
-    layout
-        Name of a layout.
-    readings
-        Names of readings; None for those that the drawing chooses.
-    theme
-        "light" or "dark".
-    footer
-        Whether the last line states accuracy and engine.
-    labels
-        Whether the parts are named.
-    forces
-        Whether the forces are drawn.
-    traces
-        Whether the paths of the mass centres are drawn.
-    view
-        Name of a view.
-    exaggerate
-        Magnification of the motion, at least 1.
-
-    Returns
-    -------
-    FilmOptions
-        The options.
-
-    Raises
-    ------
-    MechanismError
-        If there is no such layout, theme or view, the magnification is out of range, options do not go together, or the readings are no
-        list of texts, too many, or have no place in the layout.
-    """
-    _require_one_of("layout", layout, FilmLayout)
-    if theme not in (Theme.LIGHT, Theme.DARK):
-        raise FilmOptionError("a film's {theme} must be light or dark, for its frames have a ground; got {found!r}", found=theme)
-    names = _require_readings(readings, layout)
-    _require_one_of("view", view, FilmView)
-    overlays = [name for name, is_on in (("labels", labels), ("forces", forces), ("traces", traces)) if is_on]
-    if overlays and view == FilmView.OUTSIDE:
-        raise FilmOptionError(
-            f"{list_options(overlays)} are drawn on the turning plane, which the {{view}} 'outside' does not show; "
-            "leave them out, or choose the {view} 'both'"
-        )
-    if not (math.isfinite(exaggerate) and exaggerate >= 1.0):
-        raise FilmOptionError("{exaggerate} must be a number of at least 1, which is the true motion; got {found:g}", found=exaggerate)
-    if forces and exaggerate > 1.0:
-        raise FilmOptionError("{forces} are those of the true positions, which {exaggerate} does not show; leave one of the two out")
-    return FilmOptions(
-        layout=FilmLayout(layout),
-        readings=tuple(dict.fromkeys(names)),
-        theme=Theme(theme),
-        footer=footer,
-        labels=labels,
-        forces=forces,
-        traces=traces,
-        view=FilmView(view),
-        exaggerate=float(exaggerate),
-    )
-
-
-def _require_one_of(name: str, found: str, allowed: type[StrEnum]) -> None:
-    """Raise FilmOptionError unless an option is one of some words."""
-    if found not in set(allowed):
-        template = f"a film's {{{name}}} must be one of {', '.join(allowed)}; got {{found!r}}.{{hint}}"
-        raise FilmOptionError(template, found=found, hint=did_you_mean(found, allowed))
-
-
-def _require_readings(readings: Sequence[str] | None, layout: str) -> Sequence[str]:
-    """Return the names of readings; raise FilmOptionError if they are no list of names, too many, or have no place in the layout."""
-    names = () if readings is None else readings
-    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
-        raise FilmOptionError("{readings} of a film must be a list of names, as ['arm_angle']; got {found}", found=format_value(readings))
-    if len(names) > MAX_PLOTS:
-        template = "a film plots at most {most} readings, and {readings} names {count}: {found}; leave some out"
-        raise FilmOptionError(template, most=MAX_PLOTS, count=len(names), found=", ".join(names))
-    if names and layout == FilmLayout.MACHINE:
-        raise FilmOptionError(
-            "a film of the {layout} 'machine' plots no readings; leave {readings} out, or choose the {layout} 'machine+plots' or 'wide'"
-        )
-    return names
-
-
-def require_page_options(frames_per_second: float | None, options: FilmOptions) -> None:
-    """Check that no option of frames is set, which a page has not; call it before long work.
-
-    Parameters
-    ----------
-    frames_per_second
-        The frame rate, or None.
     options
         The options.
+    scenes
+        The scenes whose runs the film shows.
+    suffix
+        Ending of the name of its file.
 
     Raises
     ------
     MechanismError
-        If one is set.
+        If the format or the scenes do not take an option, or the format shows one run only.
     """
-    if frames_per_second is not None:
+    if suffix == PAGE_SUFFIX:
+        _require_page(options, len(scenes))
+        return
+    if suffix == DRAWING_SUFFIX:
+        _require_drawing(options, len(scenes))
+    if find_engine_room(scenes, options.part):
+        _require_room(options)
+    elif options.view is not FilmView.PLANE:
+        _require_turning_part(options, scenes)
+    if options.exaggerate != 1.0:
+        for scene in scenes:
+            require_one_coordinate(scene)
+
+
+def require_video_writer(suffix: str = ".mp4") -> None:
+    """Check that videos can be written; call it before long work.
+
+    Parameters
+    ----------
+    suffix
+        Ending of the file's name.
+
+    Raises
+    ------
+    MechanismError
+        If imageio-ffmpeg is not installed.
+    """
+    try:
+        import_module("imageio_ffmpeg")
+    except ImportError as missing:
+        raise MechanismError(f"writing {suffix} needs ffmpeg: pip install imageio-ffmpeg, or write a .gif") from missing
+
+
+def find_engine_room(scenes: Sequence[Scene], part: str | None) -> EngineRoomParts | None:
+    """Return the governed engine that a film of one run shows as an engine room, or None; `part` is the only part to show."""
+    return find_governed_engine(scenes[0]) if len(scenes) == 1 and part is None else None
+
+
+def _list_changed(options: FilmOptions) -> list[str]:
+    """Return the names of the options that are not at their defaults."""
+    return [one.name for one in fields(options) if getattr(options, one.name) != getattr(DEFAULT_OPTIONS, one.name)]
+
+
+def _require_page(options: FilmOptions, n_runs: int) -> None:
+    """Raise MechanismError for several runs on a page, and for options of frames, which it has not."""
+    if n_runs > 1:
+        raise MechanismError(f"a page shows one run; got {n_runs}; write a page for each, or a .gif of all")
+    if options.frames_per_second is not None:
         raise FilmOptionError("a page draws as often as the screen does and takes no {frames_per_second}; leave it out")
-    if options != DEFAULT_OPTIONS:
-        changed = [one.name for one in fields(options) if getattr(options, one.name) != getattr(DEFAULT_OPTIONS, one.name)]
+    if changed := [name for name in _list_changed(options) if name not in _OF_PAGES]:
         raise FilmOptionError(f"a page has its own layout, switches and colours; leave {list_options(changed)} out, or {{use_gif}}")
 
 
-def require_view(parts: Sequence[Part], view: str) -> None:
-    """Check that a view has something to show; call it before long work.
-
-    Parameters
-    ----------
-    parts
-        The shown parts.
-    view
-        Name of the view.
-
-    Raises
-    ------
-    MechanismError
-        If no part turns with a spindle, but a view from outside is requested.
-    """
-    if view != FilmView.PLANE and not any(part.turns for part in parts):
-        machines = ", ".join(dict.fromkeys(part.machine for part in parts))
-        template = "the {view} {found!r} shows what turns with a spindle, and nothing shown does ({machines}); leave {view} out"
-        raise FilmOptionError(template, found=str(view), machines=machines)
+def _require_drawing(options: FilmOptions, n_runs: int) -> None:
+    """Raise MechanismError for several runs in an animated drawing, and for a view from outside: its parts change places in depth."""
+    if n_runs > 1:
+        raise MechanismError(f"an animated drawing shows one run; got {n_runs}; write one for each, or a .gif of all")
+    if options.view is not FilmView.PLANE:
+        raise FilmOptionError("an animated drawing (.svg) shows the turning plane only; leave {view} out, or {use_gif}")
 
 
-def require_room_options(options: FilmOptions) -> None:
-    """Check that nothing is to be drawn over one part, where an engine room is shown; call it before long work.
-
-    Parameters
-    ----------
-    options
-        The options.
-
-    Raises
-    ------
-    MechanismError
-        If something is.
-    """
-    names = ("labels", "forces", "traces", "view", "exaggerate")
-    requested = [name for name in names if getattr(options, name) != getattr(DEFAULT_OPTIONS, name)]
-    if requested:
+def _require_room(options: FilmOptions) -> None:
+    """Raise MechanismError if something is to be drawn over one part."""
+    if requested := [name for name in _list_changed(options) if name in _OF_PARTS]:
         raise FilmOptionError(
             f"the film of a governed engine shows its engine room, which does not take {list_options(requested)}; "
             "leave that out, or show one part by {part}, for example its governor"
         )
 
 
-def require_drawing_options(options: FilmOptions) -> None:
-    """Check that an animated drawing can show what is requested; call it before long work.
-
-    Parameters
-    ----------
-    options
-        The options.
-
-    Raises
-    ------
-    MechanismError
-        If a view from outside is requested, whose parts change places in depth.
-    """
-    if options.view is not FilmView.PLANE:
-        raise FilmOptionError("an animated drawing (.svg) shows the turning plane only; leave {view} out, or {use_gif}")
+def _require_turning_part(options: FilmOptions, scenes: Sequence[Scene]) -> None:
+    """Raise MechanismError if no shown part turns with a spindle."""
+    parts = [part for scene in scenes for part in scene.parts if options.part in (None, part.name)]
+    if not any(part.turns for part in parts):
+        machines = ", ".join(dict.fromkeys(part.machine for part in parts))
+        template = "the {view} {found!r} shows what turns with a spindle, and nothing shown does ({machines}); leave {view} out"
+        raise FilmOptionError(template, found=str(options.view), machines=machines)

@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film.engine_room_painter import EngineRoomPainter
 from governor_mechanism.render.film.frame_canvas import FrameCanvas
@@ -13,9 +14,8 @@ from governor_mechanism.render.film.frame_data import FrameData, ShownParts, fin
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import ELEVATION_RECT, HEADER_RULE_Y, REFERENCE_SIZE
-from governor_mechanism.render.film.options import DEFAULT_OPTIONS, FilmOptions
+from governor_mechanism.render.film.options import find_engine_room
 from governor_mechanism.render.geometry.primitives import Vec2
-from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts, find_governed_engine
 from governor_mechanism.render.style import RULE
 from governor_mechanism.render.theme import themed_colour
 from governor_mechanism.types import FloatArray
@@ -47,15 +47,14 @@ class SideBySidePainter:
         runs: Sequence[Trajectory],
         titles: Sequence[str] | None,
         frame_data: Sequence[ShownParts],
-        size: int,
         options: FilmOptions = DEFAULT_OPTIONS,
     ) -> None:
-        self.painters = [
-            FramePainter(run, data, size, title=title, compared=[other for other in frame_data if len(other) == len(data)], options=options)
-            for run, data, title in zip(runs, frame_data, titles if titles is not None else [None] * len(runs), strict=True)
-        ]
+        self.painters = []
+        for run, data, title in zip(runs, frame_data, titles if titles is not None else [None] * len(runs), strict=True):
+            compared = [other for other in frame_data if len(other) == len(data)]
+            self.painters.append(FramePainter(run, data, options.size, title=title, compared=compared, options=options))
         self._rule = [round(255 * part) for part in themed_colour(RULE, options.theme)[:3]]
-        factor = size / REFERENCE_SIZE
+        factor = options.size / REFERENCE_SIZE
         self._rule_rows = slice(round((HEADER_RULE_Y + 7) * factor), round(ELEVATION_RECT[3] * factor))
 
     @property
@@ -78,27 +77,18 @@ class SideBySidePainter:
         return pixels
 
 
-def find_engine_room(runs: Sequence[Trajectory], part: str | None) -> EngineRoomParts | None:
-    """Return the governed engine that a film of one run shows as an engine room, or None; `part` is the only part to show."""
-    return find_governed_engine(runs[0].scene) if len(runs) == 1 and part is None else None
-
-
 def make_painter(
     runs: Sequence[Trajectory],
-    part: str | None,
     time_span: Vec2,
     times: FloatArray,
     slow_down: float,
-    size: int,
-    titles: Sequence[str] | None = None,
     options: FilmOptions = DEFAULT_OPTIONS,
+    titles: Sequence[str] | None = None,
 ) -> Painter:
-    """Return the painter of runs at frame times (f,) s within a time span (s); `size` is the height of a frame in pixels."""
-    if governed := find_engine_room(runs, part):
+    """Return the painter of runs at frame times (f,) s within a time span (s), at the slow-down that is chosen for them."""
+    if governed := find_engine_room([one.scene for one in runs], options.part):
         engine, governor = (FrameData(runs[0], shown, time_span, times, slow_down) for shown in (governed.engine, governed.governor))
-        return EngineRoomPainter(runs[0], governed, engine, governor, size, options=options)
-    frame_data = [
-        [FrameData(one, shown, time_span, times, slow_down, options.readings, options.exaggerate) for shown in find_parts(one, part)]
-        for one in runs
-    ]
-    return SideBySidePainter(runs, titles, frame_data, size, options)
+        return EngineRoomPainter(runs[0], governed, engine, governor, options.size, options=options)
+    looks = options.readings, options.exaggerate
+    frame_data = [[FrameData(one, shown, time_span, times, slow_down, *looks) for shown in find_parts(one, options.part)] for one in runs]
+    return SideBySidePainter(runs, titles, frame_data, options)

@@ -8,6 +8,7 @@ from PIL import Image
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film.painters import make_painter
 
@@ -49,7 +50,7 @@ def write_still(
     moment = last if time is None else time
     if not first <= moment <= last:
         raise MechanismError(f"time of a picture must lie within the run, {first:g}..{last:g} s; got {moment:g} s")
-    painter = make_painter((run,), part, (first, last), np.array([moment]), 1.0, size)
+    painter = make_painter((run,), (first, last), np.array([moment]), 1.0, FilmOptions(size=size, part=part))
     with atomic_write(target) as temporary:
         Image.fromarray(painter.paint(0)[..., :3].copy()).save(temporary, format="png")
     return target

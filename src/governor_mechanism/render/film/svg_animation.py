@@ -18,10 +18,10 @@ from matplotlib.lines import Line2D
 from matplotlib.path import Path
 from matplotlib.text import Text
 
+from governor_mechanism.model.results.film_options import FilmOptionError
 from governor_mechanism.render.film.frame_canvas import FRAME_DPI, FrameCanvas
 from governor_mechanism.render.film.moving_parts import CachedNumber, CurvePanel
 from governor_mechanism.render.film.svg_tracks import TOLERANCE, describe_path, find_rigid_motion, key_frames, split_path
-from governor_mechanism.render.film_option_error import FilmOptionError
 from governor_mechanism.types import FloatArray
 
 MAX_FILE_SIZE = 2_000_000

@@ -4,9 +4,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from governor_mechanism.model.results.film_options import FilmOptionError
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film.periodic_motion import MIN_FRAMES_PER_TURN, Motion, last_whole_period, motions_of
-from governor_mechanism.render.film_option_error import FilmOptionError
 from governor_mechanism.render.geometry.primitives import Vec2, round_step
 
 MIN_TRUE_TIME_DURATION, MAX_TRUE_TIME_DURATION = 1.0, 60.0
@@ -124,8 +124,6 @@ def select_slow_down(limits: Vec2, time_span: Vec2, requested: float | None, lon
     if requested is None:
         # If the whole run is shown in true time, so is any part of it, however short.
         return 1.0 if MIN_TRUE_TIME_DURATION <= limits[1] - limits[0] <= longest_true_time else choose_slow_down(end - begin)
-    if not (math.isfinite(requested) and requested > 0.0):
-        raise FilmOptionError("{slow_down} must be a number above 0, seconds of film per second of the run; got {found:g}", found=requested)
     if (end - begin) * requested > MAX_SLOWED_FILM_DURATION:
         raise FilmOptionError(
             "{slow_down} {found:g} makes a film of {length:g} s; at most {most:g} s: show less by {start} and {stop}, or slow it less",

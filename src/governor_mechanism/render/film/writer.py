@@ -6,33 +6,30 @@ A second of film is a second of the run, except for very short or long runs; the
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from importlib import import_module
 from pathlib import Path
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions, FilmView
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.figure_files import Theme
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.film.encoders import FilmFrames, OpenEncoder, open_gif, open_svg, open_video, open_webm
 from governor_mechanism.render.film.frame_data import find_parts
 from governor_mechanism.render.film.frame_schedules import Schedule, schedule_equal_steps, schedule_frames, schedule_video_frames
 from governor_mechanism.render.film.gif_frame_rate import choose_gif_settings
 from governor_mechanism.render.film.options import (
-    FilmLayout,
-    FilmOptions,
-    FilmView,
-    make_film_options,
-    require_drawing_options,
-    require_page_options,
-    require_room_options,
-    require_view,
+    PAGE_SUFFIX,
+    VIDEO_SUFFIXES,
+    find_engine_room,
+    require_suitable_options,
+    require_video_writer,
 )
-from governor_mechanism.render.film.painters import find_engine_room, make_painter
+from governor_mechanism.render.film.painters import make_painter
 from governor_mechanism.render.film.timing import Timing, select_room_timing, select_slow_down, select_time_span, select_timing
 from governor_mechanism.render.machines.engine_room.settling import settled_time
 from governor_mechanism.render.shown_readings import chosen_readings
-from governor_mechanism.units.arguments import FLAG, NUMBER, PATH, QUANTITY, TEXT, check_arguments
-from governor_mechanism.units.quantities import convert_texts, format_value
+from governor_mechanism.units.arguments import PATH, check_arguments
+from governor_mechanism.units.quantities import format_value
 
 FilmProgress = Callable[[int, int], None]
 """Called with the number of frames done and in total."""
@@ -49,66 +46,22 @@ ENGINE_ROOM_FRAME_RATE = 12.5
 """Frame rate (1/s) of the film of an engine room, for a file of less than 700 kB."""
 
 
-@check_arguments(
-    path=PATH,
-    size=NUMBER,
-    frames_per_second=NUMBER,
-    part=TEXT,
-    start=QUANTITY,
-    stop=QUANTITY,
-    slow_down=NUMBER,
-    layout=TEXT,
-    theme=TEXT,
-    footer=FLAG,
-    labels=FLAG,
-    forces=FLAG,
-    traces=FLAG,
-    view=TEXT,
-    exaggerate=NUMBER,
-)
+@check_arguments(path=PATH)
 def write_film(
     run: Trajectory | Sequence[Trajectory],
     path: str | os.PathLike[str],
+    options: FilmOptions = DEFAULT_OPTIONS,
     *,
     titles: Sequence[str] | None = None,
-    size: int = 480,
-    frames_per_second: float | None = None,
-    part: str | None = None,
-    start: float | str | None = None,
-    stop: float | str | None = None,
-    slow_down: float | None = None,
-    layout: str = FilmLayout.MACHINE_AND_PLOTS,
-    readings: Sequence[str] | None = None,
-    theme: str = Theme.LIGHT,
-    footer: bool = True,
-    labels: bool = False,
-    forces: bool = False,
-    traces: bool = False,
-    view: str = FilmView.PLANE,
-    exaggerate: float = 1.0,
     progress: FilmProgress | None = None,
 ) -> Path:
     """Write one run, or several side by side, as a film.
 
     `gm.film` documents the parameters, the result and the errors. No file is left behind if an exception is raised.
     """
-    options = make_film_options(
-        layout, readings, theme, footer=footer, labels=labels, forces=forces, traces=traces, view=view, exaggerate=exaggerate
-    )
-    request = _Request(
-        target=_require_target(path),
-        runs=_require_runs(run, titles),
-        titles=titles,
-        size=size,
-        frames_per_second=frames_per_second,
-        part=part,
-        start=convert_texts(start, "time", "start"),
-        stop=convert_texts(stop, "time", "stop"),
-        slow_down=slow_down,
-        options=options,
-        progress=progress,
-    )
-    request.require_readings()
+    request = _Request(target=_require_target(path), runs=_require_runs(run, titles), titles=titles, options=options, progress=progress)
+    request.require_names()
+    require_suitable_options(options, request.scenes, request.suffix)
     if request.suffix == PAGE_SUFFIX:
         return _write_page(request)
     timing = _choose_timing(request)
@@ -124,12 +77,6 @@ class _Request:
     target: Path
     runs: Sequence[Trajectory]
     titles: Sequence[str] | None
-    size: int
-    frames_per_second: float | None
-    part: str | None
-    start: float | None
-    stop: float | None
-    slow_down: float | None
     options: FilmOptions
     progress: FilmProgress | None
 
@@ -138,10 +85,16 @@ class _Request:
         """Ending of the name of the file."""
         return self.target.suffix.lower()
 
-    def require_readings(self) -> None:
-        """Check that all runs have the chosen readings."""
+    @property
+    def scenes(self) -> Sequence[Scene]:
+        """Scenes of the runs."""
+        return [one.scene for one in self.runs]
+
+    def require_names(self) -> None:
+        """Check that all runs have the chosen readings and the chosen part."""
         for one in self.runs:
             chosen_readings(one, self.options.readings)
+            find_parts(one, self.options.part)
 
 
 def _require_target(path: str | os.PathLike[str]) -> Path:
@@ -177,44 +130,36 @@ def _write_page(request: _Request) -> Path:
     """Write a run as an interactive page."""
     from governor_mechanism.render.page.writer import write_page
 
-    if len(request.runs) > 1:
-        raise MechanismError(f"a page shows one run; got {len(request.runs)}; write a page for each, or a .gif of all")
-    require_page_options(request.frames_per_second, request.options)
+    options = request.options
     (run,) = request.runs
     limits = float(run.times[0]), float(run.times[-1])
-    time_span = select_time_span(limits, request.start, request.stop)
-    slow_down = select_slow_down(limits, time_span, request.slow_down, MAX_TRUE_TIME_PAGE_DURATION)
-    write_page(run, request.target, part=request.part, time_span=time_span, slow_down=slow_down)
+    time_span = select_time_span(limits, options.start, options.stop)
+    slow_down = select_slow_down(limits, time_span, options.slow_down, MAX_TRUE_TIME_PAGE_DURATION)
+    write_page(run, request.target, part=options.part, time_span=time_span, slow_down=slow_down)
     if request.progress is not None:
         request.progress(1, 1)
     return request.target
 
 
 def _choose_timing(request: _Request) -> Timing:
-    """Return which part of the runs is shown, and how fast; raise MechanismError for options that do not suit what is shown."""
-    runs, part, options = request.runs, request.part, request.options
-    if request.suffix == ".svg":
-        if len(runs) > 1:
-            raise MechanismError(f"an animated drawing shows one run; got {len(runs)}; write one for each, or a .gif of all")
-        require_drawing_options(options)
-    governed = find_engine_room(runs, part)
+    """Return which part of the runs is shown, and how fast."""
+    runs, options = request.runs, request.options
+    governed = find_engine_room(request.scenes, options.part)
     if governed is not None:
-        require_room_options(options)
-        settled = settled_time(runs[0], governed) if request.start is None and request.stop is None else request.stop
-        return select_room_timing(runs[0], request.start, settled, request.slow_down)
-    require_view([shown for one in runs for shown in find_parts(one, part)], options.view)
+        settled = settled_time(runs[0], governed) if options.start is None and options.stop is None else options.stop
+        return select_room_timing(runs[0], options.start, settled, options.slow_down)
     shows_rotation = options.view is not FilmView.PLANE
-    return select_timing(runs, part, request.start, request.stop, request.slow_down, DEFAULT_FRAME_RATE, shows_rotation=shows_rotation)
+    timing = options.start, options.stop, options.slow_down
+    return select_timing(runs, options.part, *timing, DEFAULT_FRAME_RATE, shows_rotation=shows_rotation)
 
 
 def _make_frames(request: _Request, timing: Timing) -> FilmFrames:
     """Return the frames of the film; those of a GIF at the rate that keeps its file small if none is requested."""
-    is_engine_room = find_engine_room(request.runs, request.part) is not None
-    chosen_rate = _choose_frame_rate(request.suffix, timing, is_engine_room=is_engine_room)
-    film = _frames_at(request, timing, chosen_rate if request.frames_per_second is None else request.frames_per_second)
-    if request.suffix != ".gif" or request.frames_per_second is not None:
+    requested = request.options.frames_per_second
+    film = _frames_at(request, timing, _choose_frame_rate(request, timing) if requested is None else requested)
+    if request.suffix != ".gif" or requested is not None:
         return film
-    rate, few_colours = choose_gif_settings(film, timing.lowest_frame_rate if request.slow_down is None else 0.0)
+    rate, few_colours = choose_gif_settings(film, timing.lowest_frame_rate if request.options.slow_down is None else 0.0)
     return replace(film if rate == film.frame_rate else _frames_at(request, timing, rate), few_colours=few_colours)
 
 
@@ -222,9 +167,7 @@ def _frames_at(request: _Request, timing: Timing, frame_rate: float) -> FilmFram
     """Return the frames of the film at a rate, 1/s."""
     schedule, _ = FILM_FORMATS[request.suffix]
     times, delays = schedule(*timing.time_span, frame_rate, timing.slow_down)
-    painter = make_painter(
-        request.runs, request.part, timing.time_span, times, timing.slow_down, request.size, request.titles, request.options
-    )
+    painter = make_painter(request.runs, timing.time_span, times, timing.slow_down, request.options, request.titles)
     return FilmFrames(painter=painter, delays=delays, frame_rate=frame_rate, theme=request.options.theme)
 
 
@@ -238,38 +181,15 @@ def _encode(film: FilmFrames, path: Path, request: _Request) -> None:
                 request.progress(k + 1, len(film.delays))
 
 
-def _choose_frame_rate(suffix: str, timing: Timing, *, is_engine_room: bool) -> float:
+def _choose_frame_rate(request: _Request, timing: Timing) -> float:
     """Return the frame rate (1/s) of a film for which none is requested: a lower one for large files."""
-    if is_engine_room:
+    if find_engine_room(request.scenes, request.options.part) is not None:
         return ENGINE_ROOM_FRAME_RATE
     duration = (timing.time_span[1] - timing.time_span[0]) * timing.slow_down
-    is_long = suffix == ".gif" and duration > MAX_SMOOTH_GIF_DURATION and not timing.has_whole_turns
+    is_long = request.suffix == ".gif" and duration > MAX_SMOOTH_GIF_DURATION and not timing.has_whole_turns
     return LONG_GIF_FRAME_RATE if is_long else DEFAULT_FRAME_RATE
 
 
-def require_video_writer(suffix: str = ".mp4") -> None:
-    """Check that videos can be written; call it before long work.
-
-    Parameters
-    ----------
-    suffix
-        Ending of the file's name.
-
-    Raises
-    ------
-    MechanismError
-        If imageio-ffmpeg is not installed.
-    """
-    try:
-        import_module("imageio_ffmpeg")
-    except ImportError as missing:
-        raise MechanismError(f"writing {suffix} needs ffmpeg: pip install imageio-ffmpeg, or write a .gif") from missing
-
-
-PAGE_SUFFIX = ".html"
-"""Ending of the name of an interactive page."""
-VIDEO_SUFFIXES = (".mp4", ".webm")
-"""Endings of the names of videos, which need ffmpeg."""
 FILM_FORMATS: dict[str, tuple[Schedule, OpenEncoder]] = {
     ".gif": (schedule_frames, open_gif),
     ".mp4": (schedule_video_frames, open_video),
