@@ -132,7 +132,6 @@ def test_a_number_out_of_range_is_refused_on_entry(call, sentence):
 
 RESULT_METHODS = {
     "save figures": (lambda run: lambda wrong: run.save("folder", figure_formats=wrong), "the formats of figures must be a list"),
-    "save a film": (lambda run: lambda wrong: run.save("folder", film_options=wrong), "film_options must be a record, as gm.FilmOptions("),
     "body": (lambda run: run.scene.mechanism.body_index, "no body"),
     "joint": (lambda run: run.scene.mechanism.joint_index, "no joint"),
     "reading": (lambda run: run.scene.mechanism.reading, "no reading"),
@@ -199,6 +198,12 @@ def test_a_speed_curve_of_endless_points_is_refused():
 )
 def test_a_film_refuses_wrong_arguments(run, tmp_path, options, sentence):
     assert sentence in refusal(gm.film, **{"run": run, "path": tmp_path / "film.gif", **options})
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_film_of_a_saved_run_takes_a_record(run, tmp_path):
+    for wrong in (3, {"size": 720}, object(), 1j):
+        assert "film_options must be a record, as gm.FilmOptions(" in refusal(run.save, tmp_path / "out", film="gif", film_options=wrong)
     assert not list(tmp_path.iterdir())
 
 

@@ -12,7 +12,7 @@ import typer
 
 from governor_mechanism.cli.given_options import refuse_idle_options
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.results.film_options import OPTIONS, FilmOptionError, FilmOptions
+from governor_mechanism.model.results.film_options import OPTIONS, FilmFormat, FilmOptionError, FilmOptions
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.units.quantities import number_or_text
 
@@ -24,8 +24,6 @@ COMMAND_WORDS: Final[Mapping[str, str]] = {
     "use_gif": "choose --film gif",
 }
 """Words of messages on the command line, by those of Python."""
-PAGE_FORMAT: Final = "html"
-"""Format of an interactive page."""
 
 
 def parse_film_size(text: str) -> int:
@@ -137,7 +135,7 @@ def gather_film_options(given: Mapping[str, Any]) -> FilmOptions:
     chosen |= {name: _PARSERS[name](text) for name, text in chosen.items() if name in _PARSERS}
     if "footer" in chosen:
         chosen["footer"] = False
-    if given["theme"] is Theme.DARK and given["film"] != PAGE_FORMAT:
+    if given["theme"] is Theme.DARK and given["film"] != FilmFormat.HTML:
         chosen["theme"] = Theme.DARK
     return FilmOptions(**chosen)
 

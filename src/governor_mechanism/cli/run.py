@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import dataclasses
 from contextlib import nullcontext
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,7 +17,7 @@ from governor_mechanism.cli import console
 from governor_mechanism.cli.changed_scene import Changes, load_changed
 from governor_mechanism.cli.film_options import check_film, in_command_words
 from governor_mechanism.cli.given_options import refuse_idle_options
-from governor_mechanism.model.results.film_options import FilmOptions
+from governor_mechanism.model.results.film_options import FilmFormat, FilmOptions
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.units.quantities import number_or_text
 
@@ -27,16 +26,6 @@ if TYPE_CHECKING:
     from governor_mechanism.model.results.trajectory import Trajectory
     from governor_mechanism.model.scene import Scene
     from governor_mechanism.studies.valve_timing import ValveTiming
-
-
-class FilmFormat(StrEnum):
-    """File formats of a film."""
-
-    GIF = "gif"
-    MP4 = "mp4"
-    WEBM = "webm"
-    SVG = "svg"
-    HTML = "html"
 
 
 def run(

@@ -30,11 +30,25 @@ class FigureFiles:
         Formats in which each figure is written.
     theme
         Their colours.
+
+    Raises
+    ------
+    MechanismError
+        If there is no such format or theme.
     """
 
     folder: Path
-    formats: Sequence[FigureFormat] = (FigureFormat.PNG,)
-    theme: Theme = Theme.LIGHT
+    formats: Sequence[str] = (FigureFormat.PNG,)
+    theme: str = Theme.LIGHT
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.formats, list | tuple):
+            raise MechanismError(f"the formats of figures must be a list, as ['png']; got {format_value(self.formats)}")
+        for one in self.formats:
+            if not isinstance(one, str) or one not in set(FigureFormat):
+                raise MechanismError(f"a figure's format must be one of {', '.join(FigureFormat)}; got {format_value(one)}")
+        if not isinstance(self.theme, str) or self.theme not in set(Theme):
+            raise MechanismError(f"a figure's theme must be one of {', '.join(Theme)}; got {format_value(self.theme)}")
 
     def save(self, figure: Figure, stem: str) -> list[Path]:
         """Write a figure in all formats.
@@ -52,35 +66,3 @@ class FigureFiles:
             The files.
         """
         return [figure.save(self.folder / f"{stem}.{one}", self.theme) for one in dict.fromkeys(self.formats)]
-
-
-def make_figure_files(folder: Path, formats: Sequence[str], theme: str) -> FigureFiles:
-    """Return where and how figures are written, from names of formats and of a theme.
-
-    Parameters
-    ----------
-    folder
-        Folder of the files.
-    formats
-        Names of formats.
-    theme
-        Name of a theme.
-
-    Returns
-    -------
-    FigureFiles
-        The checked description.
-
-    Raises
-    ------
-    MechanismError
-        If there is no such format or theme.
-    """
-    if not isinstance(formats, list | tuple):
-        raise MechanismError(f"the formats of figures must be a list, as ['png']; got {format_value(formats)}")
-    for one in formats:
-        if not isinstance(one, str) or one not in set(FigureFormat):
-            raise MechanismError(f"a figure's format must be one of {', '.join(FigureFormat)}; got {format_value(one)}")
-    if not isinstance(theme, str) or theme not in set(Theme):
-        raise MechanismError(f"a figure's theme must be one of {', '.join(Theme)}; got {format_value(theme)}")
-    return FigureFiles(folder=folder, formats=tuple(map(FigureFormat, formats)), theme=Theme(theme))

@@ -7,18 +7,15 @@ from pathlib import Path
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import write_all_or_none
 from governor_mechanism.files.results import save_csv, save_netcdf, save_summary
-from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions
+from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmFormat, FilmOptions
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.figure_files import FigureFormat, make_figure_files
+from governor_mechanism.render.figure_files import FigureFiles, FigureFormat
 from governor_mechanism.units.arguments import FLAG, PATH, TEXT, Requirement, check_arguments
 from governor_mechanism.units.quantities import format_value
 
 DEFAULT_STEM = "scene"
 """Start of the file names of a scene without a file."""
-
-FILM_KINDS = ("gif", "svg", "mp4", "webm", "html")
-"""File formats of a film."""
 
 _SAVERS = {"csv": save_csv, "nc": save_netcdf, "json": save_summary}
 """Functions that write the files without a picture, by the endings of their names."""
@@ -38,46 +35,17 @@ def save_run(
     figure_formats: Sequence[str] = (FigureFormat.PNG,),
     theme: str = Theme.LIGHT,
     film: str | None = None,
-    film_options: FilmOptions = DEFAULT_OPTIONS,
+    film_options: FilmOptions | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[Path, ...]:
     """Write all results of a run or none: if one cannot be written, the results of an earlier run stay unchanged.
 
-    Parameters
-    ----------
-    run
-        The run.
-    folder
-        Folder of the files; it is created unless it exists.
-    name
-        Start of the names of the files; that of the scene file if None.
-    figures
-        Whether to draw the readings over time and the figures of the machine.
-    figure_formats
-        Formats of the figures, see `FigureFormat`.
-    theme
-        Colours of the figures, see `Theme`.
-    film
-        "gif", "svg", "mp4" or "webm" for a film of a run with more than one reported time, "html" for an interactive page; none if None.
-    film_options
-        Options of the film.
-    progress
-        Called with the numbers of frames done and of all.
-
-    Returns
-    -------
-    tuple of Path
-        Paths of the film, the figures, the readings (CSV), all arrays (netCDF) and the record (JSON).
-
-    Raises
-    ------
-    MechanismError
-        If an argument is not valid, a file cannot be written, or the run has no reported time.
+    `Trajectory.save` documents the parameters, the result and the errors.
     """
     stem = name or Path(run.scene.source).stem or DEFAULT_STEM
     _check(run, stem, film)
     target = Path(folder)
-    figure_files = make_figure_files(target, figure_formats, theme)
+    figure_files = FigureFiles(folder=target, formats=figure_formats, theme=theme)
     try:
         target.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -87,7 +55,7 @@ def save_run(
         if film is not None and len(run.times) > 1:
             from governor_mechanism.render.film.writer import write_film
 
-            written.append(write_film(run, target / f"{stem}.{film}", film_options, progress=progress))
+            written.append(write_film(run, target / f"{stem}.{film}", film_options or DEFAULT_OPTIONS, progress=progress))
         if figures:
             from governor_mechanism.render.figures.registry import write_machine_figures
             from governor_mechanism.render.figures.time_series import readings_figure
@@ -108,7 +76,7 @@ def _check(run: Trajectory, stem: str, film: str | None) -> None:
         raise MechanismError(f"the name of the files must be no path; got {format_value(stem)}; give the folder as the first argument")
     if film is None:
         return
-    if film not in FILM_KINDS:
+    if film not in set(FilmFormat):
         raise MechanismError(f'film must be "gif", "svg", "mp4", "webm", "html" or None; got {format_value(film)}')
     if film in ("mp4", "webm"):
         from governor_mechanism.render.film.options import require_video_writer

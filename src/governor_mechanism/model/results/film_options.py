@@ -23,6 +23,16 @@ MAX_PLOTS = 4
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
+class FilmFormat(StrEnum):
+    """File format of a film: moving pictures, an animated drawing, or an interactive page."""
+
+    GIF = "gif"
+    MP4 = "mp4"
+    WEBM = "webm"
+    SVG = "svg"
+    HTML = "html"
+
+
 class FilmLayout(StrEnum):
     """Layout of a film: the machine alone, with plots in a square, or with plots beside it in 16:9."""
 

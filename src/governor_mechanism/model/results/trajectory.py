@@ -11,7 +11,7 @@ from governor_mechanism.errors import RunFailed
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.results.cost import Cost
 from governor_mechanism.model.results.energy import Energy
-from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmKeywords, FilmOptions, show_film_options
+from governor_mechanism.model.results.film_options import FilmKeywords, FilmOptions, show_film_options
 from governor_mechanism.model.results.named_values import name_values
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.pictures import Figure, Film
@@ -253,7 +253,7 @@ class Trajectory:
         figure_formats: Sequence[str] = ("png",),
         theme: str = "light",
         film: str | None = None,
-        film_options: FilmOptions = DEFAULT_OPTIONS,
+        film_options: FilmOptions | None = None,
         progress: Callable[[int, int], None] | None = None,
     ) -> tuple[Path, ...]:
         """Write readings (CSV), all arrays (netCDF), a record (JSON) and figures into a folder: all files or none.
@@ -275,7 +275,7 @@ class Trajectory:
         film
             "gif", "svg", "mp4" or "webm" for a film, too, or "html" for an interactive page.
         film_options
-            Options of the film: `gm.FilmOptions(size=720, stop="2 s")`.
+            Options of the film, as `gm.FilmOptions(size=720, stop="2 s")`; their defaults if None.
         progress
             Called with the numbers of frames done and of all.
 
