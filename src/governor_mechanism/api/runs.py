@@ -133,7 +133,7 @@ def film(
     """Write one run, or several side by side, as an animation.
 
     Runs share the axes of their readings and, if their machines are of like kind and size, their scale. A run that ends before the others
-    rests in its last position, and says when it ended.
+    rests in its last position, and says when it ended. The options are those of `FilmOptions`.
 
     Parameters
     ----------
@@ -146,8 +146,6 @@ def film(
         Titles of several runs; those of their scenes if None.
     progress
         Called as ``progress(done, total)`` after each frame; once for a page.
-    **options
-        Options of the film, as in `FilmOptions`.
 
     Returns
     -------

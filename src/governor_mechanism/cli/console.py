@@ -104,7 +104,7 @@ def guarded_command(command: Callable[..., CommandResult]) -> Callable[..., None
         raise CommandExit(status)
 
     parameters = inspect.signature(command, eval_str=True).parameters
-    records = {name: one.annotation for name, one in parameters.items() if one.annotation in (FigureFiles, FilmOptions)}
+    records = {name: one.annotation for name, one in parameters.items() if one.annotation in _RECORDS}
     if records:
         _declare_options(guarded, parameters)
     return guarded

@@ -1,4 +1,4 @@
-"""All files of a run in one folder."""
+"""All files of a run in one folder. What draws is imported where it is needed: it is slow to import."""
 
 import os
 from collections.abc import Callable, Sequence

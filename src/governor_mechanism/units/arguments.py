@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import functools
+import inspect
 import os
 import sys
 from collections.abc import Callable, Mapping
 from numbers import Integral, Real
-from typing import TYPE_CHECKING, Any, Final, ParamSpec, TypeVar
+from typing import Any, Final, ParamSpec, TypeVar
 
 from governor_mechanism.errors import MechanismError
-
-if TYPE_CHECKING:
-    from inspect import Signature
+from governor_mechanism.units.quantities import format_value
 
 _Parameters = ParamSpec("_Parameters")
 _Result = TypeVar("_Result")
@@ -22,7 +21,7 @@ Requirement = tuple[str, Callable[[Any], bool]]
 
 def _is_numeric(value: Any) -> bool:
     """Return whether NumPy reads a value as a list of numbers."""
-    import numpy as np
+    import numpy as np  # slow to import
 
     try:
         return bool(np.asarray(value, dtype=np.float64).ndim == 1)
@@ -79,20 +78,13 @@ def check_arguments(**requirements: Requirement) -> Callable[[Callable[_Paramete
     """
 
     def decorate(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Result]:
-        @functools.cache
-        def find_signature() -> Signature:
-            import inspect
-
-            return inspect.signature(function)
+        signature = inspect.signature(function)
 
         @functools.wraps(function)
         def checked(*arguments: _Parameters.args, **options: _Parameters.kwargs) -> _Result:
-            signature = find_signature()
             given = signature.bind(*arguments, **options).arguments
             for name, (description, is_met) in requirements.items():
                 if name in given and given[name] is not signature.parameters[name].default and not is_met(given[name]):
-                    from governor_mechanism.units.quantities import format_value
-
                     raise MechanismError(f"{name} must be {description}; found {format_value(given[name])}")
             return function(*arguments, **options)
 

@@ -1,7 +1,6 @@
 """What a user may ask of a film: one record, whose fields say what each option means, what it may be, and how a command names it."""
 
 import inspect
-import re
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -192,15 +191,7 @@ class FilmKeywords(TypedDict, total=False):
 class FilmOptions:
     """What a film shows and how: the options of `gm.film` as one checked record, which `run.save` takes.
 
-    Attributes
-    ----------
-    **options
-        The fields, by name.
-
-    Raises
-    ------
-    MechanismError
-        If an option is not valid, or options do not go together.
+    An option that is not valid, or that does not go with another, raises a MechanismError.
     """
 
     frames_per_second: float | None = film_option(
@@ -354,7 +345,7 @@ DEFAULT_OPTIONS: Final = FilmOptions()
 
 
 def show_film_options(function: _Function) -> _Function:
-    """Show the options of films in the signature and the docstring of a function that takes them as `**options`.
+    """Show the options of films in the signature of a function that takes them as `**options`, and after the parameters of its docstring.
 
     Parameters
     ----------
@@ -374,26 +365,11 @@ def show_film_options(function: _Function) -> _Function:
     changed: Any = function
     changed.__signature__ = inspect.Signature([*own, *options], return_annotation=hints["return"])
     changed.__annotations__ = {**hints, **types}
-    changed.__doc__ = describe_film_options(function.__doc__ or "")
+    changed.__doc__ = inspect.cleandoc(function.__doc__ or "").replace("\n\nReturns\n---", f"\n{_DESCRIPTION}\n\nReturns\n---")
     return function
 
 
-def describe_film_options(text: str) -> str:
-    """Return a docstring with the options of films in the place of `**options`.
-
-    Parameters
-    ----------
-    text
-        The docstring.
-
-    Returns
-    -------
-    str
-        The changed one.
-    """
-    entries = [f"{name}\n{textwrap.indent(textwrap.fill(one.meaning, 120), '    ')}\n" for name, one in OPTIONS.items()]
-    return re.sub(r"^\*\*options\n( {4}.*\n)*", lambda _: "".join(entries), inspect.cleandoc(text), flags=re.MULTILINE)
-
-
+_DESCRIPTION: Final = "\n".join(f"{name}\n{textwrap.indent(textwrap.fill(one.meaning, 120), '    ')}" for name, one in OPTIONS.items())
+"""The options in the form of a docstring."""
 show_film_options(FilmOptions.__init__)
-FilmOptions.__doc__ = describe_film_options(FilmOptions.__doc__ or "")
+FilmOptions.__doc__ = f"{inspect.cleandoc(FilmOptions.__doc__ or '')}\n\nAttributes\n----------\n{_DESCRIPTION}"

@@ -1,4 +1,4 @@
-"""Additional figures of a run by machine."""
+"""Additional figures of a run by machine. Those of other machines are not imported: together they are slow to import."""
 
 from pathlib import Path
 

@@ -128,7 +128,7 @@ def _require_runs(run: Trajectory | Sequence[Trajectory], titles: Sequence[str] 
 
 def _write_page(request: _Request) -> Path:
     """Write a run as an interactive page."""
-    from governor_mechanism.render.page.writer import write_page
+    from governor_mechanism.render.page.writer import write_page  # slow to import, and only for pages
 
     options = request.options
     (run,) = request.runs
