@@ -78,7 +78,7 @@ UNTYPED = {
             for name in ("actuator", "document", "effect", "force", "ground", "joint", "motor", "spindle", "torque")
         ),
         *(f"Scene.{name}" for name in ("document", "from_dict", "replace", "with_changes")),
-        *(f"{design}.scene_document" for design in ("GovernedEngineDesign", "HartnellDesign", "PendulumDesign")),
+        *(f"{design}.scene_document" for design in ("FlywheelDesign", "GovernedEngineDesign", "HartnellDesign", "PendulumDesign")),
         "sweep",
     },
     "values of JSON": {f"{name}.as_json" for name in CLASSES} | {"Trajectory.settings"},

@@ -14,13 +14,14 @@ import governor_mechanism as gm
 from governor_mechanism.closed_form.flywheel.engine import net_work
 from governor_mechanism.closed_form.flywheel.equilibrium import energy_fluctuation
 from governor_mechanism.render.figures.errata.registry import draw_erratum
+from governor_mechanism.studies.design.flywheel import closed_cycle
+from governor_mechanism.studies.design.flywheel_paper import PAPER_ENGINE, compare_with_paper
+from governor_mechanism.studies.design.hartung import PAPER_INPUTS
+from governor_mechanism.studies.design.hartung_paper import PAPER_GOVERNOR
+from governor_mechanism.studies.design.hartung_paper import compare_with_paper as compare_with_dubois
 from governor_mechanism.studies.errata.erratum import PAPER_REFERENCES, Erratum, Paper
-from governor_mechanism.studies.flywheel.inputs import closed_cycle
-from governor_mechanism.studies.flywheel.paper_comparison import PAPER_ENGINE, compare_with_paper
-from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, PAPER_INPUTS
-from governor_mechanism.studies.hartung.paper_comparison import PAPER_GOVERNOR
-from governor_mechanism.studies.hartung.paper_comparison import compare_with_paper as compare_with_dubois
 from governor_mechanism.studies.printed_numbers import CAUSE_MEANINGS, CAUSE_NOUNS, Cause
+from governor_mechanism.units.historic import KILOGRAM_FORCE
 
 FOLDER = Path(__file__).parent
 

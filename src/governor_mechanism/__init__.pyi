@@ -55,12 +55,12 @@ from governor_mechanism.statics.stability_limit import StabilityLimit as Stabili
 from governor_mechanism.studies.comparison.comparison import Comparison as Comparison
 from governor_mechanism.studies.effect_ablation import EffectsStudy as EffectsStudy
 from governor_mechanism.studies.errata.results import Errata as Errata
-from governor_mechanism.studies.flywheel.design import FlywheelDesign as FlywheelDesign
-from governor_mechanism.studies.governed_engine.results import GovernedEngineDesign as GovernedEngineDesign
+from governor_mechanism.studies.design.flywheel import FlywheelDesign as FlywheelDesign
+from governor_mechanism.studies.design.governed_engine import GovernedEngineDesign as GovernedEngineDesign
 from governor_mechanism.studies.hard_cases.results import HardCasesReport as HardCasesReport
-from governor_mechanism.studies.hartnell.results import HartnellDesign as HartnellDesign
+from governor_mechanism.studies.design.hartnell import HartnellDesign as HartnellDesign
 from governor_mechanism.studies.kernel_compilation import KernelCompilation as KernelCompilation
-from governor_mechanism.studies.pendulum.results import PendulumDesign as PendulumDesign
+from governor_mechanism.studies.design.pendulum import PendulumDesign as PendulumDesign
 from governor_mechanism.studies.regulation.load_change import LoadChangeStudy as LoadChangeStudy
 from governor_mechanism.studies.regulation.paper_rules import PaperRules as PaperRules
 from governor_mechanism.studies.regulation.stability_map import StabilityMap as StabilityMap

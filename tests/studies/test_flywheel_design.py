@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.render.figures.flywheel.design import draw_flywheel_plate
-from governor_mechanism.studies.flywheel.design import design_flywheel
-from governor_mechanism.studies.flywheel.inputs import FlywheelInputs
-from governor_mechanism.studies.flywheel.paper_comparison import compare_with_paper
-from governor_mechanism.studies.flywheel.simulation import export_scene_document, simulate_wheels
+from governor_mechanism.render.figures.design.flywheel import draw_flywheel_plate
+from governor_mechanism.studies.design.flywheel import FlywheelInputs, design_flywheel
+from governor_mechanism.studies.design.flywheel_paper import compare_with_paper
+from governor_mechanism.studies.design.simulated_engines import simulate_wheels
 from reference import flywheel as printed
 
 PAPER = compare_with_paper()
@@ -171,7 +170,7 @@ def test_a_designed_flywheel_keeps_its_promise(requirement):
     assert wheel.lowest == pytest.approx(design.lowest_speed, abs=1e-7)
     assert wheel.highest == pytest.approx(design.highest_speed, abs=1e-7)
     assert wheel.excess == pytest.approx(1.0, abs=1e-5)
-    assert export_scene_document(design, design.inertia)["dimensions"]["inertia"] == design.inertia
+    assert design.scene_document["dimensions"]["inertia"] == design.inertia
 
 
 def test_a_design_is_plain_json():

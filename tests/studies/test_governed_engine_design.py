@@ -18,7 +18,7 @@ from governor_mechanism.closed_form.governed_engine import pendulum_coefficients
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.scenes.changed_document import replace_document_value
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.studies.governed_engine.scene_export import change_times, export_scene_document
+from governor_mechanism.studies.design.governed_engine import change_times
 
 DESIGN = gm.design_governed_engine()
 
@@ -76,7 +76,7 @@ def test_the_cylinders_give_the_torque_and_its_reserve():
 @pytest.mark.parametrize("inputs", [{}, VARIANTS["slow and heavy"]], ids=["default", "slow and heavy"])
 def test_the_scene_has_the_speeds_and_the_eigenvalues_of_the_design(inputs, fraction):
     design = gm.design_governed_engine(**inputs)
-    document = replace_document_value(export_scene_document(design, mean_torque=True), "load.fraction", fraction)
+    document = replace_document_value(design.fill_scene(design.scene_values(mean_torque=True)), "load.fraction", fraction)
     linear = gm.linearise(parse_scene_document(document))
     setting = next(one for one in design.throttle if one.load_fraction == fraction)
     # The scene file has fifteen digits; the linearisation states errors of 1e-11.

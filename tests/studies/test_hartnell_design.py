@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 import governor_mechanism as gm
 from governor_mechanism.cli.main import app
 from governor_mechanism.scenes.parser import read_scene_file
-from governor_mechanism.studies.hartnell.inputs import RPM
-from governor_mechanism.studies.hartnell.simulation import simulate_design
+from governor_mechanism.studies.design.simulated_governors import simulate_hartnell
+from governor_mechanism.units.historic import RPM
 
 DESIGN = gm.design_hartnell()
 OBLIQUE = {"sleeve_mass": "3 kg", "bell_crank_angle": "100 deg", "pivot_radius": "130 mm", "highest_speed": "295 rpm"}
@@ -22,7 +22,7 @@ OBLIQUE = {"sleeve_mass": "3 kg", "bell_crank_angle": "100 deg", "pivot_radius":
 @pytest.mark.parametrize("inputs", [{}, OBLIQUE, {"lift": None, "outer_radius": "150 mm"}], ids=["default", "oblique", "outer radius"])
 def test_the_simulated_governor_has_the_wanted_speeds_at_both_ends_of_the_lift(inputs):
     design = gm.design_hartnell(**{name: value for name, value in inputs.items() if value is not None})
-    simulated = simulate_design(design)
+    simulated = simulate_hartnell(design)
     assert simulated.ok, str(simulated)
     ends = gm.controlling_force(design.scene, points=5).working_range
     np.testing.assert_allclose(ends.speed, [design.inputs.lowest_speed, design.inputs.highest_speed], rtol=1e-9)  # 15 digits in the scene
@@ -61,7 +61,7 @@ def test_a_textbook_spring_that_makes_it_unstable_is_warned_of():
     (warning,) = design.warnings
     assert "unstable" in warning
     assert warning in str(design)
-    assert simulate_design(design).ok
+    assert simulate_hartnell(design).ok
 
 
 @pytest.mark.parametrize(

@@ -12,13 +12,12 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.observables.static_forces import evaluate_static_forces
-from governor_mechanism.render.figures.hartung.design import sleeve_force_figure, spring_lines_figure
+from governor_mechanism.render.figures.design.hartung import sleeve_force_figure, spring_lines_figure
 from governor_mechanism.scenes.toml_text import format_scene_toml
-from governor_mechanism.studies.hartung.design import build_hartung_layout, design_hartung
-from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, TECHNICAL_ATMOSPHERE, HartungInputs
-from governor_mechanism.studies.hartung.paper_comparison import SLIDE_RULE_TOLERANCE, compare_with_paper
-from governor_mechanism.studies.hartung.scene_export import export_scene_document
+from governor_mechanism.studies.design.hartung import HartungInputs, build_hartung_layout, design_hartung
+from governor_mechanism.studies.design.hartung_paper import SLIDE_RULE_TOLERANCE, compare_with_paper
 from governor_mechanism.studies.printed_numbers import Cause
+from governor_mechanism.units.historic import KILOGRAM_FORCE, TECHNICAL_ATMOSPHERE
 from reference import hartung
 from reference.zehnder import half_unit_of_last_digit
 
@@ -165,9 +164,9 @@ def test_inputs_that_no_governor_comes_of_are_refused() -> None:
 def test_the_scene_of_a_design_runs_and_is_the_design(tmp_path: Path) -> None:
     design = design_hartung()
     path = tmp_path / "mine.toml"
-    path.write_text(format_scene_toml(export_scene_document(design), "designed"), encoding="utf-8")
+    path.write_text(format_scene_toml(design.scene_document, "designed"), encoding="utf-8")
     scene = gm.load(path)
-    assert scene.document == export_scene_document(design)
+    assert scene.document == design.scene_document
     run = gm.run(scene, times=np.linspace(0.0, 7.0, 71))
     run.raise_if_failed()
     assert run.notes == ()

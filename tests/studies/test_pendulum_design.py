@@ -13,7 +13,7 @@ import governor_mechanism as gm
 from governor_mechanism.cli.main import app
 from governor_mechanism.closed_form.pendulum import dynamics
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.studies.pendulum.simulation import simulate_design
+from governor_mechanism.studies.design.simulated_governors import simulate_pendulum
 from reference import zehnder
 
 DESIGN = gm.design_pendulum()
@@ -84,7 +84,7 @@ def test_both_positions_hold_at_their_speeds_and_the_masses_give_the_insensitivi
 @pytest.mark.parametrize("inputs", VARIANTS.values(), ids=VARIANTS)
 def test_the_simulated_machine_does_what_the_design_wants(inputs):
     design = gm.design_pendulum(**inputs)
-    simulated = simulate_design(design)
+    simulated = simulate_pendulum(design)
     assert simulated.ok, str(simulated)
     assert len(simulated.numbers) == 12
     assert simulated.run.scene.title == design.scene.title

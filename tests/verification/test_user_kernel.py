@@ -19,8 +19,8 @@ from governor_mechanism.closed_form.flywheel.engine import gas_torque as closed_
 from governor_mechanism.closed_form.flywheel.equilibrium import bracket_terms, energy_fluctuation
 from governor_mechanism.files.plain_values import format_json
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.studies.flywheel.paper_comparison import PRINTED_TERMS
-from governor_mechanism.studies.hartung.paper_comparison import PRINTED_SPRING_FORCES
+from governor_mechanism.studies.design.flywheel_paper import PRINTED_TERMS
+from governor_mechanism.studies.design.hartung_paper import PRINTED_SPRING_FORCES
 from governor_mechanism.verification.user_kernel.comparison import kernel_quantities
 from governor_mechanism.verification.user_kernel.listing import list_quantities
 from governor_scenes import PORTER, governor_scene

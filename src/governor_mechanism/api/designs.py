@@ -30,11 +30,10 @@ def design_flywheel(**inputs: float | str) -> gm.FlywheelDesign:
     >>> round(design.inertia)
     3996
     """
-    from governor_mechanism.studies.design_inputs import change_inputs
-    from governor_mechanism.studies.flywheel.design import design_flywheel as design
-    from governor_mechanism.studies.flywheel.inputs import PAPER_INPUTS
+    from governor_mechanism.studies.design import flywheel
+    from governor_mechanism.studies.design.inputs import change_inputs
 
-    return design(change_inputs(PAPER_INPUTS, inputs))
+    return flywheel.design_flywheel(change_inputs(flywheel.PAPER_INPUTS, inputs))
 
 
 def design_governed_engine(**inputs: float | str) -> gm.GovernedEngineDesign:
@@ -68,11 +67,10 @@ def design_governed_engine(**inputs: float | str) -> gm.GovernedEngineDesign:
     >>> round(design.flywheel.inertia)
     2926
     """
-    from governor_mechanism.studies.design_inputs import change_inputs
-    from governor_mechanism.studies.governed_engine.design import design_governed_engine as design
-    from governor_mechanism.studies.governed_engine.inputs import DEFAULT_INPUTS
+    from governor_mechanism.studies.design import governed_engine
+    from governor_mechanism.studies.design.inputs import change_inputs
 
-    return design(change_inputs(DEFAULT_INPUTS, inputs))
+    return governed_engine.design_governed_engine(change_inputs(governed_engine.DEFAULT_INPUTS, inputs))
 
 
 def design_pendulum(**inputs: float | str) -> gm.PendulumDesign:
@@ -103,11 +101,10 @@ def design_pendulum(**inputs: float | str) -> gm.PendulumDesign:
     >>> round(1e3 * design.sleeve_lift, 3)
     36.128
     """
-    from governor_mechanism.studies.design_inputs import change_inputs
-    from governor_mechanism.studies.pendulum.design import design_pendulum as design
-    from governor_mechanism.studies.pendulum.inputs import DEFAULT_INPUTS
+    from governor_mechanism.studies.design import pendulum
+    from governor_mechanism.studies.design.inputs import change_inputs
 
-    return design(change_inputs(DEFAULT_INPUTS, inputs))
+    return pendulum.design_pendulum(change_inputs(pendulum.DEFAULT_INPUTS, inputs))
 
 
 def design_hartnell(**inputs: float | str) -> gm.HartnellDesign:
@@ -138,8 +135,7 @@ def design_hartnell(**inputs: float | str) -> gm.HartnellDesign:
     >>> round(design.textbook.rate / 1e3, 2), round(design.exact.rate / 1e3, 2)
     (19.75, 20.69)
     """
-    from governor_mechanism.studies.design_inputs import change_inputs
-    from governor_mechanism.studies.hartnell.design import design_hartnell as design
-    from governor_mechanism.studies.hartnell.inputs import DEFAULT_INPUTS
+    from governor_mechanism.studies.design import hartnell
+    from governor_mechanism.studies.design.inputs import change_inputs
 
-    return design(change_inputs(DEFAULT_INPUTS, inputs))
+    return hartnell.design_hartnell(change_inputs(hartnell.DEFAULT_INPUTS, inputs))

@@ -49,10 +49,19 @@ class PrintedNumber:
     remark: str = ""
 
     @property
-    def cells(self) -> tuple[str, ...]:
-        """The number as a row of a table."""
-        mark = f"{self.cause.upper()}: {self.remark}" if self.cause else ""
-        return self.quantity, self.unit, f"{self.printed:.6g}", f"{self.recomputed:.7g}", mark
+    def mark(self) -> str:
+        """Cause and remark; empty if the number is right."""
+        return f"{self.cause.upper()}: {self.remark}" if self.cause else ""
+
+
+PRINTED_COLUMNS = (
+    ("quantity", "{quantity}"),
+    ("unit", "{unit}"),
+    ("printed", "{printed:.6g}"),
+    ("recomputed", "{recomputed:.7g}"),
+    ("", "{mark}"),
+)
+"""Columns of a table of printed numbers: heading, and place in a number."""
 
 
 def select_deviations(numbers: Iterable[PrintedNumber]) -> tuple[PrintedNumber, ...]:

@@ -10,14 +10,14 @@ from collections.abc import Iterator
 from functools import partial
 
 from governor_mechanism.numerics.roots import find_root
-from governor_mechanism.studies.errata.erratum import Erratum, Paper, make_number_erratum
-from governor_mechanism.studies.flywheel.paper_comparison import (
+from governor_mechanism.studies.design.flywheel_paper import (
     PAPER_ENGINE,
     PRINTED_ANGLES,
     PRINTED_LOAD_CONSTANT,
     PaperComparison,
     compare_with_paper,
 )
+from governor_mechanism.studies.errata.erratum import Erratum, Paper, make_number_erratum
 from governor_mechanism.studies.printed_numbers import Cause, PrintedNumber
 
 COMMAND = "governor-mechanism design flywheel"

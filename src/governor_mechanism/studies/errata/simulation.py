@@ -9,14 +9,13 @@ from governor_mechanism.scenes.library import load_scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.controlling_force import compute_controlling_force
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band
+from governor_mechanism.studies.design.flywheel import design_flywheel
+from governor_mechanism.studies.design.flywheel_paper import compare_with_paper
+from governor_mechanism.studies.design.hartung import PAPER_INPUTS
+from governor_mechanism.studies.design.pendulum import PendulumDesign, design_pendulum
+from governor_mechanism.studies.design.simulated_engines import simulate_wheels
 from governor_mechanism.studies.errata.erratum import Paper
 from governor_mechanism.studies.errata.zehnder import LONGER, PROBE_ANGLE_DEG, SHORTER
-from governor_mechanism.studies.flywheel.design import design_flywheel
-from governor_mechanism.studies.flywheel.paper_comparison import compare_with_paper
-from governor_mechanism.studies.flywheel.simulation import simulate_wheels
-from governor_mechanism.studies.hartung.inputs import PAPER_INPUTS
-from governor_mechanism.studies.pendulum.design import design_pendulum
-from governor_mechanism.studies.pendulum.results import PendulumDesign
 from governor_mechanism.studies.valve_timing import tabulate_valve_timing
 from governor_mechanism.types import FloatArray
 

@@ -10,11 +10,10 @@ from collections.abc import Iterator
 from functools import partial
 
 from governor_mechanism.closed_form import parabolic
+from governor_mechanism.studies.design.pendulum import ParabolaStart, PendulumDesign, design_pendulum
 from governor_mechanism.studies.errata.erratum import Erratum, Paper
-from governor_mechanism.studies.pendulum.design import design_pendulum
-from governor_mechanism.studies.pendulum.inputs import RPM
-from governor_mechanism.studies.pendulum.results import ParabolaStart, PendulumDesign
 from governor_mechanism.studies.printed_numbers import Cause
+from governor_mechanism.units.historic import RPM
 
 COMMAND = "governor-mechanism design pendulum"
 """Prints a design by the steps of the paper, with the right formulas."""

@@ -8,10 +8,10 @@ from matplotlib.patches import Arc, Circle
 from governor_mechanism.render.figures.errata.canvas import TEXT_SIZE, add_panel, new_page
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Page, Panel
 from governor_mechanism.render.style import BLUE, INK, LIGHT_STEEL, MUTED, PAPER, VERMILLION
+from governor_mechanism.studies.design.hartung import PAPER_INPUTS, HartungLayout, build_hartung_layout
+from governor_mechanism.studies.design.hartung_paper import compare_with_paper
 from governor_mechanism.studies.errata.dubois import USED_ANGLE_DEG
-from governor_mechanism.studies.hartung.design import HartungLayout, build_hartung_layout
-from governor_mechanism.studies.hartung.inputs import KILOGRAM_FORCE, PAPER_INPUTS
-from governor_mechanism.studies.hartung.paper_comparison import compare_with_paper
+from governor_mechanism.units.historic import KILOGRAM_FORCE
 
 _LEFT_RECT, _RIGHT_RECT = (0.015, 0.03, 0.385, 0.79), (0.515, 0.16, 0.47, 0.62)
 _ARC_DIAMETERS = (62.0, 106.0)

@@ -9,8 +9,8 @@ from governor_mechanism.closed_form.flywheel.wheel import speed_limits
 from governor_mechanism.render.figures.errata.canvas import TEXT_SIZE, add_panel, new_page
 from governor_mechanism.render.figures.page import DASHED, Page
 from governor_mechanism.render.style import BLUE, GREEN, VERMILLION
-from governor_mechanism.studies.flywheel.inputs import DEFAULT_ENERGY_RATIO, PAPER_INPUTS, closed_cycle
-from governor_mechanism.studies.flywheel.paper_comparison import PAPER_ENGINE, compare_with_paper
+from governor_mechanism.studies.design.flywheel import DEFAULT_ENERGY_RATIO, PAPER_INPUTS, closed_cycle
+from governor_mechanism.studies.design.flywheel_paper import PAPER_ENGINE, compare_with_paper
 from governor_mechanism.types import FloatArray
 
 _DEGREES: FloatArray = np.linspace(0.0, 360.0, 721)

@@ -6,8 +6,8 @@ from governor_mechanism.closed_form import parabolic
 from governor_mechanism.render.figures.errata.canvas import TEXT_SIZE, add_panel, new_page
 from governor_mechanism.render.figures.page import DASHED, Page, add_legend
 from governor_mechanism.render.style import BLUE, GREEN, INK, PAPER, SERIF_FONT, VERMILLION
+from governor_mechanism.studies.design.pendulum import design_pendulum
 from governor_mechanism.studies.errata.zehnder import LONGER, SHORTER
-from governor_mechanism.studies.pendulum.design import design_pendulum
 from governor_mechanism.types import FloatArray, FloatOrArray
 
 _DEGREES: FloatArray = np.linspace(-4.0, 4.0, 161)

@@ -1,0 +1,188 @@
+"""Plate of a flywheel design: tangential force and load, indicator diagrams, shaft speed, and the terms of the paper's bracket."""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from governor_mechanism.closed_form.flywheel import engine as closed
+from governor_mechanism.closed_form.flywheel.engine import AirEngine
+from governor_mechanism.render.figures.flywheel.indicator import draw_loop, finish_indicator_panel
+from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, Panel, Plate
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SKY, VERMILLION
+from governor_mechanism.studies.design.flywheel import FlywheelDesign
+from governor_mechanism.studies.design.flywheel_paper import PaperComparison
+from governor_mechanism.studies.design.simulated_engines import SimulatedWheel
+from governor_mechanism.types import FloatArray
+
+_CAPTIONS = {
+    (0.03, 0.862): "Fig. 1.  Tangential force of the air at the crank pin, in the intervals 1 to 4, and load",
+    (0.545, 0.862): "Fig. 2.  Indicator diagrams of expansion cylinder and pump",
+    (0.03, 0.462): "Fig. 3.  Simulated speed of the shaft, with the load that closes the cycle",
+}
+_BRACKET_CAPTION = "Fig. 4.  The terms of the bracket: work from $\\alpha$ to $\\beta$, divided by $A\\,p\\,L$"
+_WORK_CAPTION = "Fig. 4.  Work that the flywheel stores"
+_FOURTH_CAPTION_POSITION = (0.545, 0.462)
+
+_FORCE_RECT, _SPEED_RECT = (0.085, 0.555, 0.41, 0.275), (0.085, 0.125, 0.41, 0.305)
+_INDICATOR_RECTS = (0.61, 0.555, 0.155, 0.275), (0.815, 0.555, 0.15, 0.275)
+_FOURTH_RECT = (0.61, 0.125, 0.355, 0.305)
+"""Left and lower edge, width and height of the panels, in fractions of the figure."""
+
+_TERM_COLUMNS = (0.57, 0.8, 1.0)
+"""Right ends of the columns of numbers, in fractions of their panel."""
+
+_WHEEL_STYLES = (VERMILLION, CHAIN_DOTTED), (BLUE, "-"), (INK, DASHED)
+"""Colours and line styles of the flywheels."""
+
+_N_CURVE_POINTS = 721
+"""Number of points of each curve."""
+
+_PA_PER_BAR, _N_PER_KN = 1e5, 1e3
+
+
+def draw_flywheel_plate(design: FlywheelDesign, simulated: Sequence[SimulatedWheel], comparison: PaperComparison | None = None) -> Plate:
+    """Draw the plate of a design.
+
+    Parameters
+    ----------
+    design
+        Design of the flywheel.
+    simulated
+        The flywheel as it ran, or those by each of the paper's sums.
+    comparison
+        The paper's numbers, if the design is that of the paper: its flywheel is drawn beside the right one, and its terms are printed.
+
+    Returns
+    -------
+    Plate
+        The figure; `save` writes it.
+    """
+    fourth_caption = _WORK_CAPTION if comparison is None else _BRACKET_CAPTION
+    captions = {**_CAPTIONS, _FOURTH_CAPTION_POSITION: fourth_caption}
+    title = "Flywheel of an air-expansion engine"
+    plate = Plate("Redtenbacher’s flywheel", title, "after Die Luftexpansions-Maschine, Mannheim 1853", captions)
+    _draw_forces(plate.add_plate_panel(_FORCE_RECT, "Crank angle $\\varphi$ [deg]", "Tangential force [kN]"), design)
+    for rect, draw, label in zip(_INDICATOR_RECTS, (_draw_expansion, _draw_pump), ("Pressure [bar]", " "), strict=True):
+        draw(plate.add_plate_panel(rect, "Piston travel [% of stroke]", label), design.engine)
+    _draw_speeds(plate.add_plate_panel(_SPEED_RECT, "Crank angle $\\varphi$ [deg]", "Shaft speed [rad/s]"), design, simulated)
+    if comparison is None:
+        _draw_stored_work(plate.add_plate_panel(_FOURTH_RECT, "Crank angle $\\varphi$ [deg]", "Stored work $E/ApL$ [1]"), design)
+    else:
+        _write_terms(plate.add_plate_panel(_FOURTH_RECT), comparison)
+    plate.write_dimensions(_dimensions_text(design))
+    return plate
+
+
+def _dimensions_text(design: FlywheelDesign) -> str:
+    engine, atmosphere = design.engine, design.engine.atmospheric_pressure
+    return (
+        f"$p$ = {engine.supply_pressure / atmosphere:.4g},  $r$ = {engine.back_pressure / atmosphere:.4g},  "
+        f"$R$ = {engine.load_pressure / atmosphere:.5g} atmospheres;  cut-off {engine.cut_off:.4g},  clearances "
+        f"{engine.clearance:.3g} and {engine.pump_clearance:.3g};  $ApL$ = {engine.full_pressure_work / 1e3:.4g} kJ;  "
+        f"flywheel {design.inertia:.5g} kg m²,  $\\mu$ = {design.energy_ratio:.4g}"
+    )
+
+
+def _angles(n_strokes: int = 1) -> FloatArray:
+    """Return crank angles (rad) of some strokes, without the last dead centre, where the next stroke would begin."""
+    return np.linspace(0.0, n_strokes * math.pi, _N_CURVE_POINTS * n_strokes, endpoint=False)
+
+
+def _draw_forces(panel: Panel, design: FlywheelDesign) -> None:
+    """Draw the tangential force over a stroke, the load line, and the excess area between the angles of extreme speed."""
+    engine, extremes = design.engine, design.fluctuation
+    crank = engine.stroke / 2 * _N_PER_KN
+    angles = _angles()
+    force, load = np.asarray(closed.gas_torque(engine, crank_angle=angles)) / crank, engine.load_torque / crank
+    inside = np.mod(angles - extremes.slowest_angle, math.pi) <= extremes.fastest_angle - extremes.slowest_angle
+    panel.fill_between(np.degrees(angles), load, force, where=inside.tolist(), color=SKY, alpha=0.45, linewidth=0, zorder=2)
+    panel.plot(np.degrees(angles), force, color=BLUE, linewidth=2.0, zorder=4)
+    panel.axhline(load, color=VERMILLION, linewidth=1.5, zorder=3)
+    low, high = float(force.min()), float(force.max())
+    panel.set(xlim=(0, 180), ylim=(low - 0.08 * (high - low), high + 0.18 * (high - low)), xticks=range(0, 181, 30))
+    for limit in design.interval_limits:
+        panel.axvline(math.degrees(limit), color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=1)
+    edges = [0.0, *(math.degrees(limit) for limit in design.interval_limits), 180.0]
+    for number, (left, right) in enumerate(pairwise(edges), start=1):
+        panel.annotate_point(((left + right) / 2, high + 0.1 * (high - low)), f"{number}", ha="center", color=MUTED, fontsize=10)
+    for angle, letter, offset in ((extremes.slowest_angle, "\\alpha", (8, -15)), (extremes.fastest_angle, "\\beta", (9, 6))):
+        point = math.degrees(angle % math.pi), load
+        panel.plot(*point, "o", color=INK, markerfacecolor=PAPER, markersize=6, zorder=6)
+        panel.annotate_point(point, f"${letter}$ = {point[0]:.4g}°", offset)
+    middle = math.degrees((extremes.slowest_angle + extremes.fastest_angle) / 2 % math.pi)
+    text = f"excess work {extremes.energy / 1e3:.4g} kJ\n= {design.bracket:.4f} $ApL$"
+    panel.annotate_point((middle, load + 0.35 * (high - load)), text, ha="center", linespacing=1.4)
+    panel.annotate_point((178, load), "load", (0, 5), ha="right", color=VERMILLION)
+
+
+def _draw_expansion(panel: Panel, engine: AirEngine) -> None:
+    """Draw the pressure in one end of the expansion cylinder over a turn; the area is the work of a stroke."""
+    angles = _angles()
+    travel = 100 * np.asarray(closed.piston_travel(crank_angle=angles))
+    pressure = np.asarray(closed.expansion_pressure(engine, crank_angle=angles)) / _PA_PER_BAR
+    draw_loop(panel, travel, pressure, np.full_like(pressure, engine.back_pressure / _PA_PER_BAR), BLUE)
+    panel.axvline(100 * engine.cut_off, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=1)
+    panel.annotate_point((100 * engine.cut_off, engine.supply_pressure / _PA_PER_BAR), "cut-off", (4, -2), fontsize=9.5, color=MUTED)
+    finish_indicator_panel(panel, engine.supply_pressure, engine.atmospheric_pressure, "expansion cylinder", BLUE)
+
+
+def _draw_pump(panel: Panel, engine: AirEngine) -> None:
+    """Draw the pressure in one end of the pump over a turn: intake on one stroke, compression on the stroke back."""
+    angles = _angles()
+    travel = 100 * np.asarray(closed.piston_travel(crank_angle=angles))
+    intake = np.asarray(closed.suction_pressure(engine, crank_angle=angles)) / _PA_PER_BAR
+    compression = np.asarray(closed.delivery_pressure(engine, crank_angle=angles)) / _PA_PER_BAR
+    draw_loop(panel, travel, np.interp(100 - travel, travel, compression), intake, VERMILLION)
+    finish_indicator_panel(panel, engine.supply_pressure, engine.atmospheric_pressure, "compression pump", VERMILLION)
+
+
+def _draw_speeds(panel: Panel, design: FlywheelDesign, simulated: Sequence[SimulatedWheel]) -> None:
+    """Draw the simulated speed over two turns with each flywheel, and the speeds that mu allows."""
+    panel.axhspan(design.lowest_speed, design.highest_speed, color=GREEN, alpha=0.13, linewidth=0, zorder=1)
+    panel.axhline(design.inputs.speed, color=MUTED, linewidth=0.8, linestyle=CHAIN_DOTTED, zorder=2)
+    low, high = min(float(wheel.speeds.min()) for wheel in simulated), max(float(wheel.speeds.max()) for wheel in simulated)
+    spread, line = high - low, 0.1 * (high - low)
+    panel.set(xlim=(0, 720), ylim=(low - 0.12 * spread, high + 0.12 * spread + len(simulated) * line), xticks=range(0, 721, 90))
+    for index, (wheel, (colour, style)) in enumerate(zip(simulated, _WHEEL_STYLES, strict=False)):
+        panel.plot(np.degrees(wheel.crank_angles), wheel.speeds, color=colour, linewidth=1.8, linestyle=style, zorder=4)
+        text = f"{wheel.sized_by}, {wheel.inertia:.4g} kg m²: coefficient {wheel.coefficient:.4f}"
+        panel.annotate_point((8, high + (len(simulated) - index) * line - 0.03 * spread), text, color=colour, va="center", fontsize=10)
+    text = f"{'' if design.inputs.inertia else 'allowed, '}$\\mu$ = {design.energy_ratio:.4g}"
+    valley = math.degrees(design.fluctuation.slowest_angle) + 180
+    panel.annotate_point((valley, design.highest_speed), text, (0, -14), ha="center")
+
+
+def _draw_stored_work(panel: Panel, design: FlywheelDesign) -> None:
+    """Draw the stored work over a stroke, with its extremes."""
+    engine, extremes, angles = design.engine, design.fluctuation, _angles()
+    unit = engine.full_pressure_work
+    panel.plot(np.degrees(angles), np.asarray(closed.stored_work(engine, crank_angle=angles)) / unit, color=BLUE, linewidth=2.0)
+    panel.axhline(0.0, color=MUTED, linewidth=0.8, linestyle=CHAIN_DOTTED)
+    for angle, letter, offset in ((extremes.slowest_angle, "\\alpha", (8, -16)), (extremes.fastest_angle, "\\beta", (0, 7))):
+        point = math.degrees(angle % math.pi), float(closed.stored_work(engine, crank_angle=angle % math.pi)) / unit
+        panel.plot(*point, "o", color=INK, markerfacecolor=PAPER, markersize=6)
+        panel.annotate_point(point, f"${letter}$: ${point[1]:.4g}$", offset)
+    low, high = panel.get_ylim()
+    panel.set(xlim=(0, 180), ylim=(low - 0.08 * (high - low), high + 0.1 * (high - low)), xticks=range(0, 181, 30))
+
+
+def _write_terms(panel: Panel, comparison: PaperComparison) -> None:
+    """Write the seven terms, their sum and the coefficient, printed and recomputed; the wrong ones are coloured."""
+    exact = (*comparison.exact_terms, sum(comparison.exact_terms), comparison.exact_coefficient)
+    n_terms = len(comparison.exact_terms)
+    names = [term.quantity for term in comparison.terms]
+    names[-1] = "coefficient of $\\mu N/n$"
+    panel.set(xlim=(0, 1), ylim=(-1.6 - len(names), 0))
+    for x, text in zip(_TERM_COLUMNS, ("printed", "at 3° and 95°", "exact angles"), strict=True):
+        panel.annotate_point((x, -0.5), text, ha="right", va="center", color=MUTED, fontstyle="italic")
+    for index, (name, term, value) in enumerate(zip(names, comparison.terms, exact, strict=True)):
+        height = -1.6 - index - 0.3 * (index >= n_terms)
+        is_wrong = index >= n_terms or term == comparison.wrong_term
+        panel.annotate_point((0, height), name, va="center")
+        for x, number, digits in zip(_TERM_COLUMNS, (term.printed, term.recomputed, value), (4, 6, 6), strict=True):
+            text = f"{number:.{digits if abs(number) < 1 else 0}f}".replace("-", "−")
+            colour = VERMILLION if is_wrong and number == term.printed else INK
+            panel.annotate_point((x, height), text, ha="right", va="center", color=colour, fontweight="bold" if is_wrong else "normal")
+    panel.plot([0, 1], [-1.3 - n_terms] * 2, color=INK, linewidth=0.7)

@@ -1,0 +1,64 @@
+"""The figures of designs by the machine."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from governor_mechanism.render.figures.design.flywheel import draw_flywheel_plate
+from governor_mechanism.render.figures.design.governed_engine import governed_engine_figure
+from governor_mechanism.render.figures.design.hartnell import hartnell_figure
+from governor_mechanism.render.figures.design.hartung import sleeve_force_figure, spring_lines_figure
+from governor_mechanism.render.figures.design.pendulum import pendulum_figure
+from governor_mechanism.render.figures.page import Page
+from governor_mechanism.render.figures.parabolic.isochronous_data import has_isochronous_parabolas
+from governor_mechanism.render.figures.parabolic.isochronous_plate import isochronous_figure
+from governor_mechanism.studies.design.hartung import HartungDesign, design_hartung
+from governor_mechanism.studies.design.pendulum import PendulumDesign
+from governor_mechanism.studies.design.simulated_governors import SimulatedPendulum
+from governor_mechanism.studies.design.skeleton import Design
+
+
+def _hartung_figures(design: HartungDesign, _: object, paper: object) -> dict[str, Page]:
+    """Draw the spring lines and the spread of the sleeve force; of the paper's design, its spring lines at 132 deg."""
+    is_paper = paper is not None
+    drawn = design_hartung(replace(design.inputs, angle=math.radians(132), sleeve_arm=0.170)) if is_paper else design
+    lines = spring_lines_figure(drawn, with_printed_points=is_paper)
+    return {"hartung_spring_lines": lines, "hartung_sleeve_force": sleeve_force_figure(design)}
+
+
+def _pendulum_figures(design: PendulumDesign, simulated: SimulatedPendulum, _: object) -> dict[str, Page]:
+    """Draw the design, and if its path osculates a parabola Zehnder's plate of them, which then starts in the lowest position."""
+    figures: dict[str, Page] = {"pendulum_design": pendulum_figure(design, simulated)}
+    if design.is_osculating and has_isochronous_parabolas(design.scene):
+        figures["pendulum_design_parabolas"] = isochronous_figure(design.scene)
+    return figures
+
+
+_FIGURES: Mapping[str, Callable[[Any, Any, Any], Mapping[str, Page]]] = {
+    "flywheel": lambda design, simulated, paper: {"flywheel_design": draw_flywheel_plate(design, simulated, paper)},
+    "governed_engine": lambda design, simulated, _: {"governed_engine_design": governed_engine_figure(design, simulated)},
+    "hartnell": lambda design, *_: {"hartnell_design": hartnell_figure(design)},
+    "hartung": _hartung_figures,
+    "pendulum": _pendulum_figures,
+}
+
+
+def design_figures(design: Design, simulated: object, paper: object) -> Mapping[str, Page]:
+    """Draw the figures of a design.
+
+    Parameters
+    ----------
+    design
+        The design.
+    simulated
+        How it runs; None if it is not simulated.
+    paper
+        The paper's numbers, if the design is that of a paper, or None.
+
+    Returns
+    -------
+    Mapping[str, Page]
+        The figures by the names of their files, without ending.
+    """
+    return _FIGURES[design.machine](design, simulated, paper)

@@ -1,1 +1,0 @@
-"""Figures of the design of Hartung's governor."""

@@ -1,0 +1,1 @@
+"""Machines designed by the procedures of papers and textbooks."""

@@ -1,0 +1,421 @@
+"""Design of a Hartnell governor: the spring for two speeds, by the textbooks' formula and by exact statics.
+
+The textbooks neglect the weight of the balls and the obliquity of the arms. Both springs are held against the exact governor: the textbook
+spring gives other speeds at the ends of the lift, the exact one the wanted speeds.
+
+References
+----------
+R. S. Khurmi and J. K. Gupta, Theory of Machines, chapter 18, "Hartnell governor".
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+from governor_mechanism.closed_form import hartnell as closed
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.studies.design.inputs import design_input, require_valid
+from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Design, Recorded
+from governor_mechanism.studies.design.templates import gravity_value, limit, run_up_steps, sleeve_damping
+from governor_mechanism.units.historic import RPM, fill_places
+from governor_mechanism.units.text_table import format_table
+
+DEFAULT_LIFT = 0.015
+"""Lift of the sleeve without lift and outer_radius, m: as in the textbook's example."""
+
+STEP_TIMES = (0, 1, 2, 3, 4, 6)
+"""Times of the program of the speed in units of a step, with rises from 1 to 2 and from 3 to 4."""
+
+STEP_PERIODS, STEP_LIMITS = 2.0, (0.5, 30.0)
+"""A step in periods of small oscillations half way, and its shortest and longest duration, s."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class HartnellInputs:
+    """Inputs of a design in SI; None stands for what follows from the others."""
+
+    ball_mass: float = design_input("mass", 2.5, "mass of one ball")
+    sleeve_mass: float = design_input("mass", 0.0, "mass of the sleeve; 0 where it is neglected", sign="not negative")
+    ball_arm: float = design_input("length", 0.120, "arm of a bell crank from its pivot to the ball")
+    sleeve_arm: float = design_input("length", 0.080, "arm from the pivot to the roller under the sleeve")
+    bell_crank_angle: float = design_input("angle", math.pi / 2, "angle between the arms")
+    pivot_radius: float | None = design_input("length", None, "distance of the pivots from the spindle axis; by default inner_radius")
+    inner_radius: float = design_input("length", 0.120, "distance of the balls from the axis in the lowest position")
+    outer_radius: float | None = design_input("length", None, "distance of the balls in the highest position; it follows from the lift")
+    lift: float | None = design_input("length", None, "lift of the sleeve; it follows from outer_radius")
+    lowest_speed: float = design_input("angular_speed", 290 * RPM, "speed of equilibrium in the lowest position")
+    highest_speed: float = design_input("angular_speed", 310 * RPM, "speed of equilibrium in the highest position")
+    gravity: float = design_input("acceleration", 9.81, "gravitational acceleration", sign="not negative")
+
+
+DEFAULT_INPUTS = HartnellInputs()
+"""The governor of R. S. Khurmi and J. K. Gupta, Theory of Machines, chapter 18, example 18.13."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Travel:
+    """Lowest and highest position: arm angles from the upright (rad) and that half way up, radii of the balls (m), and the lift (m)."""
+
+    arm_angles: tuple[float, float]
+    middle_angle: float
+    radii: tuple[float, float]
+    lift: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class SleeveSpring(Recorded):
+    """A spring on the sleeve, and what it makes of the exact governor.
+
+    Attributes
+    ----------
+    forces
+        Its forces in the lowest and the highest position, N.
+    rate
+        Its rate, N/m.
+    compression
+        Its initial compression, in the lowest position, m.
+    speeds
+        Speeds at which the exact governor stands still in the lowest and the highest position under this spring, rad/s.
+    """
+
+    forces: tuple[float, float]
+    rate: float
+    compression: float
+    speeds: tuple[float, float]
+
+    derived = ("sensitiveness",)
+
+    @property
+    def sensitiveness(self) -> float:
+        """Range of speed over mean speed."""
+        low, high = self.speeds
+        return (high - low) / (0.5 * (low + high))
+
+
+SPRING_ROWS = (
+    ("load of the sleeve, lowest", "N", "{loads[0]:.6g}"),
+    ("load of the sleeve, highest", "N", "{loads[1]:.6g}"),
+    ("spring force, lowest", "N", "{forces[0]:.6g}"),
+    ("spring force, highest", "N", "{forces[1]:.6g}"),
+    ("spring rate", "N/mm", "{rate:.6g/N/mm}"),
+    ("initial compression", "mm", "{compression:.6g/mm}"),
+    ("effort for 1 % of speed, half way up", "N", "{effort:.6g}"),
+    ("power for 1 % of speed", "mJ", "{power:.6g/mJ}"),
+    ("then the exact speed, lowest", "rpm", "{speeds[0]:.6g/rpm}"),
+    ("then the exact speed, highest", "rpm", "{speeds[1]:.6g/rpm}"),
+    ("then the sensitiveness", "%", "{sensitiveness:.5g/%}"),
+)
+"""Rows of the table of both springs: quantity, unit, and place in a spring."""
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class HartnellDesign(Design):
+    """Result of a design in SI.
+
+    Attributes
+    ----------
+    inputs
+        The inputs, with what follows from the others.
+    travel
+        The lowest and the highest position.
+    textbook
+        The spring by the textbooks' formula.
+    exact
+        The spring by exact statics.
+    textbook_effort
+        Mean force at the sleeve half way up for a change of speed of 1 %, by the textbooks' formula, N.
+    effort
+        The same by exact statics, N.
+    warnings
+        Warnings, one sentence each.
+    """
+
+    inputs: HartnellInputs
+    travel: Travel
+    textbook: SleeveSpring
+    exact: SleeveSpring
+    textbook_effort: float
+    effort: float
+    warnings: tuple[str, ...] = ()
+
+    machine = "hartnell"
+    derived = ("power",)
+
+    @property
+    def governor(self) -> closed.HartnellGovernor:
+        """Dimensions and masses for the closed forms."""
+        return build_governor(self.inputs)
+
+    @property
+    def power(self) -> float:
+        """Effort times lift for a change of speed of 1 %, as the textbooks define it, J."""
+        return self.effort * self.travel.lift
+
+    @property
+    def spring_table(self) -> str:
+        """Both springs, and what they make of the governor."""
+        weight = self.inputs.sleeve_mass * self.inputs.gravity
+        springs = [
+            (spring, {"effort": effort, "power": effort * self.travel.lift, "loads": [force + weight for force in spring.forces]})
+            for spring, effort in ((self.textbook, self.textbook_effort), (self.exact, self.effort))
+        ]
+        rows = list[tuple[str, ...]]()
+        for name, unit, place in SPRING_ROWS:
+            rows.append((name, unit, *(fill_places(place, spring, **values) for spring, values in springs)))
+        return format_table(("spring for the wanted speeds", "", "textbook", "exact"), rows, "llrr")
+
+    def scene_values(self) -> Mapping[str, object]:
+        """Return what the scene adds: the speed rises from the lowest to the highest in two steps, with stops and a dashpot."""
+        inputs, governor, angle = self.inputs, self.governor, 0.5 * sum(self.travel.arm_angles)
+        lift_derivative = governor.sleeve_arm * math.sin(governor.angle - angle)
+        inertia = 2 * governor.ball_mass * governor.ball_arm**2 + governor.sleeve_mass * lift_derivative**2
+        frequency = self._natural_frequency(angle)
+        step = limit(STEP_PERIODS * math.tau / frequency, STEP_LIMITS)
+        times = [step * time for time in STEP_TIMES]
+        return {
+            "sleeve_mass": inputs.sleeve_mass or None,
+            "gravity": gravity_value(inputs.gravity),
+            "damping": sleeve_damping(inertia, frequency, lift_derivative),
+            "speed": run_up_steps(times, inputs.lowest_speed, inputs.highest_speed),
+            "duration": round(times[-1], 6),
+            "output_interval": step / 50,
+        }
+
+    def _natural_frequency(self, angle: float) -> float:
+        """Return the frequency (rad/s) of small oscillations at an arm angle (rad) under the mean force of the spring."""
+        force = 0.5 * sum(self.exact.forces)
+        speed = float(closed.equilibrium_speed(self.governor, arm_angle=angle, spring_force=force))
+        load = {"spring_force": force, "spring_rate": self.exact.rate, "spindle_speed": speed}
+        return math.sqrt(abs(float(closed.squared_natural_frequency(self.governor, arm_angle=angle, **load))))
+
+
+def build_governor(inputs: HartnellInputs) -> closed.HartnellGovernor:
+    """Return the governor of the closed forms.
+
+    Parameters
+    ----------
+    inputs
+        Inputs without None.
+
+    Returns
+    -------
+    HartnellGovernor
+        Dimensions and masses.
+    """
+    return closed.HartnellGovernor(
+        ball_arm=inputs.ball_arm,
+        sleeve_arm=inputs.sleeve_arm,
+        pivot_radius=inputs.pivot_radius or 0.0,
+        ball_mass=inputs.ball_mass,
+        angle=inputs.bell_crank_angle,
+        sleeve_mass=inputs.sleeve_mass,
+        gravity=inputs.gravity,
+    )
+
+
+def design_hartnell(inputs: HartnellInputs = DEFAULT_INPUTS) -> HartnellDesign:
+    """Design the spring of a Hartnell governor for two speeds.
+
+    Parameters
+    ----------
+    inputs
+        The inputs; by default those of a textbook example.
+
+    Returns
+    -------
+    HartnellDesign
+        The design.
+
+    Raises
+    ------
+    MechanismError
+        If the inputs are not valid, or no spring of positive rate and compression holds the two speeds.
+    """
+    resolved, travel = resolve_inputs(inputs)
+    governor, speeds = build_governor(resolved), (resolved.lowest_speed, resolved.highest_speed)
+    weight = resolved.sleeve_mass * resolved.gravity
+    textbook_forces = [
+        float(closed.textbook_sleeve_force(governor, ball_radius=radius, spindle_speed=speed)) - weight
+        for radius, speed in zip(travel.radii, speeds, strict=True)
+    ]
+    exact_forces = [
+        float(closed.spring_force(governor, arm_angle=angle, spindle_speed=speed))
+        for angle, speed in zip(travel.arm_angles, speeds, strict=True)
+    ]
+    textbook_lift = (travel.radii[1] - travel.radii[0]) * resolved.sleeve_arm / resolved.ball_arm
+    _require_spring(exact_forces, resolved)
+    exact = _make_spring(governor, travel, exact_forces, travel.lift)
+    textbook = _make_spring(governor, travel, textbook_forces, textbook_lift)
+    return HartnellDesign(
+        inputs=resolved,
+        travel=travel,
+        textbook=textbook,
+        exact=exact,
+        textbook_effort=SPEED_CHANGE * (0.5 * sum(textbook_forces) + weight),
+        effort=_exact_effort(governor, travel.middle_angle, 0.5 * sum(exact_forces)),
+        warnings=() if textbook.speeds[1] > textbook.speeds[0] else (fill_places(_UNSTABLE, textbook, inputs=resolved),),
+    )
+
+
+_UNSTABLE = (
+    "with the textbook spring the governor is unstable: it stands still at {speeds[0]:.6g rpm} in the lowest and at {speeds[1]:.6g rpm} "
+    "in the highest position, though {inputs.highest_speed:.6g rpm} are wanted there; take the exact spring"
+)
+
+
+def resolve_inputs(inputs: HartnellInputs) -> tuple[HartnellInputs, Travel]:
+    """Return the inputs with pivots and outer radius or lift filled in, and the travel.
+
+    Parameters
+    ----------
+    inputs
+        The inputs.
+
+    Returns
+    -------
+    tuple[HartnellInputs, Travel]
+        Inputs without None, and the travel.
+
+    Raises
+    ------
+    MechanismError
+        With one sentence per mistake: a value that is not positive, radii in the wrong order, a lift that the arms do not give, or speeds
+        that do not rise.
+    """
+    require_valid(inputs, _contradictions)
+    placed = replace(inputs, pivot_radius=inputs.inner_radius if inputs.pivot_radius is None else inputs.pivot_radius)
+    if problems := [*_place_problems(placed)]:
+        raise MechanismError(*problems)
+    travel = _find_travel(placed)
+    if problem := _speed_problem(placed, travel):
+        raise MechanismError(problem)
+    return replace(placed, outer_radius=travel.radii[1], lift=travel.lift), travel
+
+
+def _contradictions(inputs: HartnellInputs) -> Iterator[str]:
+    """Yield sentences about two descriptions of the travel, radii in the wrong order, and an impossible bell crank."""
+    if inputs.lift is not None and inputs.outer_radius is not None:
+        yield "lift and outer_radius are both given, and each determines the other; leave one of them out"
+    if inputs.outer_radius is not None and inputs.outer_radius <= inputs.inner_radius:
+        rule = "outer_radius ({outer_radius:.6g mm}) must exceed inner_radius ({inner_radius:.6g mm})"
+        yield fill_places(f"{rule}: the balls move outward as the sleeve rises; exchange them", inputs)
+    if inputs.bell_crank_angle >= math.pi:
+        rule = "bell_crank_angle ({bell_crank_angle:.6g deg}) must be less than 180 deg"
+        yield fill_places(f"{rule}; bell cranks of a Hartnell governor have about 90 deg", inputs)
+
+
+def _place_problems(inputs: HartnellInputs) -> Iterator[str]:
+    """Yield sentences about pivots too near to the axis, and radii that the balls do not reach."""
+    pivot = inputs.pivot_radius or 0.0
+    if inputs.sleeve_arm >= pivot:
+        rule = "sleeve_arm ({sleeve_arm:.6g mm}) must be shorter than pivot_radius ({pivot_radius:.6g mm})"
+        yield fill_places(f"{rule}, or the rollers would meet on the spindle axis", inputs)
+    for name, radius in (("inner_radius", inputs.inner_radius), ("outer_radius", inputs.outer_radius)):
+        if radius is not None and abs(radius - pivot) >= inputs.ball_arm:
+            yield fill_places(
+                "{name} ({radius:.6g mm}) is out of reach of the balls: their arms of {ball_arm:.6g mm} about pivots at "
+                "{pivot_radius:.6g mm} reach from {least:.6g mm} to {most:.6g mm}; change it or pivot_radius",
+                inputs,
+                name=name,
+                radius=radius,
+                least=max(pivot - inputs.ball_arm, 0.0),
+                most=pivot + inputs.ball_arm,
+            )
+
+
+def _find_travel(inputs: HartnellInputs) -> Travel:
+    """Return the travel from the outer radius, or from the lift."""
+    pivot, angle, arm = inputs.pivot_radius or 0.0, inputs.bell_crank_angle, inputs.sleeve_arm
+    low = math.asin((inputs.inner_radius - pivot) / inputs.ball_arm)
+    lowest = math.cos(angle - low)
+    if not 0 < angle - low < math.pi:
+        lean = "does not fit inner_radius, where the balls' arms lean by {low:.6g deg}: the rollers would be above or below their pivots"
+        raise MechanismError(fill_places(f"bell_crank_angle ({{bell_crank_angle:.6g deg}}) {lean}; change one of them", inputs, low=low))
+    end = min(angle, math.pi / 2)
+    if inputs.outer_radius is None:
+        lift = DEFAULT_LIFT if inputs.lift is None else inputs.lift
+        highest = arm * (math.cos(angle - end) - lowest)
+        if lift >= highest:
+            text = (
+                "lift ({lift:.6g mm}) is more than the arms give: sleeve arms of {sleeve_arm:.6g mm} raise the sleeve by less than "
+                "{highest:.6g mm} from the lowest position; reduce lift, or lengthen sleeve_arm"
+            )
+            raise MechanismError(fill_places(text, inputs, lift=lift, highest=highest))
+        high = angle - math.acos(lowest + lift / arm)
+        outer = pivot + inputs.ball_arm * math.sin(high)
+    else:
+        outer = inputs.outer_radius
+        high = math.asin((outer - pivot) / inputs.ball_arm)
+        if high >= end:
+            text = "outer_radius ({outer_radius:.6g mm}) is beyond the dead centre of the rollers, {end:.6g mm}; reduce it"
+            raise MechanismError(fill_places(text, inputs, end=pivot + inputs.ball_arm * math.sin(end)))
+        lift = arm * (math.cos(angle - high) - lowest)
+    middle = angle - math.acos(lowest + 0.5 * lift / arm)
+    return Travel(arm_angles=(low, high), middle_angle=middle, radii=(inputs.inner_radius, outer), lift=lift)
+
+
+def _speed_problem(inputs: HartnellInputs, travel: Travel) -> str:
+    """Return a sentence about speeds that do not rise with the sleeve; empty if they do."""
+    ratio, least = inputs.highest_speed / inputs.lowest_speed, math.sqrt(travel.radii[0] / travel.radii[1])
+    is_isochronous = math.isclose(ratio, 1, rel_tol=1e-9)  # the same text in rpm may differ by rounding
+    if ratio > 1 and not is_isochronous:
+        return ""
+    speeds = "highest_speed ({highest_speed:.6g rpm}) over lowest_speed ({lowest_speed:.6g rpm}) is {ratio:.6g}: "
+    if is_isochronous:
+        reason = "the governor would be isochronous, and stand still anywhere; a stable one needs a ratio above 1"
+    elif ratio <= least:
+        reason = (
+            "a spring would need a ratio above {least:.6g}, the root of inner_radius over outer_radius, and a stable governor one above 1; "
+            "raise highest_speed"
+        )
+    else:
+        reason = (
+            "the governor would be unstable, as its speed falls while the balls move outward; a stable one needs a ratio above 1; "
+            "raise highest_speed"
+        )
+    return fill_places(speeds + reason, inputs, ratio=ratio, least=least)
+
+
+def _require_spring(forces: list[float], inputs: HartnellInputs) -> None:
+    """Raise MechanismError unless a spring that presses the sleeve down, harder in the highest position, gives the exact forces (N)."""
+    lowest, highest = forces
+    if lowest <= 0:
+        raise MechanismError(
+            f"at {inputs.lowest_speed / RPM:.6g} rpm the weights alone hold down the sleeve: the spring would have to lift it by "
+            f"{-lowest:.6g} N in the lowest position; raise lowest_speed, take heavier balls, or reduce sleeve_mass"
+        )
+    if highest <= lowest:
+        text = (
+            "the speeds {lowest_speed:.6g/rpm} and {highest_speed:.6g rpm} need a spring force of {lowest:.6g} N in the lowest and "
+            "{highest:.6g} N in the highest position, a rate that is not positive; with these weights a ratio of the speeds above "
+            "{ratio:.6g} is needed: raise highest_speed"
+        )
+        ratio = inputs.highest_speed / inputs.lowest_speed
+        raise MechanismError(fill_places(text, inputs, lowest=lowest, highest=highest, ratio=ratio))
+
+
+def _make_spring(governor: closed.HartnellGovernor, travel: Travel, forces: list[float], lift: float) -> SleeveSpring:
+    """Return the spring with two forces (N) over a lift (m), and the speeds that it gives the exact governor."""
+    rate = (forces[1] - forces[0]) / lift
+    # the textbooks' lift may differ from the arms' lift, on which the spring is then fitted
+    fitted = (forces[0], forces[0] + rate * travel.lift)
+    low, high = (_find_speed(governor, angle, force) for angle, force in zip(travel.arm_angles, fitted, strict=True))
+    return SleeveSpring(forces=(forces[0], forces[1]), rate=rate, compression=forces[0] / rate, speeds=(low, high))
+
+
+def _find_speed(governor: closed.HartnellGovernor, arm_angle: float, force: float) -> float:
+    """Return the speed of equilibrium (rad/s); raise MechanismError where the weight of the balls alone drives them outward."""
+    try:
+        return float(closed.equilibrium_speed(governor, arm_angle=arm_angle, spring_force=force))
+    except MechanismError as error:
+        raise MechanismError(
+            f"at these speeds the textbooks may not neglect the weight of the balls: under their spring, {force:.6g} N at "
+            f"{math.degrees(arm_angle):.4g} deg, it drives the balls outward at any speed; raise lowest_speed and highest_speed"
+        ) from error
+
+
+def _exact_effort(governor: closed.HartnellGovernor, arm_angle: float, force: float) -> float:
+    """Return the mean force (N) on a sleeve held at an arm angle (rad) under a spring force (N), for a change of speed of 1 %."""
+    speed = float(closed.equilibrium_speed(governor, arm_angle=arm_angle, spring_force=force))
+    raised = float(closed.spring_force(governor, arm_angle=arm_angle, spindle_speed=(1 + SPEED_CHANGE) * speed))
+    return 0.5 * (raised - force)

@@ -1,0 +1,553 @@
+"""Design of a pendulum governor by Zehnder's procedure I to VIII: masses, arms, suspension, positions and limits of speed.
+
+It uses the closed forms only and does not round intermediate results. The arms of length l hang at the offset e from the axis, at the
+angle a from the vertical, and the balls move at the distance x = e + l sin a from the axis. With the mass ratio m of sleeve and ball, a
+ball is in equilibrium at the speed w where the slope of its path is tan a = w^2 x / (g (1 + m)): everywhere on the parabola x^2 = c y with
+c = 2 g (1 + m) / w^2. The arms begin on the parabola of the lowest speed; the closer they come to its radius of curvature, the more they
+swing for a given range of speed.
+
+References
+----------
+L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from governor_mechanism.closed_form import parabolic
+from governor_mechanism.closed_form.pendulum import dynamics, sizing
+from governor_mechanism.closed_form.pendulum.kinematics import PendulumGovernor
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.numerics.roots import find_root
+from governor_mechanism.studies.design.inputs import GOVERNED, Bounds, design_input, design_word, require_valid
+from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Check, CheckedDesign, mass_ratio_limits, read_place, tabulate
+from governor_mechanism.studies.design.templates import gravity_value, limit, sleeve_damping, speed_steps
+from governor_mechanism.units.historic import KILOGRAM_FORCE, RPM, fill_places, in_unit
+
+START_RADIUS_CONSTANTS = (1000.0, 1.0)
+"""Zehnder's start radius in cm, 1000 sqrt(1 + m) / n - 1 with the lowest speed n in rpm."""
+
+MAX_ARM_ANGLE = math.radians(75)
+"""Largest arm angle, rad: above it the speed rises without bound, and the arms run into the spindle head."""
+
+TRIAL_STEPS = np.radians([0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0])
+"""Steps of the arm angle in the table of trials, rad; the one is taken that gives the fewest rows but at least MIN_TRIALS."""
+
+MIN_TRIALS = 5
+"""Smallest number of trials up to the highest position."""
+
+ARM_TOLERANCE = 1e-9
+"""Tolerance of the arm relative to the radius of curvature; both come from the same numbers, up to rounding."""
+
+START_FRACTION, TARGET_FRACTION = 0.5, 0.75
+"""Fractions of the lift at which the sleeve of the scene starts, and to which the rise of the speed brings it against the resistance."""
+
+HOLD_TIME = 0.5
+"""Time before the speed rises, s."""
+
+RISE_PERIODS, SETTLING_PERIODS = 2.0, 2.5
+"""Duration of the rise and time to settle after it, in periods of small oscillations half way up."""
+
+DURATION_LIMITS = (0.5, 60.0)
+"""Shortest and longest rise and settling, s: a governor near its astatic position has periods without bound."""
+
+POINTS_PER_PERIOD = 200
+"""Reported times in a period."""
+
+_SPEEDS = Bounds(
+    lowest=1 * RPM, highest=10_000 * RPM, rule="{lowest:.6g rpm} to {highest:.6g rpm}", found="{value:.6g rpm}"
+)  # a speed outside has a wrong unit
+
+
+class GovernorKind(StrEnum):
+    """Zehnder's kinds of pendulum governors, which are cases of one calculation."""
+
+    WATT = "watt"
+    IMPROVED_WATT = "improved-watt"
+    PORTER = "porter"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PendulumInputs:
+    """Inputs of a design in SI; None stands for what follows from the kind or from the other inputs.
+
+    Without arm and offset, Watt's governor hangs on the axis, and the arms of the others are as long as the radius of curvature.
+    """
+
+    kind: str = design_word(
+        "porter",
+        tuple(GovernorKind),
+        "watt: no load on the sleeve, arms shorter than the radius of curvature; improved-watt: the same with arms as long as this radius, "
+        "which cross; porter: with a load on the sleeve",
+    )
+    lowest_speed: float | None = design_input("angular_speed", None, "speed of rest n1 in the lowest position", bounds=_SPEEDS)
+    highest_speed: float | None = design_input("angular_speed", None, "speed of rest n2 in the highest position", bounds=_SPEEDS)
+    mass_ratio: float | None = design_input("ratio", None, "mass m of the sleeve over the mass of a ball at the joint", sign="not negative")
+    insensitivity: float = design_input("ratio", 0.04, "range of speed in which the resistance holds the sleeve", bounds=GOVERNED)
+    speed_fluctuation: float = design_input(
+        "ratio", 0.025, "coefficient of speed fluctuation that the flywheel leaves", sign="not negative", bounds=GOVERNED
+    )
+    resistance: float | None = design_input("force", None, "resistance W at the sleeve; 6 kgf, or 1 kgf for Watt's governors")
+    arm: float | None = design_input("length", None, "length l of the arms up to the balls; it gives the offset, or the offset gives it")
+    offset: float | None = design_input("length", None, "distance of the suspension from the axis; negative for crossed arms", sign="any")
+    joint_ratio: float = design_input(
+        "ratio",
+        1.0,
+        "distance of the joint of arm and link from the suspension over the arm; 1 for links at the balls",
+        bounds=Bounds(highest=1.0, rule="at most 1: the joint of arm and link is not beyond the ball", found="{value:g}"),
+    )
+    start_radius: float | None = design_input("length", None, "distance x1 of the balls from the axis in the lowest position")
+    gravity: float = design_input("acceleration", 9.81, "gravitational acceleration")
+
+
+DEFAULT_INPUTS = PendulumInputs()
+"""A Porter governor for 120 to 126 rpm against 6 kgf."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Requirement:
+    """What the procedure starts from, with nothing left open but the geometry: speeds rad/s, resistance N."""
+
+    kind: GovernorKind
+    lowest_speed: float
+    highest_speed: float
+    mass_ratio: float
+    resistance: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParabolaStart:
+    """The lowest position on the parabola x^2 = c y of the lowest speed; lengths m, angle rad.
+
+    Attributes
+    ----------
+    double_parameter
+        c.
+    empirical_abscissa
+        Distance from the axis by the empirical rule.
+    abscissa, ordinate
+        Distance x1 from the axis that is taken, and height y1 above the vertex.
+    arm_angle
+        Angle a1 of the arm from the vertical, the slope of the parabola.
+    radius_of_curvature
+        Radius of curvature there.
+    """
+
+    double_parameter: float
+    empirical_abscissa: float
+    abscissa: float
+    ordinate: float
+    arm_angle: float
+    radius_of_curvature: float
+
+    @property
+    def parameter(self) -> float:
+        """Half of c, m."""
+        return self.double_parameter / 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrialPosition:
+    """A position of step VI: change of the arm angle from the lowest position and arm angle (rad), ball radius (m), speed (rad/s)."""
+
+    angle_change: float
+    arm_angle: float
+    ball_radius: float
+    speed: float
+
+
+TRIAL_COLUMNS = (
+    ("a2 - a1, deg", "{angle_change:.6g/deg}"),
+    ("a2, deg", "{arm_angle:.6f/deg}"),
+    ("x2, mm", "{ball_radius:.4f/mm}"),
+    ("w2, rad/s", "{speed:.7f}"),
+    ("n2, rpm", "{speed:.5f/rpm}"),
+)
+
+
+@dataclass(frozen=True)
+class DesignStep:
+    """A step of the procedure: its number in the paper, the quantity, its formula, its value and the unit of the value."""
+
+    number: str
+    quantity: str
+    formula: str
+    value: float
+    unit: str
+
+
+STEP_COLUMNS = (("step", "{number}"), ("quantity", "{quantity}"), ("formula", "{formula}"), ("value", "{value:.7g}"), ("", "{unit}"))
+
+STEPS = (
+    ("I", "weight of a ball, P", "W / ((1 + m) delta)", "weights[0]", "kgf"),
+    ("Ia", "weight on extended arms, P1", "(l1 / l) P", "weights[1]", "kgf"),
+    ("II", "weight of the sleeve, Q", "m P", "weights[2]", "kgf"),
+    ("III", "parameter, c1 / 2", "g (1 + m) / w1^2", "start.parameter", "cm"),
+    ("", "start radius, x1", "{rules[0]}", "start.abscissa", "cm"),
+    ("IV", "ordinate, y1", "x1^2 / c1", "start.ordinate", "cm"),
+    ("", "lowest arm angle, a1", "tan a1 = 2 y1 / x1", "start.arm_angle", "deg"),
+    ("V", "radius of curvature", "rho^2 = (c1 + 4 y1)^3 / (4 c1)", "start.radius_of_curvature", "cm"),
+    ("", "arm, l", "{rules[1]}", "governor.arm", "cm"),
+    ("", "offset, e", "x1 - l sin a1", "governor.offset", "cm"),
+    ("VI", "highest arm angle, a2", "w2^2 = g (1 + m) tan a2 / x2", "arm_angles[1]", "deg"),
+    ("", "ball radius there, x2", "e + l sin a2", "ball_radii[1]", "cm"),
+    ("", "lift of the sleeve", "2 l1 (cos a1 - cos a2)", "sleeve_lift", "cm"),
+    ("VII", "lowest speed allowed, n1''", "{rules[2]}", "speed_limits[0]", "rpm"),
+    ("VIII", "highest speed allowed, n2'", "{rules[3]}", "speed_limits[1]", "rpm"),
+)
+"""The steps of the paper: number, quantity, formula, place of the value in a design, and the unit of the paper."""
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class PendulumDesign(CheckedDesign):
+    """Result of a design in SI.
+
+    Attributes
+    ----------
+    inputs
+        The inputs, with the values of their kind.
+    requirement
+        Kind, speeds, mass ratio and resistance.
+    governor
+        Dimensions and masses.
+    start
+        The lowest position and its parabola.
+    arm_angles
+        Arm angles at the lowest and the highest speed, rad.
+    ball_radii
+        Distances of the balls from the axis there, m.
+    trials
+        Positions and speeds on the way, the table of step VI.
+    sleeve_lift
+        Travel of the sleeve, m.
+    sleeve_force
+        Force P + Q that holds down the sleeve at standstill, N.
+    speed_limits
+        Lowest and highest speed that the governor allows with its resistance, steps VII and VIII, rad/s.
+    checks
+        Zehnder's rules.
+    """
+
+    inputs: PendulumInputs
+    requirement: Requirement
+    governor: PendulumGovernor
+    start: ParabolaStart
+    arm_angles: tuple[float, float]
+    ball_radii: tuple[float, float]
+    trials: tuple[TrialPosition, ...]
+    sleeve_lift: float
+    sleeve_force: float
+    speed_limits: tuple[float, float]
+    checks: tuple[Check, ...]
+
+    machine = "pendulum"
+    derived = ("sensitiveness", "effort", "work_capacity", "middle_angle", "steps", "warnings")
+
+    @property
+    def sensitiveness(self) -> float:
+        """Range of speed over mean speed, without resistance (German Ungleichförmigkeitsgrad)."""
+        low, high = self.requirement.lowest_speed, self.requirement.highest_speed
+        return (high - low) / ((high + low) / 2)
+
+    @property
+    def is_osculating(self) -> bool:
+        """Whether the arm is the radius of curvature of the parabola at the lowest position."""
+        return math.isclose(self.governor.arm, self.start.radius_of_curvature, rel_tol=1e-9)  # both come from the same numbers
+
+    @property
+    def effort(self) -> float:
+        """Mean force at the sleeve while it yields to a change of speed of 1 %, N."""
+        return self.sleeve_force * ((1 + SPEED_CHANGE) ** 2 - 1) / 2
+
+    @property
+    def work_capacity(self) -> float:
+        """Work that raises balls and sleeve from the lowest to the highest position, J."""
+        return self.sleeve_force * self.sleeve_lift
+
+    @property
+    def middle_angle(self) -> float:
+        """Arm angle at which the sleeve is half way up, rad."""
+        return self.angle_at(START_FRACTION)
+
+    def angle_at(self, fraction: float) -> float:
+        """Return the arm angle (rad) at a fraction of the lift of the sleeve."""
+        low, high = (math.cos(angle) for angle in self.arm_angles)
+        return math.acos(low + fraction * (high - low))
+
+    def equilibrium_speed(self, arm_angle: float) -> float:
+        """Return the speed of rest (rad/s) at an arm angle (rad)."""
+        return float(dynamics.equilibrium_speed(self.governor, arm_angle=arm_angle))
+
+    @property
+    def weights(self) -> tuple[float, float | None, float]:
+        """Weights of a ball at the joint, of one on extended arms (None without), and of the sleeve, N."""
+        gravity, ratio = self.inputs.gravity, self.inputs.joint_ratio
+        ball = gravity * self.governor.ball_mass
+        return ball / ratio, ball if ratio < 1 else None, gravity * self.governor.sleeve_mass
+
+    @property
+    def rules(self) -> tuple[str, str, str, str]:
+        """Formulas of start radius, arm, and limits of speed, which depend on what is given."""
+        inputs = self.inputs
+        arm = "given" if inputs.arm is not None else "(x1 - e) / sin a1" if self.governor.arm != self.start.radius_of_curvature else "rho"
+        limits = ("n1 (1 - (delta - epsilon) / 2)", "n2 (1 + (delta - epsilon) / 2)")
+        if inputs.insensitivity < inputs.speed_fluctuation:
+            limits = ("n1: the machine overcomes W", "n2: the machine overcomes W")
+        return "1000 sqrt(1 + m) / n1 - 1" if inputs.start_radius is None else "given", arm, *limits
+
+    @property
+    def steps(self) -> tuple[DesignStep, ...]:
+        """The steps I to VIII with their numbers."""
+        return tuple(
+            DesignStep(number, quantity, fill_places(formula, self), in_unit(value, unit), unit)
+            for number, quantity, formula, place, unit in STEPS
+            if (value := read_place(place, self)) is not None
+        )
+
+    @property
+    def step_table(self) -> str:
+        """The steps as text."""
+        return tabulate(STEP_COLUMNS, self.steps, "lllrl")
+
+    @property
+    def arms_text(self) -> str:
+        """What the arms are called."""
+        return "crossed arms" if self.governor.offset < 0 else "arms"
+
+    @property
+    def suspension_text(self) -> str:
+        """Where the arms hang."""
+        return fill_places("at {offset:.5g mm} from the axis", self.governor) if self.governor.offset else "on the axis"
+
+    def trial_table(self) -> str:
+        """Return the table of step VI as text."""
+        return tabulate(TRIAL_COLUMNS, self.trials, "r")
+
+    def __str__(self) -> str:
+        """Return the design as text."""
+        return "\n".join([*self.summary_lines(), "", "step VI, tried:", self.trial_table()])
+
+    def target_speed(self) -> float:
+        """Return the speed (rad/s) at which the rising sleeve comes to rest at TARGET_FRACTION of its lift: Zehnder's (1)."""
+        return self.equilibrium_speed(self.angle_at(TARGET_FRACTION)) * math.sqrt(1 + self.inputs.insensitivity)
+
+    def scene_values(self) -> Mapping[str, object]:
+        """Return what the scene adds.
+
+        Half way up and in equilibrium, the sleeve is held by its resistance while the speed rises within the band of insensitivity, then
+        rises with it to three quarters of its lift.
+        """
+        middle, governor = self.middle_angle, self.governor
+        # Stable half way up even with too long an arm: its speed falls faster below the minimum than it rises above.
+        frequency = math.sqrt(float(dynamics.squared_oscillation_frequency(governor, arm_angle=middle)))
+        inertia = float(dynamics.stiffness(governor, arm_angle=middle)) / frequency**2
+        rise, settling = (limit(periods * math.tau / frequency, DURATION_LIMITS) for periods in (RISE_PERIODS, SETTLING_PERIODS))
+        times = (0.0, HOLD_TIME, HOLD_TIME + rise, HOLD_TIME + rise + settling)
+        first, last = self.equilibrium_speed(middle), self.target_speed()
+        names = {"watt": "Watt governor", "improved-watt": "Improved Watt governor", "porter": "Porter governor"}
+        return {
+            "name": names[self.inputs.kind],
+            "arm_joint": None if self.inputs.joint_ratio == 1 else governor.joint_length,
+            "sleeve_mass": governor.sleeve_mass or None,
+            "gravity": gravity_value(self.inputs.gravity),
+            "damping": sleeve_damping(inertia, frequency, 2 * governor.joint_length * math.sin(middle)),
+            "speed": speed_steps(times, (first, first, last, last)),
+            "duration": times[-1],
+            "output_interval": min(0.02, times[-1] / POINTS_PER_PERIOD),
+        }
+
+
+@np.errstate(all="ignore")  # results that are not finite are refused in a sentence
+def design_pendulum(inputs: PendulumInputs = DEFAULT_INPUTS) -> PendulumDesign:
+    """Design a pendulum governor by Zehnder's procedure.
+
+    Parameters
+    ----------
+    inputs
+        The inputs; by default a Porter governor with arms as long as the radius of curvature.
+
+    Returns
+    -------
+    PendulumDesign
+        The design.
+
+    Raises
+    ------
+    MechanismError
+        If the inputs are not valid, or no such governor reaches the highest speed.
+    """
+    resolved, requirement = resolve_inputs(inputs)
+    start = _place_start(resolved, requirement)
+    arm, offset = _choose_arm(resolved, requirement, start)
+    governor = _build_governor(resolved, requirement, arm, offset)
+    high_angle = _find_high_angle(governor, requirement, start)
+    angles = start.arm_angle, high_angle
+    margin = max(0.0, resolved.insensitivity - resolved.speed_fluctuation) / 2
+    return PendulumDesign(
+        inputs=resolved,
+        requirement=requirement,
+        governor=governor,
+        start=start,
+        arm_angles=angles,
+        ball_radii=(start.abscissa, float(dynamics.ball_radius(governor, arm_angle=high_angle))),
+        trials=tuple(_trials(governor, angles)),
+        sleeve_lift=2 * governor.joint_length * (math.cos(angles[0]) - math.cos(angles[1])),
+        sleeve_force=resolved.gravity * (governor.ball_mass / resolved.joint_ratio + governor.sleeve_mass),
+        speed_limits=(requirement.lowest_speed * (1 - margin), requirement.highest_speed * (1 + margin)),
+        checks=tuple(_checks(resolved, requirement, start, governor)),
+    )
+
+
+def resolve_inputs(inputs: PendulumInputs) -> tuple[PendulumInputs, Requirement]:
+    """Return the inputs with the values of their kind, and what the procedure starts from.
+
+    Parameters
+    ----------
+    inputs
+        The inputs.
+
+    Returns
+    -------
+    tuple[PendulumInputs, Requirement]
+        Inputs without None but for the geometry, and the requirement.
+
+    Raises
+    ------
+    MechanismError
+        With one sentence per mistake.
+    """
+    kind = GovernorKind(inputs.kind)
+    porter = {"lowest_speed": 120 * RPM, "highest_speed": 126 * RPM, "mass_ratio": 4.0, "resistance": 6 * KILOGRAM_FORCE}
+    watt = {"lowest_speed": 60 * RPM, "highest_speed": 63 * RPM, "mass_ratio": 0.0, "resistance": KILOGRAM_FORCE}
+    defaults = porter if kind is GovernorKind.PORTER else watt
+    values = {name: default if getattr(inputs, name) is None else getattr(inputs, name) for name, default in defaults.items()}
+    resolved = replace(inputs, **values)
+    require_valid(resolved, _contradictions)
+    return resolved, Requirement(kind=kind, **values)
+
+
+def _contradictions(inputs: PendulumInputs) -> Iterator[str]:
+    """Yield a sentence for each input at odds with another; a load on the sleeve belongs to a Porter governor."""
+    if inputs.lowest_speed >= inputs.highest_speed:  # type: ignore[operator]  # resolved
+        speeds = "lowest_speed ({lowest_speed:.6g rpm}), at the lowest position, must be below highest_speed ({highest_speed:.6g rpm})"
+        yield fill_places(f"{speeds}, or no position holds itself", inputs)
+    if inputs.kind == GovernorKind.PORTER and inputs.mass_ratio == 0:
+        yield "mass_ratio of a Porter governor must be above 0; one without a load on its sleeve is kind=watt or kind=improved-watt"
+    if inputs.kind != GovernorKind.PORTER and inputs.mass_ratio != 0:
+        rule = "mass_ratio of a {kind} governor must be 0: its sleeve carries no load; got {mass_ratio:g}; with a load it is kind=porter"
+        yield fill_places(rule, inputs)
+    if inputs.arm is not None and inputs.offset is not None:
+        yield "arm and offset are given, but each follows from the other and the start radius; give only one of them"
+
+
+def _place_start(inputs: PendulumInputs, requirement: Requirement) -> ParabolaStart:
+    """Return the lowest position on the parabola of the lowest speed: steps III, IV and V."""
+    speed, ratio = requirement.lowest_speed, requirement.mass_ratio
+    parameter = float(parabolic.double_parameter(spindle_speed=speed, mass_ratio=ratio, gravity=inputs.gravity))
+    factor, subtracted = START_RADIUS_CONSTANTS
+    empirical = 0.01 * (factor * math.sqrt(1 + ratio) / (speed / RPM) - subtracted)
+    abscissa = empirical if inputs.start_radius is None else inputs.start_radius
+    if abscissa <= 0:
+        raise MechanismError(
+            f"the empirical start radius, 1000 sqrt(1 + m) / n - 1 in cm, is {100 * abscissa:.4g} cm at {speed / RPM:.6g} rpm and "
+            f"m = {ratio:g}; it must be positive: increase mass_ratio, or give start_radius"
+        )
+    angle = math.atan(2 * abscissa / parameter)
+    if not angle < MAX_ARM_ANGLE:
+        text = (
+            "the arms hang at {angle:.4g deg} from the vertical in the lowest position; at most {most:g deg} are possible: reduce "
+            "start_radius ({abscissa:.6g mm}) or lowest_speed"
+        )
+        raise MechanismError(fill_places(text, inputs, angle=angle, most=MAX_ARM_ANGLE, abscissa=abscissa))
+    return ParabolaStart(
+        double_parameter=parameter,
+        empirical_abscissa=empirical,
+        abscissa=abscissa,
+        ordinate=float(parabolic.parabola_height(abscissa=abscissa, double_parameter=parameter)),
+        arm_angle=angle,
+        radius_of_curvature=float(parabolic.radius_of_curvature(abscissa=abscissa, double_parameter=parameter)),
+    )
+
+
+def _choose_arm(inputs: PendulumInputs, requirement: Requirement, start: ParabolaStart) -> tuple[float, float]:
+    """Return the arm and the offset of its suspension (m) that keep the start and its slope."""
+    sine, offset = math.sin(start.arm_angle), inputs.offset
+    if offset is None and inputs.arm is None and requirement.kind is GovernorKind.WATT:
+        offset = 0.0
+    if offset is None:
+        arm = start.radius_of_curvature if inputs.arm is None else inputs.arm
+        return arm, start.abscissa - arm * sine
+    if offset >= start.abscissa:
+        text = (
+            "offset ({offset:.6g mm}) must be below the start radius ({abscissa:.6g mm}), or the arms would hang inward; reduce offset, or "
+            "give a larger start_radius"
+        )
+        raise MechanismError(fill_places(text, start, offset=offset))
+    return (start.abscissa - offset) / sine, offset
+
+
+def _build_governor(inputs: PendulumInputs, requirement: Requirement, arm: float, offset: float) -> PendulumGovernor:
+    """Return the governor with its masses: steps I, Ia and II."""
+    force = {"resistance": requirement.resistance, "mass_ratio": requirement.mass_ratio, "insensitivity": inputs.insensitivity}
+    mass_at_joint = float(sizing.ball_mass_for_insensitivity(**force, gravity=inputs.gravity))
+    return PendulumGovernor(
+        arm=arm,
+        offset=offset,
+        arm_joint=inputs.joint_ratio * arm,
+        ball_mass=inputs.joint_ratio * mass_at_joint,
+        sleeve_mass=requirement.mass_ratio * mass_at_joint,
+        gravity=inputs.gravity,
+    )
+
+
+def _find_high_angle(governor: PendulumGovernor, requirement: Requirement, start: ParabolaStart) -> float:
+    """Return the arm angle (rad) at the highest speed: step VI, solved instead of tried."""
+
+    def excess(angle: float) -> float:
+        return float(dynamics.equilibrium_speed(governor, arm_angle=angle)) - requirement.highest_speed
+
+    low = start.arm_angle
+    if governor.offset < 0:  # crossed arms longer than the radius of curvature are slowest above the start
+        low = max(low, math.asin(math.cbrt(-governor.offset / governor.arm)))
+    if not low < MAX_ARM_ANGLE or excess(MAX_ARM_ANGLE) < 0:
+        text = (
+            "with arms of {arm:.6g mm} the highest speed of {speed:.6g rpm} is not reached up to {most:g deg}; reduce highest_speed, "
+            "shorten arm, or increase offset"
+        )
+        raise MechanismError(fill_places(text, governor, speed=requirement.highest_speed, most=MAX_ARM_ANGLE))
+    return find_root(excess, low, MAX_ARM_ANGLE)
+
+
+def _trials(governor: PendulumGovernor, angles: tuple[float, float]) -> Iterator[TrialPosition]:
+    """Yield the positions at round steps above the lowest, and the highest: the table that step VI asks for."""
+    swing = angles[1] - angles[0]
+    step = max((step for step in TRIAL_STEPS.tolist() if swing / step >= MIN_TRIALS), default=swing / MIN_TRIALS)
+    for change in (*(step * k for k in range(math.ceil(swing / step - ARM_TOLERANCE))), swing):
+        angle = angles[0] + change
+        radius, speed = (float(of(governor, arm_angle=angle)) for of in (dynamics.ball_radius, dynamics.equilibrium_speed))
+        yield TrialPosition(angle_change=change, arm_angle=angle, ball_radius=radius, speed=speed)
+
+
+def _checks(inputs: PendulumInputs, requirement: Requirement, start: ParabolaStart, governor: PendulumGovernor) -> Iterator[Check]:
+    """Yield Zehnder's rules, and those of the kind of governor."""
+    lowest, highest = (max(0.0, ratio) for ratio in mass_ratio_limits(requirement.lowest_speed))
+    cure = "change mass_ratio" if requirement.kind is GovernorKind.PORTER else "change lowest_speed, or take kind=porter"
+    yield Check("choice of m: w1^2 / 80 - 1 to w1^2 / 15 - 1, empirical", requirement.mass_ratio, lowest, highest, cure)
+    rule = "choice of delta: at least the speed fluctuation of the machine, or the sleeve moves in every turn"
+    cure = "increase insensitivity, take a heavier flywheel, or fit a dashpot"
+    yield Check(rule, inputs.insensitivity, lowest=inputs.speed_fluctuation, cure=cure)
+    rule = "start radius x1 over that of x = 2 y (45 deg), which is the best; the empirical rule stays below"
+    yield Check(rule, 2 * start.abscissa / start.double_parameter, highest=1.0, cure="reduce start_radius")
+    ratio = governor.arm / start.radius_of_curvature
+    rule = "(V) arm l over the radius of curvature; a longer arm is unstable in the lowest position"
+    yield Check(rule, ratio, highest=1 + ARM_TOLERANCE, cure="shorten arm, or increase offset")
+    if requirement.kind is GovernorKind.IMPROVED_WATT:
+        rule = "kind improved-watt: arm l over the radius of curvature, with crossed arms"
+        yield Check(rule, ratio, lowest=1 - ARM_TOLERANCE, cure="leave out arm and offset, or take kind=watt")
+    if requirement.kind is GovernorKind.WATT:
+        rule = "kind watt: offset over arm; the arms of the ordinary governor do not cross"
+        yield Check(rule, governor.offset / governor.arm, lowest=0.0, cure="increase offset, or take kind=improved-watt")

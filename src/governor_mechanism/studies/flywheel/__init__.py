@@ -1,1 +1,0 @@
-"""Design of the flywheel of Redtenbacher's air-expansion engine."""

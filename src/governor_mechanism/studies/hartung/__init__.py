@@ -1,1 +1,0 @@
-"""Design of Hartung's governor after Dubois."""

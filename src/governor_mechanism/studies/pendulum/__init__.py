@@ -1,1 +1,0 @@
-"""Design of pendulum governors after Zehnder."""

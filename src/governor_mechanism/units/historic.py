@@ -1,0 +1,109 @@
+"""Units of the papers and of the workshop, and texts with named places for quantities in them."""
+
+import math
+import re
+import string
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+RPM: Final = math.pi / 30
+"""One revolution per minute, rad/s."""
+
+KILOGRAM_FORCE: Final = 9.81
+"""One kilogram-force of the papers (1853 to 1912), N: a weight of 30 kgf has a mass of 30 kg."""
+
+KILOGRAM_FORCE_1901: Final = 9.80665
+"""One kilogram-force since the standard gravity of 1901, N."""
+
+TECHNICAL_ATMOSPHERE: Final = 1e4 * KILOGRAM_FORCE
+"""One technical atmosphere of the papers, kgf/cm^2, in Pa."""
+
+HORSEPOWER_1853: Final = 75 * KILOGRAM_FORCE
+"""One horsepower of the papers, 75 kgf m/s, in W."""
+
+HORSEPOWER_1901: Final = 75 * KILOGRAM_FORCE_1901
+"""One metric horsepower, PS, with the kilogram-force of 1901, in W."""
+
+_NUMBER_IN_SI: Final = {"mm": 1e3, "cm": 1e2, "cm^2": 1e4, "deg": math.degrees(1.0), "mJ": 1e3, "%": 1e2}
+"""How many of a unit that is smaller than the SI unit make one of it: for most of them exact, unlike the reciprocal."""
+
+_SIZES: Final = {
+    "rpm": RPM,
+    **dict.fromkeys(("kN", "kJ", "kW", "N/mm"), 1e3),
+    **{"bar": 1e5, "MPa": 1e6, "GPa": 1e9},
+    **{"kgf": KILOGRAM_FORCE, "kgf/mm": 1e3 * KILOGRAM_FORCE, "kgf/cm^2": TECHNICAL_ATMOSPHERE},
+}
+"""SI values of the other units."""
+
+_SPECIFICATION: Final = re.compile(r"([^ /]*)(?:([ /])(.*))?")
+
+
+def in_unit(value: Any, unit: str) -> Any:
+    """Return a quantity, or an array of quantities, in a unit of the papers or the workshop.
+
+    Parameters
+    ----------
+    value
+        The quantity, SI.
+    unit
+        The unit, such as "mm" or "kgf"; "" for SI.
+
+    Returns
+    -------
+    Any
+        The number.
+    """
+    if not unit:
+        return value
+    return value * _NUMBER_IN_SI[unit] if unit in _NUMBER_IN_SI else value / _SIZES[unit]
+
+
+class NoValueError(Exception):
+    """A place names a quantity that is None."""
+
+
+class Places(string.Formatter):
+    """Format of texts with places that name the attributes of a record, such as "{travel.lift:.6g mm}".
+
+    A blank before the unit writes it, a stroke does not: "{lift:.6g mm}" is "15 mm", and "{lift:.6g/mm}" is "15".
+    """
+
+    def get_value(self, key: int | str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
+        """Return a value that is given by name, or the attribute of the record."""
+        return kwargs[str(key)] if key in kwargs else getattr(args[0], str(key))
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        """Return a quantity as text, in the unit of its place."""
+        if value is None:
+            raise NoValueError
+        number, separator, unit = _SPECIFICATION.fullmatch(format_spec).groups()  # type: ignore[union-attr]  # matches any text
+        text = format(in_unit(value, unit or ""), number)
+        return f"{text} {unit}" if separator == " " else text
+
+
+def fill_places(text: str, record: object, places: Places | None = None, **values: object) -> str:
+    """Return a text with its places filled; a line with a place whose value is None is left out.
+
+    Parameters
+    ----------
+    text
+        The text.
+    record
+        Its attributes are the values of the places.
+    places
+        Format of the places.
+    **values
+        Values of places that are no attributes of the record.
+
+    Returns
+    -------
+    str
+        The text.
+    """
+    lines = list[str]()
+    for line in text.splitlines():
+        try:
+            lines.append((places or Places()).vformat(line, (record,), values))
+        except NoValueError:
+            continue
+    return "\n".join(lines)
