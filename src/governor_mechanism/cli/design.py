@@ -8,13 +8,17 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
-from typing import Annotated, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from governor_mechanism.cli import console
 from governor_mechanism.cli.given_options import remember_options
 from governor_mechanism.render.figure_files import FigureFiles
+
+if TYPE_CHECKING:
+    from governor_mechanism.studies.design.skeleton import Design
 
 _OPTIONS = ("--with", "--out", "--no-figure", "--format", "--theme", "--json", "--help")
 """Options of the command, for a misspelt one."""
@@ -62,10 +66,7 @@ def design(
     Every input may be given as an option of its name. Writes figures. With the inputs of the paper, the printed numbers are compared with
     the recomputed ones, and where they differ the cause is named.
     """
-    from governor_mechanism.files.atomic_write import atomic_write
-    from governor_mechanism.scenes.toml_text import format_scene_toml
     from governor_mechanism.studies.design.procedures import PROCEDURES
-    from governor_mechanism.studies.design.templates import scene_comment
 
     console.prepare_folder(figures.folder)
     procedure = PROCEDURES[machine.value]
@@ -75,9 +76,7 @@ def design(
     paper = procedure.compare() if procedure.compare and inputs == procedure.inputs else None
     with console.show_status("simulating"):
         simulated = procedure.simulate(designed, paper) if procedure.simulate else None
-    files = [figures.folder / f"{designed.machine}_design.toml"]
-    with atomic_write(files[0]) as temporary:
-        temporary.write_text(format_scene_toml(designed.scene_document, scene_comment(designed.machine)), encoding="utf-8")
+    files = [_write_scene(designed, figures.folder)]
     if figures.formats:
         from governor_mechanism.render.figures.design.registry import design_figures
 
@@ -90,6 +89,18 @@ def design(
     values = {"machine": machine.value, **{name: part.as_json() for name, part in parts.items() if part is not None}}
     text = [*([f"{paper}\n"] if paper else []), designed, *([f"\n{simulated}"] if simulated else [])]
     return console.CommandResult(text=text, values=values, files=files, ok=simulated.ok if simulated else True)
+
+
+def _write_scene(designed: Design, folder: Path) -> Path:
+    """Write the scene file of a design, and return its path."""
+    from governor_mechanism.files.atomic_write import atomic_write
+    from governor_mechanism.scenes.toml_text import format_scene_toml
+    from governor_mechanism.studies.design.templates import scene_comment
+
+    path = folder / f"{designed.machine}_design.toml"
+    with atomic_write(path) as temporary:
+        temporary.write_text(format_scene_toml(designed.scene_document, scene_comment(designed.machine)), encoding="utf-8")
+    return path
 
 
 def _replace_inputs(defaults: Any, assignments: Sequence[str], options: Mapping[str, str]) -> Any:

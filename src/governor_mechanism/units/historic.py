@@ -81,8 +81,10 @@ class Places(string.Formatter):
         return f"{text} {unit}" if separator == " " else text
 
 
-def fill_places(text: str, record: object, places: Places | None = None, **values: object) -> str:
+def fill_places(text: str, record: object, places: Places | None = None, /, **values: object) -> str:
     """Return a text with its places filled; a line with a place whose value is None is left out.
+
+    `values` are the values of places that are no attributes of the record.
 
     Parameters
     ----------
@@ -92,8 +94,6 @@ def fill_places(text: str, record: object, places: Places | None = None, **value
         Its attributes are the values of the places.
     places
         Format of the places.
-    **values
-        Values of places that are no attributes of the record.
 
     Returns
     -------

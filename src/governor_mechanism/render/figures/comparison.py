@@ -17,9 +17,7 @@ from governor_mechanism.studies.comparison.comparison import Comparison
 from governor_mechanism.studies.comparison.motion import leading_reading
 from governor_mechanism.studies.comparison.statics import GovernorStatics
 from governor_mechanism.types import FloatArray
-
-_RPM = 30 / math.pi
-"""Revolutions per minute of a rad/s."""
+from governor_mechanism.units.historic import RPM
 
 _STYLES: tuple[tuple[str, Any], ...] = (
     (BLUE, "-"),
@@ -181,7 +179,7 @@ def _draw_speed_curves(panel: Panel, comparison: Comparison) -> None:
     has_sleeve = all("sleeve_lift" in one.curve.readings for _, one in governors)
     windows, xs = [], []
     for k, statics in governors:
-        factor = 1 / statics.spindle_speed if is_relative else _RPM
+        factor = 1 / statics.spindle_speed if is_relative else 1 / RPM
         x = _places(statics, has_sleeve)
         curve, (colour, style) = statics.curve, _STYLES[k]
         window = _speed_window(statics)

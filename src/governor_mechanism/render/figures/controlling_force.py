@@ -15,8 +15,7 @@ from governor_mechanism.statics.controlling_force import ControllingForce
 from governor_mechanism.statics.equilibria import Equilibrium
 from governor_mechanism.statics.working_range import WorkingRange
 from governor_mechanism.types import BoolArray, FloatArray
-
-_RPM_PER_RAD_S = 30 / np.pi
+from governor_mechanism.units.historic import RPM
 
 _MAX_SHOWN_SPEED_RATIO = 1.6
 """Largest shown speed over the median speed where no working range is known; the force is unbounded towards a dead centre."""
@@ -85,7 +84,7 @@ def _subtitle(curve: ControllingForce) -> str:
     ends = curve.working_range
     if ends is None:
         return "no working range: the scene has no stops, and none is given"
-    low, high = (f"{speed * _RPM_PER_RAD_S:.4g}" for speed in ends.speed)
+    low, high = (f"{speed / RPM:.4g}" for speed in ends.speed)
     if curve.astatic.all():
         return f"isochronous: in equilibrium anywhere at {low} rpm, so that any change of speed moves it to an end of its travel"
     text = f"equilibrium at {low} rpm at the inner and {high} rpm at the outer end"
@@ -93,7 +92,7 @@ def _subtitle(curve: ControllingForce) -> str:
         return f"{text}; between them it is unstable in part"
     text = f"from {low} to {high} rpm, sensitiveness {100 * ends.sensitiveness:.3g} %"
     if curve.resistance:
-        falling, rising = ends.falling_speed[0] * _RPM_PER_RAD_S, ends.rising_speed[1] * _RPM_PER_RAD_S
+        falling, rising = ends.falling_speed[0] / RPM, ends.rising_speed[1] / RPM
         text += f"; with resistance from {falling:.4g} to {rising:.4g} rpm"
     return text
 
@@ -108,7 +107,7 @@ def _format_effort(scene: Scene, curve: ControllingForce, equilibria: Sequence[E
         float(np.interp(chosen.coordinate, curve.coordinate, values)) for values in (effort.effort, effort.power, curve.speed)
     )
     unit = "N m" if scene.part.mechanism.reading(curve.against).quantity == "angle" else "N"
-    text = f"at {speed * _RPM_PER_RAD_S:.4g} rpm, for {100 * effort.speed_change:g} % more: effort {mean_force:.3g} {unit} at the "
+    text = f"at {speed / RPM:.4g} rpm, for {100 * effort.speed_change:g} % more: effort {mean_force:.3g} {unit} at the "
     has_power = np.interp(chosen.coordinate, curve.coordinate, effort.has_lift) == 1.0
     return f"{text}{format_name(curve.against)}" + (f", power {power:.3g} J" if has_power else "")
 
@@ -168,7 +167,7 @@ def _draw_speed_lines(panel: Panel, curve: ControllingForce, shown: BoolArray, l
     radius, mass = np.append(radius, limits[0] / MM_PER_M), np.append(mass, mass[-1])
     next_top = math.inf  # largest radius (mm) of the next label above the panel
     for rpm in _choose_speeds(curve, shown):
-        force = mass * (rpm / _RPM_PER_RAD_S) ** 2 * radius
+        force = mass * (rpm * RPM) ** 2 * radius
         style: dict[str, Any] = {"color": MUTED, "fontsize": 8, "annotation_clip": False}
         if force[-1] <= limits[1]:
             panel.write_note(f"{rpm:.6g} rpm", (limits[0], force[-1]), (4, 0), va="center", **style)
@@ -183,7 +182,7 @@ def _draw_speed_lines(panel: Panel, curve: ControllingForce, shown: BoolArray, l
 
 def _choose_speeds(curve: ControllingForce, shown: BoolArray) -> FloatArray:
     """Return round speeds (rpm) a little below and above the shown equilibrium speeds, at distances that leave room for the labels."""
-    rpm = curve.speed[shown] * _RPM_PER_RAD_S
+    rpm = curve.speed[shown] / RPM
     low, high = float(rpm.min()), float(rpm.max())
     # The force grows with the square of the speed, so that labels at the right edge are 2 (step / speed) of the height apart.
     step = _round_up(max((high - low) / _N_SPEED_LINES, 0.5 * _MIN_LABEL_DISTANCE * high))
@@ -217,5 +216,5 @@ def _mark_equilibria(panel: Panel, curve: ControllingForce, shown: BoolArray, eq
         if curve.radius[shown].min() <= radius <= curve.radius[shown].max():
             fill = INK if equilibrium.stable else PAPER
             panel.plot([radius * MM_PER_M], [force], "o", color=INK, markerfacecolor=fill, markersize=7, zorder=6)
-            speed = float(np.interp(equilibrium.coordinate, curve.coordinate, curve.speed)) * _RPM_PER_RAD_S
+            speed = float(np.interp(equilibrium.coordinate, curve.coordinate, curve.speed)) / RPM
             panel.annotate_point((radius * MM_PER_M, force), f"{speed:.4g} rpm", (7, -11), fontsize=9)

@@ -12,8 +12,7 @@ from governor_mechanism.render.number_format import display_unit_of, format_labe
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.statics.equilibria import Equilibrium
 from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
-
-_RPM_PER_RAD_S = 30 / np.pi
+from governor_mechanism.units.historic import RPM
 
 _MAX_SHOWN_SPEED_RATIO = 1.6
 """Largest shown speed over the median speed; the curve is unbounded towards a dead centre."""
@@ -60,7 +59,7 @@ def _is_angle(scene: Scene, reading: str) -> bool:
 
 def _speed_limits(curve: SpeedCurve) -> tuple[float, float]:
     """Return the lowest and the highest speed (rpm) in the figure."""
-    rpm = curve.speed[curve.has_equilibrium] * _RPM_PER_RAD_S
+    rpm = curve.speed[curve.has_equilibrium] / RPM
     if not rpm.size:
         return 0.0, 1.0
     middle = float(np.median(rpm))
@@ -79,7 +78,7 @@ def _draw_curve(panel: Panel, curve: SpeedCurve, factor: float) -> None:
         (curve.astatic, "-", 3.0, "neutral: in equilibrium anywhere, so that any other speed drives it to an end"),
     )
     for kind, style, width, text in kinds:
-        speed_rpm = np.where(curve.has_equilibrium & kind, curve.speed * _RPM_PER_RAD_S, np.nan)
+        speed_rpm = np.where(curve.has_equilibrium & kind, curve.speed / RPM, np.nan)
         if not np.all(np.isnan(speed_rpm)):
             panel.plot(curve.coordinate * factor, speed_rpm, linestyle=style, color=BLUE, linewidth=width, label=text)
     if curve.astatic.all():
@@ -88,7 +87,7 @@ def _draw_curve(panel: Panel, curve: SpeedCurve, factor: float) -> None:
 
 def _draw_astatic_directions(panel: Panel, curve: SpeedCurve, factor: float) -> None:
     """Draw where an astatic governor goes at other speeds: outward above its one speed, inward below it."""
-    rpm, (inner, outer) = float(np.median(curve.speed)) * _RPM_PER_RAD_S, curve.coordinate[[0, -1]] * factor
+    rpm, (inner, outer) = float(np.median(curve.speed)) / RPM, curve.coordinate[[0, -1]] * factor
     for ratio, text, start, stop in ((1.015, "faster: to the outer end", 0.35, 0.65), (0.985, "slower: to the inner end", 0.65, 0.35)):
         tail, head = ((inner + part * (outer - inner), ratio * rpm) for part in (start, stop))
         arrow = {"arrowstyle": "-|>", "color": MUTED, "linewidth": 1.4}
@@ -99,7 +98,7 @@ def _draw_astatic_directions(panel: Panel, curve: SpeedCurve, factor: float) -> 
 
 def _draw_band(panel: Panel, scene: Scene, curve: SpeedCurve, band: InsensitivityBand, factor: float, high: float) -> None:
     """Draw the speeds at which a resistance holds the governor; the band is not clipped at the upper limit."""
-    slow, fast = (np.minimum(speed * _RPM_PER_RAD_S, 2 * high) for speed in (band.falling_speed, band.rising_speed))
+    slow, fast = (np.minimum(speed / RPM, 2 * high) for speed in (band.falling_speed, band.rising_speed))
     unit = "N m" if _is_angle(scene, band.against) else "N"
     text = f"held by {band.resistance:g} {unit} at the {band.against.replace('_', ' ')}"
     panel.fill_between(curve.coordinate * factor, slow, fast, where=curve.has_equilibrium, color=SKY, alpha=0.25, label=text)
@@ -107,14 +106,14 @@ def _draw_band(panel: Panel, scene: Scene, curve: SpeedCurve, band: Insensitivit
 
 def _mark_folds(panel: Panel, curve: SpeedCurve, factor: float) -> None:
     for value, speed in curve.folds:
-        panel.plot([value * factor], [speed * _RPM_PER_RAD_S], "D", color=VERMILLION, markersize=6)
-        text = f"jump at {speed * _RPM_PER_RAD_S:.4g} rpm"
-        panel.write_note(text, (value * factor, speed * _RPM_PER_RAD_S), (0, -16), ha="center", color=VERMILLION)
+        panel.plot([value * factor], [speed / RPM], "D", color=VERMILLION, markersize=6)
+        text = f"jump at {speed / RPM:.4g} rpm"
+        panel.write_note(text, (value * factor, speed / RPM), (0, -16), ha="center", color=VERMILLION)
 
 
 def _mark_equilibria(panel: Panel, curve: SpeedCurve, equilibria: Sequence[Equilibrium], factor: float) -> None:
     for equilibrium in (one for one in equilibria if not one.astatic):
-        speed = float(np.interp(equilibrium.coordinate, curve.coordinate, curve.speed * _RPM_PER_RAD_S))
+        speed = float(np.interp(equilibrium.coordinate, curve.coordinate, curve.speed / RPM))
         fill, kind = (INK, "stable") if equilibrium.stable else (PAPER, "unstable")
         label = f"{kind} equilibrium, {speed:.4g} rpm"
         panel.plot([equilibrium.coordinate * factor], [speed], "o", color=INK, markerfacecolor=fill, markersize=7, label=label)

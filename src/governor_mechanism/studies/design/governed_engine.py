@@ -29,9 +29,10 @@ from governor_mechanism.studies.design.engine_governor import (
     design_governor,
     validate_inputs,
 )
-from governor_mechanism.studies.design.skeleton import Check, CheckedDesign, mass_ratio_limits, tabulate
+from governor_mechanism.studies.design.skeleton import Check, CheckedDesign, mass_ratio_limits
 from governor_mechanism.studies.design.templates import gravity_value
-from governor_mechanism.units.historic import HORSEPOWER_1901
+from governor_mechanism.units.historic import HORSEPOWER_1901, RPM
+from governor_mechanism.units.text_table import format_table
 
 THROTTLE_FRACTIONS = (1.0, 0.75, 0.5, 0.25, 0.0)
 """Loads of the table of the throttle rod, relative to the rated torque."""
@@ -77,29 +78,6 @@ class ThrottleSetting:
     lift: float
     opening: float
     speed: float
-
-    @property
-    def load(self) -> str:
-        """The load in words."""
-        return f"{self.load_fraction:.0%}"
-
-
-@dataclass(frozen=True)
-class _OpenThrottle:
-    """The end of the throttle rod, beyond full load, as a row of its table."""
-
-    lift: float
-    opening: float
-    load: str = "open"
-    speed: None = None
-
-
-THROTTLE_COLUMNS = (
-    ("load", "{load}"),
-    ("sleeve lift, mm", "{lift:.3f/mm}"),
-    ("throttle", "{opening:.5f}"),
-    ("speed, rpm", "{speed:.6g/rpm}"),
-)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -171,7 +149,12 @@ class GovernedEngineDesign(CheckedDesign):
     @property
     def throttle_rod(self) -> str:
         """The table of the throttle rod as text."""
-        return tabulate(THROTTLE_COLUMNS, [_OpenThrottle(*self.throttle_points[0]), *self.throttle], "lrrr")
+        settings = [(f"{one.load_fraction:.0%}", one.lift, one.opening, f"{one.speed / RPM:.6g}") for one in self.throttle]
+        rows = [
+            (load, f"{1e3 * lift:.3f}", f"{opening:.5f}", speed)
+            for load, lift, opening, speed in [("open", *self.throttle_points[0], ""), *settings]
+        ]
+        return format_table(("load", "sleeve lift, mm", "throttle", "speed, rpm"), rows, "lrrr")
 
     def scene_values(self, *, mean_torque: bool = False, with_resistance: bool = False) -> Mapping[str, object]:
         """Return what the scene adds: its load falls to the half.

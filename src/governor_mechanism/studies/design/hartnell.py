@@ -202,15 +202,8 @@ def build_governor(inputs: HartnellInputs) -> closed.HartnellGovernor:
     HartnellGovernor
         Dimensions and masses.
     """
-    return closed.HartnellGovernor(
-        ball_arm=inputs.ball_arm,
-        sleeve_arm=inputs.sleeve_arm,
-        pivot_radius=inputs.pivot_radius or 0.0,
-        ball_mass=inputs.ball_mass,
-        angle=inputs.bell_crank_angle,
-        sleeve_mass=inputs.sleeve_mass,
-        gravity=inputs.gravity,
-    )
+    names = ("ball_arm", "sleeve_arm", "pivot_radius", "ball_mass", "sleeve_mass", "gravity")
+    return closed.HartnellGovernor(angle=inputs.bell_crank_angle, **{name: getattr(inputs, name) for name in names})
 
 
 def design_hartnell(inputs: HartnellInputs = DEFAULT_INPUTS) -> HartnellDesign:

@@ -15,6 +15,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
@@ -424,7 +425,8 @@ def resolve_inputs(inputs: PendulumInputs) -> tuple[PendulumInputs, Requirement]
     porter = {"lowest_speed": 120 * RPM, "highest_speed": 126 * RPM, "mass_ratio": 4.0, "resistance": 6 * KILOGRAM_FORCE}
     watt = {"lowest_speed": 60 * RPM, "highest_speed": 63 * RPM, "mass_ratio": 0.0, "resistance": KILOGRAM_FORCE}
     defaults = porter if kind is GovernorKind.PORTER else watt
-    values = {name: default if getattr(inputs, name) is None else getattr(inputs, name) for name, default in defaults.items()}
+    given = {name: getattr(inputs, name) for name in defaults if getattr(inputs, name) is not None}
+    values: dict[str, Any] = defaults | given
     resolved = replace(inputs, **values)
     require_valid(resolved, _contradictions)
     return resolved, Requirement(kind=kind, **values)

@@ -18,6 +18,7 @@ from governor_mechanism.studies.errata.erratum import Paper
 from governor_mechanism.studies.errata.zehnder import LONGER, PROBE_ANGLE_DEG, SHORTER
 from governor_mechanism.studies.valve_timing import tabulate_valve_timing
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.historic import RPM
 
 PROBE_RESISTANCE = 40.0
 """Resistance at the sleeve, N, from whose band of speed the static sleeve force follows; the result does not depend on it."""
@@ -72,7 +73,7 @@ def simulate_shorter_arm() -> str:
 
 
 def _describe_speeds(arm_ratio: float) -> str:
-    down, start, up = simulated_speeds(design_pendulum(), arm_ratio, np.array([-PROBE_ANGLE_DEG, 0.0, PROBE_ANGLE_DEG])) * 30 / math.pi
+    down, start, up = simulated_speeds(design_pendulum(), arm_ratio, np.array([-PROBE_ANGLE_DEG, 0.0, PROBE_ANGLE_DEG])) / RPM
     return (
         f"with l = {arm_ratio:g} rho the speed of rest is {down:.3f} rpm {PROBE_ANGLE_DEG:g} deg below the point of osculation, "
         f"{start:.3f} rpm at it, and {up:.3f} rpm {PROBE_ANGLE_DEG:g} deg above it"

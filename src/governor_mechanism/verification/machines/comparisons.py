@@ -19,6 +19,7 @@ from governor_mechanism.model.part import FreeSpindle, Start
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.types import FloatArray, FloatOrArray
+from governor_mechanism.units.historic import RPM
 from governor_mechanism.verification.report import ComparisonRow
 
 Checks = Iterator[ComparisonRow | str]
@@ -169,7 +170,7 @@ def integrate_governor(
 
 def format_rpm(speed: float) -> str:
     """Return a speed (rad/s) as text in rpm."""
-    return f"{speed * 30 / math.pi:.6g} rpm"
+    return f"{speed / RPM:.6g} rpm"
 
 
 def check_stability(scene: Scene, reading: str, angle: float, squared_frequency: float, starts: Iterable[float], label: str) -> Checks:

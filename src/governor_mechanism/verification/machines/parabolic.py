@@ -8,6 +8,7 @@ from governor_mechanism.closed_form import parabolic as closed
 from governor_mechanism.model.part import Spindle, Start
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
+from governor_mechanism.units.historic import RPM
 from governor_mechanism.verification.machines.comparisons import Checks, compare_algebraic, require_gravity_and_centrifugal, run_scene
 from governor_mechanism.verification.report import ComparisonRow
 
@@ -48,7 +49,7 @@ def _check_transit_time(scene: Scene, neutral_speed: float, mass_ratio: float, d
     """Yield the time in which the balls drift along the guide at the neutral speed."""
     speeds = scene.spindle.speeds if isinstance(scene.spindle, Spindle) else ()
     if any(not math.isclose(speed, neutral_speed, rel_tol=1e-9) for speed in speeds) or not speeds:
-        yield f"the spindle does not keep the neutral speed, {neutral_speed * 30 / math.pi:.6g} rpm: the transit time is not checked"
+        yield f"the spindle does not keep the neutral speed, {neutral_speed / RPM:.6g} rpm: the transit time is not checked"
         return
     run = run_scene(scene)
     radius, rate = run.readings["ball_radius"], float(run.rates["ball_radius"][0])

@@ -11,7 +11,7 @@ from governor_mechanism.studies.design import hartung_paper as paper
 from governor_mechanism.studies.design.hartung import HartungDesign, build_hartung_layout
 from governor_mechanism.studies.printed_numbers import select_deviations
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.historic import KILOGRAM_FORCE
+from governor_mechanism.units.historic import KILOGRAM_FORCE, RPM
 
 _PAPER_ANGLES_DEG = (90.0, 132.0, 137.332)
 """Bell-crank angles (deg): Hartung's right angle, Dubois' angle, and the angle from Dubois' formula."""
@@ -36,7 +36,7 @@ def spring_lines_figure(design: HartungDesign, *, with_printed_points: bool = Fa
         The figure; `save` writes it.
     """
     layout, inputs = design.layout, design.inputs
-    slow, fast = (f"{speed * 30 / math.pi:.4g} rpm" for speed in (inputs.slow_speed, inputs.fast_speed))
+    slow, fast = (f"{speed / RPM:.4g} rpm" for speed in (inputs.slow_speed, inputs.fast_speed))
     page = _new_page("Astatic spring forces", f"and the effective spring from {slow} inside to {fast} outside")
     panel = page.add_panel((0.10, 0.15, 0.79, 0.66), "Radius of the weights' centres [mm]", "Force of each spring [kgf]")
     for forces, colour, style, text in (

@@ -1,7 +1,5 @@
 """Figure of Redtenbacher's flywheel: the speed over a turn with the printed and with the right wheel, and the band it should keep."""
 
-import math
-
 import numpy as np
 
 from governor_mechanism.closed_form.flywheel.equilibrium import shaft_speed
@@ -12,9 +10,9 @@ from governor_mechanism.render.style import BLUE, GREEN, VERMILLION
 from governor_mechanism.studies.design.flywheel import DEFAULT_ENERGY_RATIO, PAPER_INPUTS, closed_cycle
 from governor_mechanism.studies.design.flywheel_paper import PAPER_ENGINE, compare_with_paper
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.historic import RPM
 
 _DEGREES: FloatArray = np.linspace(0.0, 360.0, 721)
-_TO_RPM = 30 / math.pi
 
 
 def draw_flywheel() -> Page:
@@ -36,11 +34,11 @@ def draw_flywheel() -> Page:
     panel = add_panel(page, (0.135, 0.155, 0.835, 0.655), "Crank angle [deg]", "Speed of the shaft [rpm]")
     # The wheel that the closed cycle needs runs from edge to edge of the band.
     limits = {"inertia": closed.inertia, "energy": closed.bracket * engine.full_pressure_work, "mean_speed": mean}
-    low, high = (float(speed) * _TO_RPM for speed in speed_limits(**limits, mean_energy=True))
+    low, high = (float(speed) / RPM for speed in speed_limits(**limits, mean_energy=True))
     panel.axhspan(low, high, color=GREEN, alpha=0.14, linewidth=0)
     for wheel, colour, style in ((light, VERMILLION, "-"), (right, BLUE, DASHED)):
         speeds = shaft_speed(engine, crank_angle=np.radians(_DEGREES), inertia=wheel.inertia, mean_speed=mean)
-        panel.plot(_DEGREES, np.asarray(speeds) * _TO_RPM, color=colour, linewidth=2.0, linestyle=style)
+        panel.plot(_DEGREES, np.asarray(speeds) / RPM, color=colour, linewidth=2.0, linestyle=style)
     panel.set(xlim=(0, 360), ylim=(low - 0.55, high + 0.75), xticks=range(0, 361, 45))
     texts = (
         ((95.8, high + 0.46), f"by the printed {total.printed:.4f}: {light.inertia:,.0f} kg m²", VERMILLION, "center"),

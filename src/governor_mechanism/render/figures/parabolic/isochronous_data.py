@@ -14,6 +14,7 @@ from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.historic import RPM
 
 MARKED_ANGLE_CHANGES = np.radians([-4.0, -2.0, -1.0, 1.0, 2.0, 4.0])
 """Changes of the arm angle (rad) with a marker."""
@@ -134,8 +135,8 @@ def _start_angle(governor: PendulumGovernor, travel: tuple[float, float], scene:
 
 def _speed_family(start_speed: float) -> tuple[float, ...]:
     """Return seven speeds (rad/s, ascending): round values in rpm on both sides of the start speed."""
-    rpm = start_speed * 30 / math.pi
+    rpm = start_speed / RPM
     decade = 10.0 ** math.floor(math.log10(_SPEED_STEP_RATIO * rpm))
     step = min((m * decade for m in (1.0, 2.0, 2.5, 5.0, 10.0)), key=lambda step: abs(math.log(step / (_SPEED_STEP_RATIO * rpm))))
     nearest_multiple = round(rpm / step)
-    return tuple((nearest_multiple + k) * step * math.pi / 30 if k else start_speed for k in range(-3, 4))
+    return tuple((nearest_multiple + k) * step * RPM if k else start_speed for k in range(-3, 4))

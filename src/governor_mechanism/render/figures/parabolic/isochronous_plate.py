@@ -13,6 +13,7 @@ from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, DOTTED,
 from governor_mechanism.render.figures.parabolic.isochronous_data import MARKED_ANGLE_CHANGES, MAX_ANGLE_CHANGE, IsochronousPlateData
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, SKY
+from governor_mechanism.units.historic import RPM
 
 _FAMILY_RECT, _DEVIATION_RECT = (0.078, 0.155, 0.476, 0.69), (0.672, 0.475, 0.243, 0.37)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
@@ -118,7 +119,7 @@ def _draw_parabola(panel: Panel, data: IsochronousPlateData, speed: float) -> No
     for limit, width_ratio in ((end, 1.0), (max(left, -end), 0.5)):
         x = np.linspace(0, limit, 200)
         panel.plot(x, x**2 / c, color=colour, linewidth=width * width_ratio, zorder=2)
-    text = f"{speed * 30 / math.pi:.4g}" + (" rpm" if is_start_speed else "")
+    text = f"{speed / RPM:.4g}" + (" rpm" if is_start_speed else "")
     offset, ha, va = ((5, 0), "left", "center") if end == right else ((0, 4), "center", "bottom")
     panel.annotate_point((end, end**2 / c), text, offset, ha=ha, va=va, color=colour, weight="bold" if is_start_speed else "normal")
 
@@ -242,7 +243,7 @@ def _write_dimensions(plate: Plate, data: IsochronousPlateData) -> None:
         f"arm $l$ = {governor.arm * MM_PER_M:.4g} mm,  suspension $e$ = {governor.offset * MM_PER_M:.4g} mm from the axis,  "
         f"$m = Q/P$ = {governor.sleeve_mass / governor.ball_mass:.3g},  $g$ = {governor.gravity:.4g} m/s²",
         f"{_start_point_name(data)} $x_1$ = {x:.1f} mm,  $y_1$ = {y:.1f} mm,  "
-        f"$\\alpha_1$ = {math.degrees(data.start_angle):.2f}°,  {data.start_speed * 30 / math.pi:.4g} rpm;  "
+        f"$\\alpha_1$ = {math.degrees(data.start_angle):.2f}°,  {data.start_speed / RPM:.4g} rpm;  "
         f"circle of curvature (dashed): $\\rho$ = {data.radius_of_curvature * MM_PER_M:.4g} mm",
     )
     for line, text in enumerate(lines):

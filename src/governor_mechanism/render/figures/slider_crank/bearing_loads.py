@@ -26,6 +26,7 @@ from governor_mechanism.render.figures.page import (
 )
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SERIF_FONT, STEEL, VERMILLION
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.historic import RPM
 from governor_mechanism.verification.machines.slider_crank import build_crank_train
 
 _LABEL_INTERVAL_DEG, _SHOWN_ANGLE_DEG = 30, 300
@@ -83,7 +84,7 @@ def bearing_loads_figure(run: Trajectory) -> Plate:
     plate.write_dimensions(
         f"crank $R$ = {crank_train.crank * 1e3:.4g} mm, {crank_train.crank_mass:.4g} kg at {crank_train.crank_centre * 1e3:.4g} mm;  rod "
         f"$L$ = {crank_train.rod * 1e3:.5g} mm, {crank_train.rod_mass:.4g} kg at {crank_train.rod_centre * 1e3:.4g} mm;  crosshead "
-        f"{crank_train.crosshead_mass:.4g} kg;  {speed * 30 / math.pi:.4g} rpm.  Curves: closed form, points: engine {run.cost.engine}; "
+        f"{crank_train.crosshead_mass:.4g} kg;  {speed / RPM:.4g} rpm.  Curves: closed form, points: engine {run.cost.engine}; "
         "dashed: the mean",
         size=9.5,
     )

@@ -1,0 +1,96 @@
+"""What all designs share: units and places in texts, declared inputs, scenes from templates, and one description for all outputs."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, fields
+
+import pytest
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.studies.design.inputs import Bounds, design_input, require_valid
+from governor_mechanism.studies.design.procedures import PROCEDURES
+from governor_mechanism.studies.design.templates import read_file, scene_comment
+from governor_mechanism.units import historic
+from governor_mechanism.units.quantities import QUANTITY_KINDS, parse_quantity
+
+DESIGNS = {name: procedure.design(procedure.inputs) for name, procedure in PROCEDURES.items()}
+
+
+@dataclass(frozen=True)
+class Sleeve:
+    """A record with places."""
+
+    lift: float = 0.015
+    speeds: tuple[float, float] = (290 * historic.RPM, 310 * historic.RPM)
+    load: float | None = None
+
+
+@pytest.mark.parametrize(
+    ("unit", "kind"),
+    [
+        *(("mm", "length"), ("cm", "length"), ("cm^2", "area"), ("deg", "angle"), ("rpm", "angular_speed"), ("kN", "force")),
+        *(("kW", "power"), ("N/mm", "stiffness"), ("bar", "pressure"), ("MPa", "pressure"), ("GPa", "modulus")),
+    ],
+)
+def test_a_quantity_in_a_unit_of_the_workshop_is_read_back(unit, kind):
+    """The reader of scene files has its units from another source, pint."""
+    number = historic.in_unit(0.7, unit)
+    assert parse_quantity(f"{number!r} {unit}", kind, "x") == pytest.approx(0.7, rel=1e-15)
+
+
+def test_the_papers_weigh_with_9_81_and_the_horsepower_of_1901_is_the_one_of_pint():
+    assert parse_quantity("1 PS", "power", "x") == pytest.approx(historic.HORSEPOWER_1901, rel=1e-15)
+    assert parse_quantity("1 kgf", "force", "x") == pytest.approx(historic.KILOGRAM_FORCE_1901, rel=1e-15)
+    assert historic.in_unit(9.81 * 30, "kgf") == pytest.approx(30.0, rel=1e-15)
+    assert pytest.approx(1 + 1 / 2927, rel=1e-6) == historic.HORSEPOWER_1853 / historic.HORSEPOWER_1901  # 9.81 / 9.80665
+
+
+def test_a_place_writes_a_unit_or_divides_by_it_and_a_line_without_a_value_is_left_out():
+    text = "{lift:.6g mm} or {lift:.6g/mm}, {speeds[0]:.5g/rpm} to {speeds[1]:.5g rpm}\nload {load:.3g} N\n{share:.1%} of {lift:g}"
+    assert historic.fill_places(text, Sleeve(), share=0.25) == "15 mm or 15, 290 to 310 rpm\n25.0% of 0.015"
+    with pytest.raises(AttributeError):
+        historic.fill_places("{left}", Sleeve())
+
+
+@pytest.mark.parametrize("name", PROCEDURES)
+def test_every_input_is_declared_once_with_kind_and_meaning(name):
+    for one in fields(PROCEDURES[name].inputs):
+        declared = one.metadata
+        assert declared["meaning"]
+        assert declared.get("words") or declared["kind"] in QUANTITY_KINDS, one.name
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_a_design_is_text_plain_values_and_a_scene(name):
+    design = DESIGNS[name]
+    assert "{" not in str(design)
+    assert json.loads(json.dumps(design.as_json(), allow_nan=False))["inputs"].keys() == {one.name for one in fields(design.inputs)}
+    assert "{" not in json.dumps(design.scene_document)
+    assert design.scene.document == design.scene_document
+    assert scene_comment(design.machine) in read_file(f"{design.machine}.toml").replace("# ", "")
+
+
+def test_mistakes_of_sign_and_bounds_are_named_at_once_and_relations_only_among_right_ones():
+    @dataclass(frozen=True)
+    class Inputs:
+        mass: float = design_input("mass", -1.0, "mass")
+        lift: float = design_input("length", -0.5, "lift", sign="any")
+        load: float = design_input("force", 0.0, "load", sign="not negative")
+        share: float = design_input("ratio", 0.9, "share", bounds=Bounds(highest=0.5, rule="at most {highest:.0%}", found="{value:.1%}"))
+
+    with pytest.raises(MechanismError) as caught:
+        require_valid(Inputs(), lambda _: ["the relation"], alternatives=lambda _: ["the alternative"])
+    assert caught.value.problems == ("mass must be positive; got -1 kg", "share must be at most 50%; got 90.0%", "the alternative")
+    with pytest.raises(MechanismError) as caught:
+        require_valid(Inputs(mass=1.0, share=0.5), lambda inputs: [f"the relation of {inputs.mass:g}"])
+    assert caught.value.problems == ("the relation of 1",)
+    require_valid(Inputs(mass=1.0, share=0.5))
+
+
+def test_limits_of_bounds_are_allowed_or_not():
+    open_bounds = Bounds(lowest=0.5, are_allowed=False, rule="above 0.5")
+    assert open_bounds.problem("mu", 0.5) == "mu must be above 0.5; got 0.5"
+    assert not open_bounds.problem("mu", math.nextafter(0.5, 1.0))
+    assert not Bounds(lowest=0.5, rule="at least 0.5").problem("mu", 0.5)
