@@ -67,10 +67,10 @@ def design_governed_engine(**inputs: float | str) -> gm.GovernedEngineDesign:
     >>> round(design.flywheel.inertia)
     2926
     """
-    from governor_mechanism.studies.design import governed_engine
+    from governor_mechanism.studies.design import engine_governor, governed_engine
     from governor_mechanism.studies.design.inputs import change_inputs
 
-    return governed_engine.design_governed_engine(change_inputs(governed_engine.DEFAULT_INPUTS, inputs))
+    return governed_engine.design_governed_engine(change_inputs(engine_governor.DEFAULT_INPUTS, inputs))
 
 
 def design_pendulum(**inputs: float | str) -> gm.PendulumDesign:

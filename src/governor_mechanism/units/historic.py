@@ -107,3 +107,8 @@ def fill_places(text: str, record: object, places: Places | None = None, /, **va
         except NoValueError:
             continue
     return "\n".join(lines)
+
+
+def read_place(place: str, record: object) -> Any:
+    """Return the value that a place such as "arm_angles[1]" names in a record."""
+    return Places().get_field(place, (record,), {})[0]

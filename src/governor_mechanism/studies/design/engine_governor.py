@@ -26,7 +26,7 @@ from governor_mechanism.closed_form.pendulum.kinematics import LinkagePosition, 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.studies.design.inputs import GOVERNED, Bounds, design_input, require_valid
-from governor_mechanism.studies.design.skeleton import Recorded
+from governor_mechanism.studies.design.skeleton import Recorded, relative_range
 from governor_mechanism.units.historic import HORSEPOWER_1901, RPM, fill_places
 
 DEFAULT_MASS_RATIO = 4.0
@@ -277,11 +277,6 @@ def design_governor(inputs: GovernedEngineInputs) -> GovernorDesign:
     )
 
 
-def droop_of_speed_ratio(ratio: float) -> float:
-    """Return the droop, difference over mean, that belongs to a ratio of the speeds without load and at full load."""
-    return 2 * (ratio - 1) / (ratio + 1)
-
-
 def _geometry(inputs: GovernedEngineInputs) -> tuple[float, float]:
     """Return the offset (m) and the arm angle without load (rad) that give the droop."""
     ratio = inputs.no_load_speed / inputs.full_load_speed
@@ -333,7 +328,7 @@ def _geometry_for_travel(inputs: GovernedEngineInputs, travel: float, ratio: flo
     outer = float(sizing.angle_of_lift(arm=inputs.arm, lift=_lift(inputs) + travel))
     angles = {"arm": inputs.arm, "inner_angle": inputs.arm_angle, "outer_angle": outer}
     limits = _smallest_offset(inputs, travel), MAX_OFFSET_RATIO * inputs.arm
-    smallest, largest = (droop_of_speed_ratio(float(sizing.speed_ratio(**angles, offset=offset))) for offset in limits)
+    smallest, largest = (relative_range((1.0, float(sizing.speed_ratio(**angles, offset=offset)))) for offset in limits)
     if not smallest < inputs.droop <= largest:
         cure = "reduce sleeve_travel or increase arm_angle" if inputs.droop <= smallest else "increase sleeve_travel or reduce arm_angle"
         text = (
@@ -357,7 +352,7 @@ def _angle_for_ratio(inputs: GovernedEngineInputs, offset: float, ratio: float) 
             "a droop of {droop:.4%} cannot be had with an offset of {offset:.6g mm} and arm_angle {arm_angle:.6g deg}: it is at most "
             "{largest:.4%}, with the arms at {angle:.6g deg} without load; increase offset or reduce arm_angle"
         )
-        largest = droop_of_speed_ratio(excess(MAX_ARM_ANGLE) + ratio)
+        largest = relative_range((1.0, excess(MAX_ARM_ANGLE) + ratio))
         raise MechanismError(fill_places(text, inputs, offset=offset, largest=largest, angle=MAX_ARM_ANGLE))
     return find_root(excess, inputs.arm_angle, MAX_ARM_ANGLE)
 

@@ -177,7 +177,8 @@ def _power_coefficient(bracket: float) -> float:
 def _compare_wheels(exact_bracket: float) -> Iterator[ComparedWheel]:
     """Compare how flywheels sized by each sum run under the load with which the cycle closes."""
     closed_energy = energy_fluctuation(closed_cycle(PAPER_ENGINE)).energy
-    work, mean_speed = PAPER_ENGINE.full_pressure_work, PAPER_INPUTS.speed
+    work = PAPER_ENGINE.full_pressure_work
+    mean_speed = PAPER_INPUTS.speed
     allowed = float(formulas.coefficient_of_energy_ratio(energy_ratio=DEFAULT_ENERGY_RATIO))
     labels = ("paper's printed sum", "paper's formula, exact angles", "closed cycle")
     for label, bracket in zip(labels, (PRINTED_SUM, exact_bracket, closed_energy / work), strict=True):

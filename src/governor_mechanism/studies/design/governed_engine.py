@@ -29,7 +29,7 @@ from governor_mechanism.studies.design.engine_governor import (
     design_governor,
     validate_inputs,
 )
-from governor_mechanism.studies.design.skeleton import Check, CheckedDesign, mass_ratio_limits
+from governor_mechanism.studies.design.skeleton import Check, CheckedDesign, mass_ratio_limits, relative_range
 from governor_mechanism.studies.design.templates import gravity_value
 from governor_mechanism.units.historic import HORSEPOWER_1901, RPM
 from governor_mechanism.units.text_table import format_table
@@ -128,8 +128,7 @@ class GovernedEngineDesign(CheckedDesign):
     @property
     def droop(self) -> float:
         """Droop of the governor: speed without load less that at full load, over their mean."""
-        low, high = self.governor.full_load_speed, self.governor.no_load_speed
-        return (high - low) / ((high + low) / 2)
+        return relative_range((self.governor.full_load_speed, self.governor.no_load_speed))
 
     @property
     def horsepower(self) -> float:
@@ -188,7 +187,8 @@ class GovernedEngineDesign(CheckedDesign):
     def _start_speed(self) -> float:
         """Return the speed (rad/s) at the dead centre of the periodic motion at full load."""
         stored = throttling.find_stored_work_range(self.engine, throttle=self.throttle[0].opening)
-        inertia, mean_speed = self.flywheel.inertia, self.governor.full_load_speed
+        inertia = self.flywheel.inertia
+        mean_speed = self.governor.full_load_speed
         lowest, _ = wheel.speed_limits(inertia=inertia, energy=stored.energy, mean_speed=mean_speed)
         return float(wheel.speed_after_work(inertia=inertia, start_speed=lowest, work=-stored.lowest))
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from governor_mechanism.closed_form import hartnell as closed
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.studies.design.inputs import design_input, require_valid
-from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Design, Recorded
+from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Design, Recorded, relative_range
 from governor_mechanism.studies.design.templates import gravity_value, limit, run_up_steps, sleeve_damping
 from governor_mechanism.units.historic import RPM, fill_places
 from governor_mechanism.units.text_table import format_table
@@ -88,8 +88,7 @@ class SleeveSpring(Recorded):
     @property
     def sensitiveness(self) -> float:
         """Range of speed over mean speed."""
-        low, high = self.speeds
-        return (high - low) / (0.5 * (low + high))
+        return relative_range(self.speeds)
 
 
 SPRING_ROWS = (
@@ -166,7 +165,9 @@ class HartnellDesign(Design):
 
     def scene_values(self) -> Mapping[str, object]:
         """Return what the scene adds: the speed rises from the lowest to the highest in two steps, with stops and a dashpot."""
-        inputs, governor, angle = self.inputs, self.governor, 0.5 * sum(self.travel.arm_angles)
+        inputs = self.inputs
+        governor = self.governor
+        angle = 0.5 * sum(self.travel.arm_angles)
         lift_derivative = governor.sleeve_arm * math.sin(governor.angle - angle)
         inertia = 2 * governor.ball_mass * governor.ball_arm**2 + governor.sleeve_mass * lift_derivative**2
         frequency = self._natural_frequency(angle)
@@ -225,7 +226,8 @@ def design_hartnell(inputs: HartnellInputs = DEFAULT_INPUTS) -> HartnellDesign:
         If the inputs are not valid, or no spring of positive rate and compression holds the two speeds.
     """
     resolved, travel = resolve_inputs(inputs)
-    governor, speeds = build_governor(resolved), (resolved.lowest_speed, resolved.highest_speed)
+    governor = build_governor(resolved)
+    speeds = (resolved.lowest_speed, resolved.highest_speed)
     weight = resolved.sleeve_mass * resolved.gravity
     textbook_forces = [
         float(closed.textbook_sleeve_force(governor, ball_radius=radius, spindle_speed=speed)) - weight
@@ -318,7 +320,9 @@ def _place_problems(inputs: HartnellInputs) -> Iterator[str]:
 
 def _find_travel(inputs: HartnellInputs) -> Travel:
     """Return the travel from the outer radius, or from the lift."""
-    pivot, angle, arm = inputs.pivot_radius or 0.0, inputs.bell_crank_angle, inputs.sleeve_arm
+    pivot = inputs.pivot_radius or 0.0
+    angle = inputs.bell_crank_angle
+    arm = inputs.sleeve_arm
     low = math.asin((inputs.inner_radius - pivot) / inputs.ball_arm)
     lowest = math.cos(angle - low)
     if not 0 < angle - low < math.pi:
@@ -349,7 +353,8 @@ def _find_travel(inputs: HartnellInputs) -> Travel:
 
 def _speed_problem(inputs: HartnellInputs, travel: Travel) -> str:
     """Return a sentence about speeds that do not rise with the sleeve; empty if they do."""
-    ratio, least = inputs.highest_speed / inputs.lowest_speed, math.sqrt(travel.radii[0] / travel.radii[1])
+    ratio = inputs.highest_speed / inputs.lowest_speed
+    least = math.sqrt(travel.radii[0] / travel.radii[1])
     is_isochronous = math.isclose(ratio, 1, rel_tol=1e-9)  # the same text in rpm may differ by rounding
     if ratio > 1 and not is_isochronous:
         return ""

@@ -181,7 +181,9 @@ class HartungDesign(Design):
 
     def scene_values(self) -> Mapping[str, object]:
         """Return what the scene adds: a run-up from the slow to the fast speed, with stops and a dashpot."""
-        inputs, governor, forces = self.inputs, self.layout.governor, self.layout.spring_forces
+        inputs = self.inputs
+        governor = self.layout.governor
+        forces = self.layout.spring_forces
         spring = {"spring_force": float(forces[len(forces) // 2]), "spring_rate": self.spring_rate}
         frequency = math.sqrt(abs(float(closed.squared_natural_frequency(governor, lever_angle=0.0, **spring))))
         inertia, lift_derivative = (float(of(governor, lever_angle=0.0)) for of in (closed.lever_inertia, closed.lift_derivative))
@@ -212,7 +214,8 @@ def design_hartung(inputs: HartungInputs = PAPER_INPUTS) -> HartungDesign:
     """
     _max_bell_crank_angle(inputs)  # raises for a swing that is too large
     require_valid(inputs, _contradictions)
-    inner_radius, outer_radius = inputs.rest_radius, inputs.rest_radius + 2 * inputs.half_stroke
+    inner_radius = inputs.rest_radius
+    outer_radius = inputs.rest_radius + 2 * inputs.half_stroke
     forces = (inputs.weight_mass * inputs.slow_speed**2 * inner_radius, inputs.weight_mass * inputs.fast_speed**2 * outer_radius)
     inner_abscissa = formulas.spring_abscissa(inner_force=forces[0], outer_force=forces[1], stroke=outer_radius - inner_radius)
     middle_abscissa = float(inner_abscissa) + inputs.half_stroke
@@ -220,7 +223,8 @@ def design_hartung(inputs: HartungInputs = PAPER_INPUTS) -> HartungDesign:
     angle = formula_angle if inputs.angle is None else inputs.angle
     layout = build_hartung_layout(inputs, angle, inputs.sleeve_arm)
     optimal_angle, spread = find_best_angle(inputs)
-    sleeve_arm, end_forces = layout.governor.sleeve_arm, layout.static_forces[[0, -1]]
+    sleeve_arm = layout.governor.sleeve_arm
+    end_forces = layout.static_forces[[0, -1]]
     speeds = np.array([inputs.slow_speed, inputs.fast_speed])
     regulating_forces = np.asarray(formulas.regulating_force(static_force=end_forces, insensitivity=inputs.insensitivity))
     speed_limits = formulas.speed_limits(spindle_speed=speeds, regulating_force=regulating_forces, static_force=end_forces)
@@ -299,7 +303,8 @@ def build_hartung_layout(inputs: HartungInputs, angle: float, sleeve_arm: float 
         np.asarray(closed.astatic_spring_force(governor, lever_angle=levers, spindle_speed=speed))
         for speed in (inputs.slow_speed, inputs.fast_speed)
     )
-    inner, outer = float(slow_forces[0]), float(fast_forces[-1])
+    inner = float(slow_forces[0])
+    outer = float(fast_forces[-1])
     if not 0 < inner < outer:
         raise MechanismError(
             f"a weight needs a spring force of {inner:.4g} N at slow_speed and the inner end, and of {outer:.4g} N at fast_speed and the "

@@ -25,9 +25,9 @@ from governor_mechanism.closed_form.pendulum.kinematics import PendulumGovernor
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.studies.design.inputs import GOVERNED, Bounds, design_input, design_word, require_valid
-from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Check, CheckedDesign, mass_ratio_limits, read_place, tabulate
+from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Check, CheckedDesign, mass_ratio_limits, relative_range, tabulate
 from governor_mechanism.studies.design.templates import gravity_value, limit, sleeve_damping, speed_steps
-from governor_mechanism.units.historic import KILOGRAM_FORCE, RPM, fill_places, in_unit
+from governor_mechanism.units.historic import KILOGRAM_FORCE, RPM, fill_places, in_unit, read_place
 
 START_RADIUS_CONSTANTS = (1000.0, 1.0)
 """Zehnder's start radius in cm, 1000 sqrt(1 + m) / n - 1 with the lowest speed n in rpm."""
@@ -251,8 +251,7 @@ class PendulumDesign(CheckedDesign):
     @property
     def sensitiveness(self) -> float:
         """Range of speed over mean speed, without resistance (German Ungleichförmigkeitsgrad)."""
-        low, high = self.requirement.lowest_speed, self.requirement.highest_speed
-        return (high - low) / ((high + low) / 2)
+        return relative_range((self.requirement.lowest_speed, self.requirement.highest_speed))
 
     @property
     def is_osculating(self) -> bool:
@@ -286,7 +285,8 @@ class PendulumDesign(CheckedDesign):
     @property
     def weights(self) -> tuple[float, float | None, float]:
         """Weights of a ball at the joint, of one on extended arms (None without), and of the sleeve, N."""
-        gravity, ratio = self.inputs.gravity, self.inputs.joint_ratio
+        gravity = self.inputs.gravity
+        ratio = self.inputs.joint_ratio
         ball = gravity * self.governor.ball_mass
         return ball / ratio, ball if ratio < 1 else None, gravity * self.governor.sleeve_mass
 
@@ -342,13 +342,15 @@ class PendulumDesign(CheckedDesign):
         Half way up and in equilibrium, the sleeve is held by its resistance while the speed rises within the band of insensitivity, then
         rises with it to three quarters of its lift.
         """
-        middle, governor = self.middle_angle, self.governor
+        middle = self.middle_angle
+        governor = self.governor
         # Stable half way up even with too long an arm: its speed falls faster below the minimum than it rises above.
         frequency = math.sqrt(float(dynamics.squared_oscillation_frequency(governor, arm_angle=middle)))
         inertia = float(dynamics.stiffness(governor, arm_angle=middle)) / frequency**2
         rise, settling = (limit(periods * math.tau / frequency, DURATION_LIMITS) for periods in (RISE_PERIODS, SETTLING_PERIODS))
         times = (0.0, HOLD_TIME, HOLD_TIME + rise, HOLD_TIME + rise + settling)
-        first, last = self.equilibrium_speed(middle), self.target_speed()
+        first = self.equilibrium_speed(middle)
+        last = self.target_speed()
         names = {"watt": "Watt governor", "improved-watt": "Improved Watt governor", "porter": "Porter governor"}
         return {
             "name": names[self.inputs.kind],
@@ -448,7 +450,8 @@ def _contradictions(inputs: PendulumInputs) -> Iterator[str]:
 
 def _place_start(inputs: PendulumInputs, requirement: Requirement) -> ParabolaStart:
     """Return the lowest position on the parabola of the lowest speed: steps III, IV and V."""
-    speed, ratio = requirement.lowest_speed, requirement.mass_ratio
+    speed = requirement.lowest_speed
+    ratio = requirement.mass_ratio
     parameter = float(parabolic.double_parameter(spindle_speed=speed, mass_ratio=ratio, gravity=inputs.gravity))
     factor, subtracted = START_RADIUS_CONSTANTS
     empirical = 0.01 * (factor * math.sqrt(1 + ratio) / (speed / RPM) - subtracted)
@@ -477,7 +480,8 @@ def _place_start(inputs: PendulumInputs, requirement: Requirement) -> ParabolaSt
 
 def _choose_arm(inputs: PendulumInputs, requirement: Requirement, start: ParabolaStart) -> tuple[float, float]:
     """Return the arm and the offset of its suspension (m) that keep the start and its slope."""
-    sine, offset = math.sin(start.arm_angle), inputs.offset
+    sine = math.sin(start.arm_angle)
+    offset = inputs.offset
     if offset is None and inputs.arm is None and requirement.kind is GovernorKind.WATT:
         offset = 0.0
     if offset is None:

@@ -12,7 +12,7 @@ from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.design.flywheel import FlywheelDesign
 from governor_mechanism.studies.design.flywheel_paper import PaperComparison
 from governor_mechanism.studies.design.governed_engine import LOAD_CHANGE, GovernedEngineDesign, change_times
-from governor_mechanism.studies.design.skeleton import Recorded, tabulate
+from governor_mechanism.studies.design.skeleton import Recorded, relative_range, tabulate
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
 from governor_mechanism.studies.regulation.load_change import LoadChangeStudy, study_load_change
 from governor_mechanism.types import FloatArray
@@ -65,12 +65,12 @@ class SimulatedEngine(Recorded):
     @property
     def wanted_droop(self) -> float:
         """Droop by design, from full load to no load."""
-        return _droop(self.wanted_speeds[0], self.wanted_speeds[-1])
+        return relative_range((self.wanted_speeds[0], self.wanted_speeds[-1]))
 
     @property
     def static_droop(self) -> float:
         """Droop by the statics of the simulated machine, from full load to no load."""
-        return _droop(self.static_speeds[0], self.static_speeds[-1])
+        return relative_range((self.static_speeds[0], self.static_speeds[-1]))
 
     @property
     def fluctuation(self) -> float:
@@ -106,13 +106,10 @@ class SimulatedEngine(Recorded):
 
 def _sleeve_motion(study: LoadChangeStudy) -> float:
     """Return the travel of the sleeve within the last turn before the change, m."""
-    times, begin = study.run.times, study.change_times[0]
+    times = study.run.times
+    begin = study.change_times[0]
     is_last_turn = (times >= begin - math.tau / study.mean_speeds[0]) & (times <= begin)
     return float(np.ptp(study.run.readings["governor.sleeve_lift"][is_last_turn]))
-
-
-def _droop(full_load_speed: float, no_load_speed: float) -> float:
-    return 2 * (no_load_speed - full_load_speed) / (no_load_speed + full_load_speed)
 
 
 def simulate_governed_engine(design: GovernedEngineDesign) -> SimulatedEngine:
@@ -137,7 +134,8 @@ def simulate_governed_engine(design: GovernedEngineDesign) -> SimulatedEngine:
     options: tuple[dict[str, bool], ...] = {"mean_torque": True}, {}, {"with_resistance": True}
     parsed = [parse_scene_document(design.fill_scene(design.scene_values(**one))) for one in options]
     scenes = [replace(scene, run=replace(scene.run, duration=end), document={}) for scene in parsed]
-    statics, fractions = GovernedEngine(scenes[0]), (*LOAD_CHANGE, 0.0)
+    statics = GovernedEngine(scenes[0])
+    fractions = (*LOAD_CHANGE, 0.0)
     static_full, static_half, static_none = (statics.operating_point(one * design.rated_torque).shaft_speed for one in fractions)
     full, half, none = (design.governor.shaft_speed(fraction) for fraction in fractions)
     mean_torque, cyclic, resisted = (study_load_change(scene, LOAD_CHANGE, at=begin) for scene in scenes)

@@ -169,8 +169,10 @@ def _hartnell_rest(design: HartnellDesign, scene: Scene, run: Trajectory) -> Com
     speed = float(run.readings["spindle_speed"][-1])
     low, high = design.travel.arm_angles
     lifts = [one.readings["sleeve_lift"] for one in find_equilibria(scene, speed) if low <= one.coordinate <= high]
-    wanted, found = lifts[-1] if lifts else design.travel.lift, float(run.readings["sleeve_lift"][-1])
-    name, scale = f"lift at {speed / RPM:.6g} rpm", 1e3 * design.travel.lift
+    wanted = lifts[-1] if lifts else design.travel.lift
+    found = float(run.readings["sleeve_lift"][-1])
+    name = f"lift at {speed / RPM:.6g} rpm"
+    scale = 1e3 * design.travel.lift
     return ComparedNumber(name, "mm", 1e3 * wanted, 1e3 * found, "run", HARTNELL_REST_TOLERANCE, scale)
 
 
@@ -205,8 +207,10 @@ def simulate_pendulum(design: PendulumDesign) -> SimulatedPendulum:
 
 def _pendulum_statics(design: PendulumDesign, scene: Scene) -> Iterator[ComparedNumber]:
     """Yield what statics give at the ends of the travel."""
-    low, high = design.requirement.lowest_speed, design.requirement.highest_speed
-    resistance, middle = design.requirement.resistance, [design.middle_angle]
+    low = design.requirement.lowest_speed
+    high = design.requirement.highest_speed
+    resistance = design.requirement.resistance
+    middle = [design.middle_angle]
     curve = compute_controlling_force(scene, middle, resistance=resistance)
     ends = _working_range(curve)
     yield compare_statics("speed of rest, lowest position", "rpm", low / RPM, float(ends.speed[0]) / RPM)

@@ -12,7 +12,7 @@ from governor_mechanism.model.results.exported_result import ExportedResult
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.design.templates import fill_template, read_file
-from governor_mechanism.units.historic import Places, fill_places
+from governor_mechanism.units.historic import fill_places
 from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
@@ -160,12 +160,13 @@ class CheckedDesign(Design):
         return "\n".join(map(str, self.checks))
 
 
+def relative_range(limits: tuple[float, float]) -> float:
+    """Return the range of two values over their mean: droop or sensitiveness of two speeds."""
+    low, high = limits
+    return (high - low) / ((high + low) / 2)
+
+
 def mass_ratio_limits(speed: float) -> tuple[float, float]:
     """Return Zehnder's smallest and largest mass ratio at a speed of the spindle (rad/s)."""
     low, high = (speed**2 / constant - 1 for constant in MASS_RATIO_CONSTANTS)
     return low, high
-
-
-def read_place(place: str, record: object) -> Any:
-    """Return the value that a place such as "arm_angles[1]" names in a record."""
-    return Places().get_field(place, (record,), {})[0]

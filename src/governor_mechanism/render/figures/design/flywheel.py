@@ -8,27 +8,28 @@ import numpy as np
 
 from governor_mechanism.closed_form.flywheel import engine as closed
 from governor_mechanism.closed_form.flywheel.engine import AirEngine
-from governor_mechanism.render.figures.flywheel.indicator import draw_loop, finish_indicator_panel
+from governor_mechanism.render.figures.flywheel.engine_panels import (
+    FOURTH_RECT,
+    N_PER_KN,
+    PA_PER_BAR,
+    SPEED_RECT,
+    EnginePlate,
+    mark_extreme,
+)
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, Panel, Plate
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SKY, VERMILLION
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, VERMILLION
 from governor_mechanism.studies.design.flywheel import FlywheelDesign
 from governor_mechanism.studies.design.flywheel_paper import PaperComparison
 from governor_mechanism.studies.design.simulated_engines import SimulatedWheel
 from governor_mechanism.types import FloatArray
 
-_CAPTIONS = {
-    (0.03, 0.862): "Fig. 1.  Tangential force of the air at the crank pin, in the intervals 1 to 4, and load",
-    (0.545, 0.862): "Fig. 2.  Indicator diagrams of expansion cylinder and pump",
-    (0.03, 0.462): "Fig. 3.  Simulated speed of the shaft, with the load that closes the cycle",
-}
-_BRACKET_CAPTION = "Fig. 4.  The terms of the bracket: work from $\\alpha$ to $\\beta$, divided by $A\\,p\\,L$"
-_WORK_CAPTION = "Fig. 4.  Work that the flywheel stores"
-_FOURTH_CAPTION_POSITION = (0.545, 0.462)
-
-_FORCE_RECT, _SPEED_RECT = (0.085, 0.555, 0.41, 0.275), (0.085, 0.125, 0.41, 0.305)
-_INDICATOR_RECTS = (0.61, 0.555, 0.155, 0.275), (0.815, 0.555, 0.15, 0.275)
-_FOURTH_RECT = (0.61, 0.125, 0.355, 0.305)
-"""Left and lower edge, width and height of the panels, in fractions of the figure."""
+_CAPTIONS = (
+    "Tangential force of the air at the crank pin, in the intervals 1 to 4, and load",
+    "Indicator diagrams of expansion cylinder and pump",
+    "Simulated speed of the shaft, with the load that closes the cycle",
+)
+_BRACKET_CAPTION = "The terms of the bracket: work from $\\alpha$ to $\\beta$, divided by $A\\,p\\,L$"
+_WORK_CAPTION = "Work that the flywheel stores"
 
 _TERM_COLUMNS = (0.57, 0.8, 1.0)
 """Right ends of the columns of numbers, in fractions of their panel."""
@@ -38,8 +39,6 @@ _WHEEL_STYLES = (VERMILLION, CHAIN_DOTTED), (BLUE, "-"), (INK, DASHED)
 
 _N_CURVE_POINTS = 721
 """Number of points of each curve."""
-
-_PA_PER_BAR, _N_PER_KN = 1e5, 1e3
 
 
 def draw_flywheel_plate(design: FlywheelDesign, simulated: Sequence[SimulatedWheel], comparison: PaperComparison | None = None) -> Plate:
@@ -59,18 +58,16 @@ def draw_flywheel_plate(design: FlywheelDesign, simulated: Sequence[SimulatedWhe
     Plate
         The figure; `save` writes it.
     """
-    fourth_caption = _WORK_CAPTION if comparison is None else _BRACKET_CAPTION
-    captions = {**_CAPTIONS, _FOURTH_CAPTION_POSITION: fourth_caption}
+    captions = (*_CAPTIONS, _WORK_CAPTION if comparison is None else _BRACKET_CAPTION)
     title = "Flywheel of an air-expansion engine"
-    plate = Plate("Redtenbacher’s flywheel", title, "after Die Luftexpansions-Maschine, Mannheim 1853", captions)
-    _draw_forces(plate.add_plate_panel(_FORCE_RECT, "Crank angle $\\varphi$ [deg]", "Tangential force [kN]"), design)
-    for rect, draw, label in zip(_INDICATOR_RECTS, (_draw_expansion, _draw_pump), ("Pressure [bar]", " "), strict=True):
-        draw(plate.add_plate_panel(rect, "Piston travel [% of stroke]", label), design.engine)
-    _draw_speeds(plate.add_plate_panel(_SPEED_RECT, "Crank angle $\\varphi$ [deg]", "Shaft speed [rad/s]"), design, simulated)
+    plate = EnginePlate("Redtenbacher’s flywheel", title, "after Die Luftexpansions-Maschine, Mannheim 1853", captions)
+    _draw_forces(plate, design)
+    _draw_cylinders(plate, design.engine)
+    _draw_speeds(plate.add_plate_panel(SPEED_RECT, "Crank angle $\\varphi$ [deg]", "Shaft speed [rad/s]"), design, simulated)
     if comparison is None:
-        _draw_stored_work(plate.add_plate_panel(_FOURTH_RECT, "Crank angle $\\varphi$ [deg]", "Stored work $E/ApL$ [1]"), design)
+        _draw_stored_work(plate.add_plate_panel(FOURTH_RECT, "Crank angle $\\varphi$ [deg]", "Stored work $E/ApL$ [1]"), design)
     else:
-        _write_terms(plate.add_plate_panel(_FOURTH_RECT), comparison)
+        _write_terms(plate.add_plate_panel(FOURTH_RECT), comparison)
     plate.write_dimensions(_dimensions_text(design))
     return plate
 
@@ -90,18 +87,15 @@ def _angles(n_strokes: int = 1) -> FloatArray:
     return np.linspace(0.0, n_strokes * math.pi, _N_CURVE_POINTS * n_strokes, endpoint=False)
 
 
-def _draw_forces(panel: Panel, design: FlywheelDesign) -> None:
+def _draw_forces(plate: EnginePlate, design: FlywheelDesign) -> None:
     """Draw the tangential force over a stroke, the load line, and the excess area between the angles of extreme speed."""
     engine, extremes = design.engine, design.fluctuation
-    crank = engine.stroke / 2 * _N_PER_KN
+    crank = engine.stroke / 2 * N_PER_KN
     angles = _angles()
     force, load = np.asarray(closed.gas_torque(engine, crank_angle=angles)) / crank, engine.load_torque / crank
     inside = np.mod(angles - extremes.slowest_angle, math.pi) <= extremes.fastest_angle - extremes.slowest_angle
-    panel.fill_between(np.degrees(angles), load, force, where=inside.tolist(), color=SKY, alpha=0.45, linewidth=0, zorder=2)
-    panel.plot(np.degrees(angles), force, color=BLUE, linewidth=2.0, zorder=4)
+    panel, low, high = plate.add_force_panel(np.degrees(angles), force, np.full_like(force, load), inside, 180)
     panel.axhline(load, color=VERMILLION, linewidth=1.5, zorder=3)
-    low, high = float(force.min()), float(force.max())
-    panel.set(xlim=(0, 180), ylim=(low - 0.08 * (high - low), high + 0.18 * (high - low)), xticks=range(0, 181, 30))
     for limit in design.interval_limits:
         panel.axvline(math.degrees(limit), color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=1)
     edges = [0.0, *(math.degrees(limit) for limit in design.interval_limits), 180.0]
@@ -109,33 +103,26 @@ def _draw_forces(panel: Panel, design: FlywheelDesign) -> None:
         panel.annotate_point(((left + right) / 2, high + 0.1 * (high - low)), f"{number}", ha="center", color=MUTED, fontsize=10)
     for angle, letter, offset in ((extremes.slowest_angle, "\\alpha", (8, -15)), (extremes.fastest_angle, "\\beta", (9, 6))):
         point = math.degrees(angle % math.pi), load
-        panel.plot(*point, "o", color=INK, markerfacecolor=PAPER, markersize=6, zorder=6)
-        panel.annotate_point(point, f"${letter}$ = {point[0]:.4g}°", offset)
+        mark_extreme(panel, point, f"${letter}$ = {point[0]:.4g}°", offset, zorder=6)
     middle = math.degrees((extremes.slowest_angle + extremes.fastest_angle) / 2 % math.pi)
     text = f"excess work {extremes.energy / 1e3:.4g} kJ\n= {design.bracket:.4f} $ApL$"
     panel.annotate_point((middle, load + 0.35 * (high - load)), text, ha="center", linespacing=1.4)
     panel.annotate_point((178, load), "load", (0, 5), ha="right", color=VERMILLION)
 
 
-def _draw_expansion(panel: Panel, engine: AirEngine) -> None:
-    """Draw the pressure in one end of the expansion cylinder over a turn; the area is the work of a stroke."""
+def _draw_cylinders(plate: EnginePlate, engine: AirEngine) -> None:
+    """Draw the pressure in one end of cylinder and pump over a turn; the pump takes in on one stroke and compresses on the stroke back."""
     angles = _angles()
-    travel = 100 * np.asarray(closed.piston_travel(crank_angle=angles))
-    pressure = np.asarray(closed.expansion_pressure(engine, crank_angle=angles)) / _PA_PER_BAR
-    draw_loop(panel, travel, pressure, np.full_like(pressure, engine.back_pressure / _PA_PER_BAR), BLUE)
+    travel = np.asarray(closed.piston_travel(crank_angle=angles))
+    laws = (closed.expansion_pressure, closed.delivery_pressure, closed.suction_pressure)
+    expansion, compression, intake = (np.asarray(law(engine, crank_angle=angles)) for law in laws)
+    pressures = engine.supply_pressure, engine.atmospheric_pressure
+    exhaust = np.full_like(expansion, engine.back_pressure)
+    panel = plate.add_indicator(0, "expansion cylinder", BLUE, travel, expansion, exhaust, pressures)
     panel.axvline(100 * engine.cut_off, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=1)
-    panel.annotate_point((100 * engine.cut_off, engine.supply_pressure / _PA_PER_BAR), "cut-off", (4, -2), fontsize=9.5, color=MUTED)
-    finish_indicator_panel(panel, engine.supply_pressure, engine.atmospheric_pressure, "expansion cylinder", BLUE)
-
-
-def _draw_pump(panel: Panel, engine: AirEngine) -> None:
-    """Draw the pressure in one end of the pump over a turn: intake on one stroke, compression on the stroke back."""
-    angles = _angles()
-    travel = 100 * np.asarray(closed.piston_travel(crank_angle=angles))
-    intake = np.asarray(closed.suction_pressure(engine, crank_angle=angles)) / _PA_PER_BAR
-    compression = np.asarray(closed.delivery_pressure(engine, crank_angle=angles)) / _PA_PER_BAR
-    draw_loop(panel, travel, np.interp(100 - travel, travel, compression), intake, VERMILLION)
-    finish_indicator_panel(panel, engine.supply_pressure, engine.atmospheric_pressure, "compression pump", VERMILLION)
+    panel.annotate_point((100 * engine.cut_off, engine.supply_pressure / PA_PER_BAR), "cut-off", (4, -2), fontsize=9.5, color=MUTED)
+    homeward = np.interp(1 - travel, travel, compression)
+    plate.add_indicator(1, "compression pump", VERMILLION, travel, homeward, intake, pressures)
 
 
 def _draw_speeds(panel: Panel, design: FlywheelDesign, simulated: Sequence[SimulatedWheel]) -> None:
@@ -162,8 +149,7 @@ def _draw_stored_work(panel: Panel, design: FlywheelDesign) -> None:
     panel.axhline(0.0, color=MUTED, linewidth=0.8, linestyle=CHAIN_DOTTED)
     for angle, letter, offset in ((extremes.slowest_angle, "\\alpha", (8, -16)), (extremes.fastest_angle, "\\beta", (0, 7))):
         point = math.degrees(angle % math.pi), float(closed.stored_work(engine, crank_angle=angle % math.pi)) / unit
-        panel.plot(*point, "o", color=INK, markerfacecolor=PAPER, markersize=6)
-        panel.annotate_point(point, f"${letter}$: ${point[1]:.4g}$", offset)
+        mark_extreme(panel, point, f"${letter}$: ${point[1]:.4g}$", offset)
     low, high = panel.get_ylim()
     panel.set(xlim=(0, 180), ylim=(low - 0.08 * (high - low), high + 0.1 * (high - low)), xticks=range(0, 181, 30))
 

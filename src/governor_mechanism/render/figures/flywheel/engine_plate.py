@@ -8,20 +8,17 @@ from governor_mechanism.effects.gas_pressure import pressure_in_stroke
 from governor_mechanism.machines.flywheel_engine.machine import expansion_gas
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.figures.flywheel.indicator import draw_loop, finish_indicator_panel
+from governor_mechanism.render.figures.flywheel.engine_panels import FOURTH_RECT, N_PER_KN, SPEED_RECT, EnginePlate, mark_extreme
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, Panel, Plate
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SKY, VERMILLION
+from governor_mechanism.render.style import BLUE, GREEN, MUTED, VERMILLION
 from governor_mechanism.types import FloatArray
 
-_CAPTIONS = {
-    (0.03, 0.862): "Fig. 1.  Tangential force of the gas at the crank pin in the last turn, and load",
-    (0.545, 0.862): "Fig. 2.  Indicator diagrams",
-    (0.03, 0.462): "Fig. 3.  Speed of the shaft",
-    (0.545, 0.462): "Fig. 4.  Work that the engine has stored since the start",
-}
-_FORCE_RECT, _SPEED_RECT, _WORK_RECT = (0.085, 0.555, 0.41, 0.275), (0.085, 0.125, 0.41, 0.305), (0.61, 0.125, 0.355, 0.305)
-_INDICATOR_RECTS = (0.61, 0.555, 0.155, 0.275), (0.815, 0.555, 0.15, 0.275)
-"""Left and lower edge, width and height of the panels, in fractions of the figure."""
+_CAPTIONS = (
+    "Tangential force of the gas at the crank pin in the last turn, and load",
+    "Indicator diagrams",
+    "Speed of the shaft",
+    "Work that the engine has stored since the start",
+)
 
 _N_CURVE_POINTS = 361
 """Number of points of an indicator diagram over a stroke."""
@@ -29,7 +26,7 @@ _N_CURVE_POINTS = 361
 MAX_SURPLUS_RATIO = 0.05
 """Difference of force and load at an extreme speed, relative to the range of the force: the curve is drawn through samples."""
 
-_PA_PER_BAR, _N_PER_KN, _J_PER_KJ = 1e5, 1e3, 1e3
+_J_PER_KJ = 1e3
 
 
 def engine_plate_refusal(run: Trajectory) -> str:
@@ -62,15 +59,14 @@ def draw_engine_plate(run: Trajectory) -> Plate:
     Plate
         The figure; `save` writes it.
     """
-    plate = Plate("Engine and flywheel", run.scene.title, f"engine {run.cost.engine}", _CAPTIONS)
-    _draw_forces(plate.add_plate_panel(_FORCE_RECT, "Crank angle $\\varphi$ [deg]", "Tangential force [kN]"), run)
-    for rect, (name, colour, gases), label in zip(_INDICATOR_RECTS, _cylinders(run), ("Pressure [bar]", " "), strict=False):
-        _draw_indicator(plate.add_plate_panel(rect, "Piston travel [% of stroke]", label), run, name, colour, gases)
-    _draw_over_turns(
-        plate.add_plate_panel(_SPEED_RECT, "Turns of the crank [1]", "Shaft speed [rad/s]"), run, run.readings["shaft_speed"], GREEN
-    )
-    work = run.readings["stored_work"] / _J_PER_KJ
-    _draw_over_turns(plate.add_plate_panel(_WORK_RECT, "Turns of the crank [1]", "Stored work [kJ]"), run, work, BLUE)
+    plate = EnginePlate("Engine and flywheel", run.scene.title, f"engine {run.cost.engine}", _CAPTIONS)
+    _draw_forces(plate, run)
+    for index, (name, colour, gases) in enumerate(_cylinders(run)):
+        _draw_indicator(plate, index, run, name, colour, gases)
+    speed_panel = plate.add_plate_panel(SPEED_RECT, "Turns of the crank [1]", "Shaft speed [rad/s]")
+    _draw_over_turns(speed_panel, run, run.readings["shaft_speed"], GREEN)
+    work_panel = plate.add_plate_panel(FOURTH_RECT, "Turns of the crank [1]", "Stored work [kJ]")
+    _draw_over_turns(work_panel, run, run.readings["stored_work"] / _J_PER_KJ, BLUE)
     plate.write_dimensions(_describe(run))
     return plate
 
@@ -86,21 +82,18 @@ def _describe(run: Trajectory) -> str:
     return ";  ".join([text, *closing])
 
 
-def _draw_forces(panel: Panel, run: Trajectory) -> None:
+def _draw_forces(plate: EnginePlate, run: Trajectory) -> None:
     """Draw the tangential force in the last turn over its crank angle, the load, and where the shaft gains speed."""
     angles = run.readings["crank_angle"]
     last = angles >= angles[-1] - math.tau
     turn_angles = np.mod(np.degrees(angles[last]), 360.0)
     order = np.argsort(turn_angles)
-    crank = 0.5 * run.scene.part.dimensions["stroke"] * _N_PER_KN
+    crank = 0.5 * run.scene.part.dimensions["stroke"] * N_PER_KN
     degrees, force, load = (
         values[order] for values in (turn_angles, *(run.readings[f"{name}_torque"][last] / crank for name in ("gas", "load")))
     )
-    panel.fill_between(degrees, load, force, where=(force > load).tolist(), color=SKY, alpha=0.45, linewidth=0, zorder=2)
-    panel.plot(degrees, force, color=BLUE, linewidth=2.0, zorder=4)
+    panel, low, high = plate.add_force_panel(degrees, force, load, force > load, 360)
     panel.plot(degrees, load, color=VERMILLION, linewidth=1.5, zorder=3)
-    low, high = float(min(force.min(), load.min())), float(force.max())
-    panel.set(xlim=(0, 360), ylim=(low - 0.08 * (high - low), high + 0.18 * (high - low)), xticks=range(0, 361, 60))
     panel.annotate_point((356, float(load[-1])), "load", (0, 5), ha="right", color=VERMILLION)
     for extremes in run.speed_fluctuations.values():
         for angle, letter, offset in ((extremes.lowest_angle, "\\alpha", (8, -15)), (extremes.highest_angle, "\\beta", (9, 6))):
@@ -108,8 +101,7 @@ def _draw_forces(panel: Panel, run: Trajectory) -> None:
             point, surplus = (at, float(np.interp(at, degrees, load))), float(np.interp(at, degrees, force - load))
             if abs(surplus) > MAX_SURPLUS_RATIO * (high - low):
                 continue  # the turn ends there, and the speed has no extreme
-            panel.plot(*point, "o", color=INK, markerfacecolor=PAPER, markersize=6, zorder=6)
-            panel.annotate_point(point, f"${letter}$ = {at:.4g}°", offset)
+            mark_extreme(panel, point, f"${letter}$ = {at:.4g}°", offset, zorder=6)
 
 
 def _cylinders(run: Trajectory) -> list[tuple[str, str, tuple[CylinderGas, ...]]]:
@@ -121,14 +113,13 @@ def _cylinders(run: Trajectory) -> list[tuple[str, str, tuple[CylinderGas, ...]]
     return cylinders + ([("compression pump", VERMILLION, (gases["suction"], gases["delivery"]))] if "suction" in gases else [])
 
 
-def _draw_indicator(panel: Panel, run: Trajectory, name: str, colour: str, gases: tuple[CylinderGas, ...]) -> None:
+def _draw_indicator(plate: EnginePlate, index: int, run: Trajectory, name: str, colour: str, gases: tuple[CylinderGas, ...]) -> None:
     """Draw the pressure on one face of a piston over a turn."""
     travel = np.linspace(0.0, 1.0, _N_CURVE_POINTS)
     outward = pressure_in_stroke(gases[0], travel)
     homeward = np.full_like(travel, gases[0].back_pressure) if len(gases) == 1 else pressure_in_stroke(gases[1], 1 - travel)
-    draw_loop(panel, 100 * travel, outward / _PA_PER_BAR, homeward / _PA_PER_BAR, colour)
-    dimensions = run.scene.part.dimensions
-    finish_indicator_panel(panel, dimensions["supply_pressure"], dimensions["atmospheric_pressure"], name, colour)
+    pressures = tuple(run.scene.part.dimensions[f"{which}_pressure"] for which in ("supply", "atmospheric"))
+    plate.add_indicator(index, name, colour, travel, outward, homeward, pressures)
 
 
 def _draw_over_turns(panel: Panel, run: Trajectory, values: FloatArray, colour: str) -> None:
