@@ -32,9 +32,13 @@ def test_the_wheel_holds_the_scenes_and_finds_them(tmp_path):
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(tmp_path / "installed")
         assert "governor_mechanism/py.typed" in archive.namelist()
-    names, source = listed(tmp_path / "installed")
+        source = ROOT / "src"
+        templates = {path.relative_to(source).as_posix() for ending in ("toml", "txt") for path in source.rglob(f"*.{ending}")}
+        assert templates
+        assert templates <= set(archive.namelist())
+    names, scene = listed(tmp_path / "installed")
     assert names == sorted(path.stem for path in (ROOT / "models").glob("*.toml"))
-    assert "porter" in source
+    assert "porter" in scene
 
 
 def test_the_source_tree_finds_its_scenes():

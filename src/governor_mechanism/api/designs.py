@@ -16,7 +16,8 @@ def design_flywheel(**inputs: float | str) -> gm.FlywheelDesign:
     Returns
     -------
     FlywheelDesign
-        The design; it prints as text, and `as_json` returns plain values.
+        The design; it prints as text, `scene` is the engine with the flywheel under the load that closes its cycle, and `as_json` returns
+        plain values.
 
     Raises
     ------

@@ -55,7 +55,7 @@ class EnginePlate(Plate):
         return panel
 
 
-def mark_extreme(panel: Panel, point: tuple[float, float], text: str, offset: tuple[float, float], **style: float) -> None:
+def mark_extreme(panel: Panel, point: tuple[float, float], text: str, offset: tuple[float, float], zorder: float | None = None) -> None:
     """Mark a point of extreme speed with its angle."""
-    panel.plot(*point, "o", color=INK, markerfacecolor=PAPER, markersize=6, **style)
+    panel.plot(*point, "o", color=INK, markerfacecolor=PAPER, markersize=6, zorder=zorder)
     panel.annotate_point(point, text, offset)
