@@ -118,7 +118,8 @@ def _draw_indicator(plate: EnginePlate, index: int, run: Trajectory, name: str, 
     travel = np.linspace(0.0, 1.0, _N_CURVE_POINTS)
     outward = pressure_in_stroke(gases[0], travel)
     homeward = np.full_like(travel, gases[0].back_pressure) if len(gases) == 1 else pressure_in_stroke(gases[1], 1 - travel)
-    pressures = tuple(run.scene.part.dimensions[f"{which}_pressure"] for which in ("supply", "atmospheric"))
+    dimensions = run.scene.part.dimensions
+    pressures = dimensions["supply_pressure"], dimensions["atmospheric_pressure"]
     plate.add_indicator(index, name, colour, travel, outward, homeward, pressures)
 
 
